@@ -1,0 +1,5 @@
+"""`python -m bristle` is the console script `bristle`."""
+
+from bristle import main
+
+main()

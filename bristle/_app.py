@@ -1,0 +1,68 @@
+"""The console application: which commands there are, and how each kind of ending becomes an exit code."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from collections.abc import Sequence
+from typing import NoReturn
+
+import typer
+
+from recordings._errors import BadInput, NegativeAnswer
+
+COMMANDS = {"demo": "demo", "fit": "fit", "simulate": "simulate"}
+"""Command name -> module in `bristle.commands`; each module has one function `command`."""
+
+INTERRUPTED = 130
+
+
+def application() -> typer.Typer:
+    """Build the Typer application with every command of `COMMANDS`."""
+    app = typer.Typer(
+        name="bristle",
+        help="Learns what a control valve really does from measured data, then watches it.",
+        no_args_is_help=True,
+        add_completion=False,
+        pretty_exceptions_enable=False,
+    )
+    app.callback()(lambda: None)
+    for name, module in COMMANDS.items():
+        function = importlib.import_module(f"bristle.commands.{module}").command
+        app.command(name)(function)
+    return app
+
+
+def run(arguments: Sequence[str] | None = None) -> int:
+    """Run one command and return its exit code: 0 done, 1 negative answer, 2 bad input or usage, 130 interrupted."""
+    command = typer.main.get_command(application())
+    try:
+        code = command.main(args=list(sys.argv[1:] if arguments is None else arguments), standalone_mode=False)
+    except BadInput as error:
+        return _say(str(error), 2)
+    except NegativeAnswer as answer:
+        return _say(str(answer), 1)
+    except (KeyboardInterrupt, typer.Abort):
+        return _say("interrupted", INTERRUPTED)
+    except Exception as error:
+        return _usage(error)
+    return code if isinstance(code, int) else 0
+
+
+def _usage(error: Exception) -> int:
+    """A usage error of the option parser, in one line; anything else is a defect and keeps its traceback."""
+    if not hasattr(error, "format_message"):
+        raise error
+    context = getattr(error, "ctx", None)
+    helpful = f"; see '{context.command_path} --help'" if context else ""
+    return _say(f"{' '.join(error.format_message().split())}{helpful}", 2)
+
+
+def _say(message: str, code: int) -> int:
+    print(f"bristle: {message}", file=sys.stderr)
+    return code
+
+
+def main() -> NoReturn:
+    """Entry point of the console script."""
+    sys.exit(run())

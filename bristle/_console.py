@@ -1,0 +1,88 @@
+"""What commands share: reading recordings and options, and tables on the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from recordings import BadInput, Recording, bundled, bundled_names, read
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from identification import Crosscheck, Identification
+
+
+def load(paths: Sequence[str]) -> list[Recording]:
+    """Read recordings by path; ``bundled:NAME`` names one that ships with the toolkit."""
+    return [_load(path) for path in paths]
+
+
+def _load(path: str) -> Recording:
+    if not path.startswith("bundled:"):
+        return read(path)
+    name = path.removeprefix("bundled:")
+    if name not in bundled_names():
+        raise BadInput(path, "there is no such bundled recording", f"there are {', '.join(bundled_names())}")
+    return bundled(name)
+
+
+def assignments(items: Sequence[str], option: str) -> dict[str, float]:
+    """Options of the form NAME=NUMBER. Raises BadInput for anything else."""
+    found = {}
+    for item in items:
+        name, equals, text = item.partition("=")
+        try:
+            found[name.strip()] = float(text)
+        except ValueError:
+            equals = ""
+        if not equals or found.get(name.strip()) in (float("inf"), float("-inf")) or found[name.strip()] != found[name.strip()]:
+            raise BadInput(f"{option} {item}", "it is not NAME=NUMBER", f"write for example {option} mass.m=2.1")
+    return found
+
+
+def writable(path: Path | None) -> None:
+    """Refuse an output path early, before the long work. Raises BadInput."""
+    if path is not None and not path.parent.is_dir():
+        raise BadInput(str(path), f"there is no folder {path.parent}", "create it or give another path")
+
+
+def stdout() -> Console:
+    """The console for results."""
+    from rich.console import Console
+
+    return Console(highlight=False, soft_wrap=True)
+
+
+def parameter_table(found: Identification, truth: dict[str, float] | None = None) -> object:
+    """The fitted parameters as a table, beside the truth where it is known."""
+    from rich.table import Table
+
+    table = Table(title="Identified valve", title_justify="left")
+    for column in ("parameter", "value", "± std", "unit", "status", *(["truth", "error"] if truth else [])):
+        table.add_column(column, justify="left" if column in ("parameter", "unit", "status") else "right")
+    for name, p in found.model.parameters.items():
+        std = "" if p.std is None else f"{p.std:.2g}"
+        row = [name, f"{p.value:.6g}", std, p.unit, p.status]
+        if truth:
+            known = truth.get(name)
+            row += ["", ""] if known is None else [f"{known:.6g}", f"{100 * (p.value / known - 1):+.2f} %" if known else ""]
+        table.add_row(*row)
+    return table
+
+
+def crosscheck_table(check: Crosscheck) -> object:
+    """The cross-check, row by row."""
+    from rich.table import Table
+
+    table = Table(title="Cross-check by sparse regression (pysindy)", title_justify="left")
+    for column in ("coefficient", "fit", "regression", "difference", "gate", ""):
+        table.add_column(column, justify="left" if column in ("coefficient", "") else "right")
+    for row in check.rows:
+        verdict = ("agrees" if row.agrees else "differs") if row.counts else "too small to decide"
+        table.add_row(
+            row.name, f"{row.fitted:.5g}", f"{row.regressed:.5g}", f"{100 * row.difference:+.1f} %",
+            f"{100 * row.gate:.0f} %", verdict,
+        )  # fmt: skip
+    return table

@@ -1,0 +1,43 @@
+"""The options of `bristle fit` turned into what the identification takes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from recordings import BadInput, Recording
+
+if TYPE_CHECKING:
+    from simulator import Causality
+
+LEFT_OUT = {"spring": {"spring.K": 0.0}}
+"""Effects that a plant may lack, as the values that say so. The constant force F0 stays: weight, offset, drive zero."""
+
+
+def without_effects(names: Sequence[str]) -> dict[str, float]:
+    """Held values that stand for left-out effects. Raises BadInput for one that cannot be left out."""
+    held: dict[str, float] = {}
+    for name in names:
+        if name not in LEFT_OUT:
+            raise BadInput(f"--without {name}", "it cannot be left out", f"there are {', '.join(LEFT_OUT)}")
+        held |= LEFT_OUT[name]
+    return held
+
+
+def with_area(recordings: Sequence[Recording], area: float | None) -> list[Recording]:
+    """The recordings with a diaphragm area [m2] set. Raises BadInput for one that is not positive."""
+    if area is None:
+        return list(recordings)
+    return [replace(r, plant=replace(r.plant, diaphragm_area_m2=area)) for r in recordings]
+
+
+def checked_causality(text: str | None) -> Causality | None:
+    """The causality named on the command line. Raises BadInput for an unknown one."""
+    if text is None:
+        return None
+    if text == "force":
+        return "force"
+    if text == "motion":
+        return "motion"
+    raise BadInput(f"--causality {text}", "it is neither", "write force (force in, position out) or motion")

@@ -1,0 +1,64 @@
+"""`bristle fit`: LuGre friction and spring from recordings, without start values."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def command(
+    recordings: Annotated[list[str], typer.Argument(help="Recordings (.h5), fitted together; bundled:NAME for an example.")],
+    out: Annotated[Path | None, typer.Option(help="Write the model here (model.json).")] = None,
+    holdout: Annotated[list[str] | None, typer.Option(help="Recording that only judges the fit; repeat for more.")] = None,
+    report: Annotated[Path | None, typer.Option(help="Write a self-contained HTML page here.")] = None,
+    given: Annotated[list[str] | None, typer.Option(help="Hold a parameter: mass.m=2.1 (SI units).")] = None,
+    without: Annotated[list[str] | None, typer.Option(help="Leave out: 'spring' for a plant without one.")] = None,
+    causality: Annotated[str | None, typer.Option(help="'force' or 'motion'; the roles in the file decide otherwise.")] = None,
+    area: Annotated[float | None, typer.Option(help="Diaphragm area [m2], to turn pressure into force.")] = None,
+    hold: Annotated[bool, typer.Option(help="The force is held between samples (a converter's output).")] = False,
+    profile: Annotated[list[str] | None, typer.Option(help="Profile likelihood of this parameter as well.")] = None,
+    crosscheck: Annotated[bool, typer.Option(help="Cross-check with pysindy.")] = True,
+) -> None:
+    """Fit the LuGre friction parameters and the spring of a valve to recordings.
+
+    Example: bristle fit bundled:mixed --out model.json --report fit.html
+    """
+    from bristle._console import assignments, crosscheck_table, load, parameter_table, stdout, writable
+    from bristle._fitting import checked_causality, with_area, without_effects
+    from identification import Outcome, identify
+    from identification import profile as profile_of
+    from recordings import NegativeAnswer
+
+    for path in (out, report):
+        writable(path)
+    held = without_effects(without or []) | assignments(given or [], "--given")
+    read, others = (with_area(load(paths), area) for paths in (recordings, holdout or []))
+    found = identify(
+        read, holdout=others, given=held, causality=checked_causality(causality), hold=hold, check=crosscheck
+    )
+    console = stdout()
+    console.print(parameter_table(found))
+    for kind, error in found.model.error.items():
+        if error:
+            console.print(f"free-run error, {kind}: " + ", ".join(f"{k} {v:.4g}" for k, v in error.items()))
+    for name in profile or []:
+        p = profile_of(found.fit, found.uncertainty, name)
+        low, high = (f"{x:.6g}" if x is not None else "beyond 3 standard deviations" for x in (p.lower, p.upper))
+        console.print(f"profile of {name}: 90 % interval from {low} to {high}")
+    for sentence in found.advice:
+        console.print(sentence)
+    if found.crosscheck:
+        console.print(crosscheck_table(found.crosscheck))
+        console.print(found.crosscheck.sentence)
+    if out:
+        found.model.write(out)
+    if report:
+        from identification.report import write_report
+
+        write_report(report, found)
+    if found.fit.outcome is not Outcome.CONVERGED:
+        raise NegativeAnswer(found.fit.outcome.value)
+    if found.crosscheck and not found.crosscheck.agrees:
+        raise NegativeAnswer(found.crosscheck.sentence)

@@ -1,0 +1,102 @@
+"""What a source yields: samples whose every value says how far it can be trusted, and what happened to the link."""
+
+from __future__ import annotations
+
+import json
+import math
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from enum import StrEnum
+from typing import Literal, NamedTuple
+
+EventKind = Literal["link_up", "link_down", "gap", "deadline_missed", "bad_value"]
+"""The kinds of event that a source reports; the contract's others (alarm, cleared) are a detector's."""
+
+
+def wall_at(moment: float) -> float:
+    """The POSIX time [s] of a recent monotonic time [s]."""
+    return time.time() - (time.monotonic() - moment)
+
+
+class Quality(StrEnum):
+    """How far a value can be trusted."""
+
+    GOOD = "good"
+    STALE = "stale"
+    BAD = "bad"
+
+
+class Reading(NamedTuple):
+    """One value of a sample. value : in `unit`, NaN when there is none; reason : in words, None when good.
+
+    A stale reading keeps the value that was read, because it may help a human; nothing may compute with it.
+    """
+
+    value: float
+    unit: str
+    quality: Quality = Quality.GOOD
+    reason: str | None = None
+
+    @property
+    def good(self) -> bool:
+        """Whether the value may be used."""
+        return self.quality is Quality.GOOD
+
+    @property
+    def usable(self) -> float:
+        """The value when it is good, else NaN."""
+        return self.value if self.quality is Quality.GOOD else math.nan
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """What one valve said at one moment.
+
+    time : monotonic [s], strictly increasing for one valve, of an arbitrary origin; wall : POSIX time [s];
+    valve : its name; readings : by point name.
+
+    >>> sample = Sample(12.5, 1.7e9, "LC74_20", {"position": Reading(0.0192, "m")})
+    >>> sample.good, sample.at.year, sample["position"].usable
+    (True, 2023, 0.0192)
+    """
+
+    time: float
+    wall: float
+    valve: str
+    readings: Mapping[str, Reading]
+
+    def __getitem__(self, name: str) -> Reading:
+        return self.readings[name]
+
+    @property
+    def good(self) -> bool:
+        """Whether every value may be used."""
+        return all(reading.quality is Quality.GOOD for reading in self.readings.values())
+
+    @property
+    def at(self) -> datetime:
+        """The wall-clock time, in UTC."""
+        return datetime.fromtimestamp(self.wall, UTC)
+
+
+@dataclass(frozen=True, slots=True)
+class LinkEvent:
+    """Something that happened to the way a valve's values take. time : monotonic [s]; wall : POSIX time [s]."""
+
+    time: float
+    wall: float
+    valve: str
+    kind: EventKind
+    text: str
+
+    def json_line(self, origin: float) -> str:
+        """One line of the event stream. origin : the monotonic time [s] at which the session began.
+
+        >>> LinkEvent(100.5, 0.0, "LC74_20", "link_down", "closed by the peer").json_line(100.0)[:62]
+        '{"time": "1970-01-01T00:00:00.000000Z", "t_s": 0.5, "valve": "'
+        """
+        moment = datetime.fromtimestamp(self.wall, UTC).strftime("%Y-%m-%dT%H:%M:%S.%fZ")
+        about = {"time": moment, "t_s": round(self.time - origin, 6), "valve": self.valve, "kind": self.kind}
+        return json.dumps(about | dict.fromkeys(("fault", "residual", "threshold")) | {"text": self.text})

@@ -1,0 +1,156 @@
+"""One listener of a server: opens a socket, a serial line or a pseudo terminal, or says in words why it cannot."""
+
+from __future__ import annotations
+
+import errno
+import os
+import socket
+import termios
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+
+import serial
+from pymodbus import FramerType
+from pymodbus.server import ModbusSerialServer, ModbusTcpServer, ModbusTlsServer
+
+from hil._pty import PtyLine
+from hil._server_address import Address, NetworkAddress, PtyAddress, SerialAddress
+from hil._server_unit import ServedUnit
+from hil._server_wire import Clock, devices, known_units
+from hil._tls import Certificates
+from recordings import BadInput
+
+_Server = ModbusTcpServer | ModbusTlsServer | ModbusSerialServer
+
+
+@dataclass(frozen=True)
+class Endpoint:
+    """An open listener. address : where clients find it, with the port or the pseudo terminal that was chosen."""
+
+    address: str
+    _server: _Server
+    _release: Callable[[], None]
+
+    async def close(self) -> None:
+        """Stop listening and drop the connections."""
+        await self._server.shutdown()  # type: ignore[no-untyped-call]
+        self._release()
+
+
+async def open_endpoint(
+    address: Address, units: Mapping[int, ServedUnit], clock: Clock, certificates: Certificates | None
+) -> Endpoint:
+    """Start to listen. Raises BadInput when that is not possible."""
+    if isinstance(address, NetworkAddress):
+        return await _open_network(address, units, clock, certificates)
+    if isinstance(address, SerialAddress):
+        _try_serial(address)
+        server = _serial_server(address, units, clock)
+        await _serve(server, address.device)
+        return Endpoint(f"rtu:{address.device}", server, lambda: None)
+    return await _open_pty(address, units, clock)
+
+
+async def _open_network(
+    address: NetworkAddress, units: Mapping[int, ServedUnit], clock: Clock, certificates: Certificates | None
+) -> Endpoint:
+    _try_network(address)
+    place, known = (address.host, address.port), known_units(units.keys())
+    server: ModbusTcpServer
+    if address.kind == "tcp":
+        server = ModbusTcpServer(devices(units, clock), address=place, trace_pdu=known)
+    else:
+        if certificates is None:
+            remedy = "give --cert, --key and --ca (for tests: bristle serve --make-test-ca DIR)"
+            raise BadInput(address.at(address.port), "TLS needs certificates", remedy)
+        # The library's TLS framer swallows two requests that arrive together; the plain one has the same frames.
+        context, framer = certificates.server_context(), FramerType.SOCKET
+        server = ModbusTlsServer(devices(units, clock), framer=framer, address=place, sslctx=context, trace_pdu=known)
+    await _serve(server, address.at(address.port))
+    port = server.transport.sockets[0].getsockname()[1]  # type: ignore[attr-defined]
+    return Endpoint(address.at(port), server, lambda: None)
+
+
+async def _open_pty(address: PtyAddress, units: Mapping[int, ServedUnit], clock: Clock) -> Endpoint:
+    """A pseudo terminal knows no parity, and some systems refuse to set one: the address that clients get says so."""
+    line = PtyLine()
+    try:
+        if address.link:
+            _link(line.client_path, address.link)
+        server = _serial_server(SerialAddress(line.server_path, parity="N"), units, clock)
+        await _serve(server, line.server_path)
+    except BaseException:
+        line.close()
+        raise
+
+    def release() -> None:
+        line.close()
+        if address.link and os.path.islink(address.link):
+            with suppress(OSError):
+                os.unlink(address.link)
+
+    return Endpoint(f"rtu:{address.link or line.client_path}?parity=N", server, release)
+
+
+def _serial_server(address: SerialAddress, units: Mapping[int, ServedUnit], clock: Clock) -> ModbusSerialServer:
+    return ModbusSerialServer(
+        devices(units, clock),
+        port=address.device,
+        baudrate=address.baud,
+        parity=address.parity,
+        stopbits=address.stop_bits,
+        ignore_missing_devices=True,  # on a line of several devices only the one that is meant may speak
+        trace_pdu=known_units(units.keys()),
+    )
+
+
+async def _serve(server: _Server, where: str) -> None:
+    try:
+        await server.serve_forever(background=True)
+    except (RuntimeError, OSError, termios.error) as error:
+        raise BadInput(where, f"cannot listen there ({error})", "use another address") from None
+
+
+def _try_network(address: NetworkAddress) -> None:
+    """The wire library does not say why it cannot listen: ask the system first."""
+    where, family = address.at(address.port), socket.AF_INET6 if ":" in address.host else socket.AF_INET
+    with socket.socket(family, socket.SOCK_STREAM) as attempt:
+        attempt.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            attempt.bind((address.host, address.port))
+            attempt.listen()
+        except OSError as error:
+            raise BadInput(
+                where, *_REASONS.get(error.errno or 0, (f"{error.strerror}", "use another address"))
+            ) from None
+
+
+_REASONS = {
+    errno.EADDRINUSE: ("the port is in use", "stop the other program or use another port (0 takes a free one)"),
+    errno.EACCES: ("ports below 1024 need privileges", "use a higher port such as 5020"),
+    errno.EADDRNOTAVAIL: ("this machine has no such address", "use 127.0.0.1, or an address of this machine"),
+}
+
+
+def _try_serial(address: SerialAddress) -> None:
+    try:
+        serial.Serial(address.device, address.baud, parity=address.parity, exclusive=True).close()
+    except (serial.SerialException, ValueError, OSError, termios.error) as error:
+        number = getattr(error, "errno", None)
+        if number == errno.ENOENT:
+            found, remedy = "there is no such serial device", "check the name, or use pty: for a simulated line"
+        elif number == errno.EACCES:
+            found, remedy = "no permission for this serial device", "join the group that owns it (often dialout)"
+        elif "lock" in str(error) or number in {errno.EBUSY, errno.EAGAIN}:
+            found, remedy = "the serial device is busy", "stop the other program that uses it"
+        else:
+            found, remedy = f"not a usable serial device ({error})", "name a serial device, or use pty:"
+        raise BadInput(address.device, found, remedy) from None
+
+
+def _link(path: str, link: str) -> None:
+    try:
+        os.symlink(path, link)
+    except OSError as error:
+        raise BadInput(f"pty:{link}", f"cannot make that link: {error.strerror}", "use a name that is free") from None

@@ -1,0 +1,59 @@
+"""The source: where a valve's values come from, whatever is behind it, and never a wrong one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from types import TracebackType
+from typing import Protocol, Self
+
+from hil._register_map import WriteMap
+from hil._sample import LinkEvent, Sample
+from hil._source_address import ReplayAddress, parse_address
+from hil._source_live import LiveSource, Plan
+from hil._source_replay import ReplaySource
+from hil._source_statistics import Statistics
+from hil._source_valve import Valve
+from recordings import BadInput, SignalSpec
+
+
+class Source(Protocol):
+    """An asynchronous context manager and iterator of `Sample`s and `LinkEvent`s, in the order of time for each valve.
+
+    signals : what a recording of each valve declares, by valve name; statistics : what it has done so far. Only a
+    recording ends; a live source goes on until it is closed, or raises `PollingDied`.
+    """
+
+    @property
+    def signals(self) -> Mapping[str, tuple[SignalSpec, ...]]: ...
+
+    @property
+    def statistics(self) -> Statistics: ...
+
+    async def __aenter__(self) -> Self: ...
+
+    async def __aexit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None: ...
+
+    def __aiter__(self) -> Self: ...
+
+    async def __anext__(self) -> Sample | LinkEvent: ...
+
+
+def open_source(
+    address: str,
+    valves: Sequence[Valve] = (),
+    plan: Plan | None = None,
+    *,
+    write_map: WriteMap | None = None,
+    allow_write: bool = False,
+) -> Source:
+    """The source that an address means (`hil._source_address` lists the forms). Call it inside a running event loop.
+
+    valves, plan : what to read of a live source and how, see `LiveSource`; a recording has its own signals and takes
+    at most one valve, for its name. Raises BadInput for whatever of it cannot be used.
+    """
+    where = parse_address(address)
+    if isinstance(where, ReplayAddress):
+        return ReplaySource(where, valves[0].name if valves else None)
+    if not valves or plan is None:
+        raise BadInput(address, "nothing says what to read there", "give a register map (--map)")
+    return LiveSource(where, valves, plan, write_map=write_map, allow_write=allow_write)

@@ -1,0 +1,70 @@
+"""The coordinates in which a fit moves: logarithms of positive parameters, scaled values of the others."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simulator import CATALOGUE, Kernel, Parameter
+
+Array = NDArray[np.float64]
+
+FLOOR = 1e-7
+"""A parameter that may be zero but moves in its logarithm stops at this fraction of its scale."""
+
+
+@dataclass(frozen=True)
+class Coordinates:
+    """Which parameters are free, and the map between them and the coordinates theta (n_free,).
+
+    names : all parameters in kernel order; base (n_parameters,) : values of the fixed ones; free, logs (n_parameters,)
+    bool; scale (n_parameters,) : unit of the linear coordinates; lower, upper (n_parameters,) in physical units.
+    """
+
+    names: tuple[str, ...]
+    base: Array
+    free: NDArray[np.bool_]
+    logs: NDArray[np.bool_]
+    scale: Array
+    lower: Array
+    upper: Array
+
+    @classmethod
+    def of(cls, kernel: Kernel, given: Mapping[str, float], force_scale: float) -> Coordinates:
+        """Coordinates of a kernel's parameters with the `given` ones held; force_scale [N] scales a preload."""
+        known = parameters(kernel)
+        lower = np.array([p.lower for p in known.values()])
+        base = np.array([given.get(name, p.scale) for name, p in known.items()])
+        free = np.array([name not in given for name in known])
+        logs = lower >= 0
+        scale = np.array([force_scale if p.unit == "N" and p.lower < 0 else p.scale for p in known.values()])
+        return cls(tuple(known), base, free, logs, scale, lower, np.array([p.upper for p in known.values()]))
+
+    def theta(self, p: Array) -> Array:
+        """Coordinates of a parameter vector (n_parameters,)."""
+        logarithm = np.log(np.maximum(p, FLOOR * self.scale))
+        return np.where(self.logs, logarithm, p / self.scale)[self.free]
+
+    def p(self, theta: Array) -> Array:
+        """Parameter vector (n_parameters,) at coordinates theta; physical bounds are kept."""
+        full = np.where(self.logs, np.log(np.maximum(self.base, FLOOR * self.scale)), self.base / self.scale)
+        full[self.free] = theta
+        with np.errstate(over="ignore"):
+            moved = np.where(self.logs, np.exp(np.clip(full, -80.0, 80.0)), full * self.scale)
+        return np.where(self.free, np.clip(moved, self.lower, self.upper), self.base)
+
+    def slope(self, p: Array) -> Array:
+        """dp/dtheta (n_free,) at a parameter vector."""
+        return np.where(self.logs, p, self.scale)[self.free]
+
+
+def parameters(kernel: Kernel) -> dict[str, Parameter]:
+    """The parameters of a kernel by full name, in its order."""
+    return {
+        CATALOGUE[effect].parameter_name(parameter.symbol): parameter
+        for effect in kernel.effects
+        for parameter in CATALOGUE[effect].parameters
+    }

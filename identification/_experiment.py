@@ -1,0 +1,141 @@
+"""A recording made ready for fitting: SI arrays, causality, contiguous segments, smoothed motion, noise levels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification._noise import noise_std
+from identification._smooth import Motion, smooth
+from recordings import BadInput, Recording
+from simulator import Causality
+
+Array = NDArray[np.float64]
+
+SHORTEST = 30
+"""A segment with fewer samples than this teaches nothing and is left out."""
+
+GAP = 5.0
+"""Spacing, in medians of the spacing, above which the recording is cut into segments."""
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A stretch without gaps. t [s], u force [N], y position [m], each (n_samples,); seen : where the measured output
+    is known (the other samples are bridged by interpolation and count nothing); motion : the smoothed position.
+    """
+
+    t: Array
+    u: Array
+    y: Array
+    seen: NDArray[np.bool_]
+    motion: Motion
+
+    def part(self, first: int, last: int) -> Segment:
+        """The samples [first, last)."""
+        s = slice(first, last)
+        m = self.motion
+        motion = Motion(m.x[s], m.v[s], m.a[s], m.crept[s])
+        return Segment(self.t[s], self.u[s], self.y[s], self.seen[s], motion)
+
+    @property
+    def dt(self) -> float:
+        """Median spacing of the samples [s]."""
+        return float(np.median(np.diff(self.t)))
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """What a recording says, in the form in which a fit uses it.
+
+    name : for messages; causality : ``force`` (force in, position out) or ``motion`` (motion in, force out);
+    noise_position [m], noise_force [N] : estimated standard deviations; samples : number in all segments.
+    """
+
+    name: str
+    causality: Causality
+    segments: tuple[Segment, ...]
+    noise_position: float
+    noise_force: float
+    plant: dict[str, float | str] = field(default_factory=dict)
+    hold: bool = False
+
+    @property
+    def samples(self) -> int:
+        """Number of samples in all segments."""
+        return sum(len(s.t) for s in self.segments)
+
+    @property
+    def output_noise(self) -> float:
+        """Standard deviation of the measured output's noise [m], or [N] where the motion is imposed."""
+        return self.noise_position if self.causality == "force" else self.noise_force
+
+    def with_segments(self, segments: tuple[Segment, ...]) -> Experiment:
+        """The same experiment restricted to other segments."""
+        return Experiment(
+            self.name, self.causality, segments, self.noise_position, self.noise_force, self.plant, self.hold
+        )
+
+
+def experiment(recording: Recording, causality: Causality | None = None, *, hold: bool = False) -> Experiment:
+    """Prepare a recording. The roles decide the causality (position as input: the rig imposes the motion).
+
+    hold : the force is held from sample to sample (a converter's output) instead of changing linearly between them.
+    Raises BadInput when there is no position, or neither force nor pressure with an area, or nothing long enough.
+    """
+    name = recording.path.name if recording.path else recording.title or "recording"
+    position, position_step = _position(recording, name)
+    force, force_step = _force(recording, name)
+    causality = causality or ("motion" if recording["position"].role == "input" else "force")
+    t = np.asarray(recording.time)
+    noise_x, noise_u = noise_std(position, position_step), noise_std(force, force_step)
+    driven, measured = (force, position) if causality == "force" else (position, force)
+    segments = tuple(
+        _segment(t[s], force[s], position[s], np.isfinite(measured[s]), noise_x) for s in _stretches(t, driven, measured)
+    )
+    if not segments:
+        raise BadInput(name, f"no stretch of {SHORTEST} samples without a gap", "record longer or repair the gaps")
+    plant = recording.plant.known()
+    return Experiment(name, causality, segments, noise_x, noise_u, plant, hold)
+
+
+def _position(recording: Recording, name: str) -> tuple[Array, float]:
+    if "position" not in recording:
+        raise BadInput(f"{name}: /signals", "there is no signal named position", "a fit needs position and force")
+    signal = recording.si("position")
+    return np.asarray(signal.values, float), signal.resolution or 0.0
+
+
+def _force(recording: Recording, name: str) -> tuple[Array, float]:
+    """The force of the actuator on the stem: recorded, or chamber pressure times diaphragm area."""
+    if "force" in recording:
+        signal = recording.si("force")
+        return np.asarray(signal.values, float), signal.resolution or 0.0
+    area = recording.plant.diaphragm_area_m2
+    if "pressure" in recording and area:
+        signal = recording.si("pressure")
+        return area * np.asarray(signal.values, float), area * (signal.resolution or 0.0)
+    found = "there is a pressure but no /plant diaphragm_area_m2" if "pressure" in recording else "there is no force"
+    raise BadInput(f"{name}: /signals", found, "a fit needs force, or pressure with the diaphragm area (--area)")
+
+
+def _stretches(t: Array, driven: Array, measured: Array) -> list[slice]:
+    """Slices without gaps in time, with the driving signal known throughout and the measured one somewhere."""
+    ok = np.isfinite(driven)
+    gap = np.append(np.diff(t) > GAP * np.median(np.diff(t)), True)
+    edges = np.flatnonzero(gap | ~ok | np.append(~ok[1:], True)) + 1
+    first, found = 0, []
+    for last in edges.tolist():
+        good = ok[first:last]
+        if good.all() and last - first >= SHORTEST and np.isfinite(measured[first:last]).sum() >= SHORTEST:
+            found.append(slice(first, last))
+        first = last
+    return found
+
+
+def _segment(t: Array, u: Array, y: Array, seen: NDArray[np.bool_], noise: float) -> Segment:
+    u, y = (np.interp(t, t[np.isfinite(z)], z[np.isfinite(z)]) for z in (u, y))
+    t = t - t[0]
+    return Segment(t, u, y, seen, smooth(t, y, noise))

@@ -1,0 +1,162 @@
+"""Fit a valve to recordings without start values: starts, homotopy, polish, and an outcome in words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification._coordinates import Coordinates
+from identification._experiment import Experiment
+from identification._homotopy import Homotopy, Path
+from identification._imposed import fit_imposed
+from identification._problem import Problem
+from identification._shake import shaken
+from identification._start import Start, regression, starts
+from recordings import BadInput
+from simulator import BASE, Kernel, kernel
+
+Array = NDArray[np.float64]
+
+TRIES = 4
+"""Starts that are followed at most."""
+GOOD_ENOUGH = 1.15
+"""Normalised root mean square residual at which no further start is tried."""
+
+INTEGRATING_WINDOW = 0.01
+"""Reset window [s] of the last stage for a plant without spring: it integrates every error of the model without limit,
+so that its free run says more about the model's smallest flaw than about its parameters."""
+
+
+class Outcome(Enum):
+    """How a fit ended, with a sentence each."""
+
+    CONVERGED = "the fit converged"
+    NOT_SETTLED = "the fit ran out of iterations before it settled; take the values as approximate"
+    NO_MOTION = "the valve does not move in these recordings; excite it over a good part of its stroke"
+    CONSTANT_INPUT = "the force is constant in these recordings; nothing can be learned from it"
+    NO_FRICTION = "the motion never reverses or stops; friction cannot be told from the spring: record reversals"
+    TOO_SHORT = "there are too few samples for the number of parameters; record longer"
+    DIVERGED = "the simulation diverged from every start; check units and signs of force and position"
+    NOT_EXPLAINED = "no start led to a model that follows the data; check units, signs and roles of force and position"
+
+    @property
+    def usable(self) -> bool:
+        """Whether there are parameter values to report."""
+        return self in (Outcome.CONVERGED, Outcome.NOT_SETTLED, Outcome.NOT_EXPLAINED)
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fit as a value. kernel, coordinates, problem, path: what was solved and where it ended (None when nothing could
+    be); fit_quality : normalised root mean square residual, 1 at the noise floor.
+    """
+
+    outcome: Outcome
+    kernel: Kernel
+    coordinates: Coordinates
+    problem: Problem | None = None
+    path: Path | None = None
+    rms: float = float("nan")
+
+    @property
+    def p(self) -> Array:
+        """The parameter vector, in kernel order."""
+        assert self.path is not None
+        return self.coordinates.p(self.path.unknowns[: int(self.coordinates.free.sum())])
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Parameter values by full name, SI units."""
+        return dict(zip(self.kernel.parameters, self.p.tolist(), strict=True))
+
+
+def fit(
+    experiments: Sequence[Experiment],
+    *,
+    effects: tuple[str, ...] = BASE,
+    given: Mapping[str, float] | None = None,
+) -> Fit:
+    """Fit all free parameters of `effects` to all experiments at once.
+
+    given : parameters by full name that are held, SI units. Raises BadInput for a name no effect has, or for
+    experiments of different causality.
+    """
+    causalities = {e.causality for e in experiments}
+    if len(causalities) != 1:
+        raise BadInput("recordings", "some are force-driven and some motion-driven", "fit them separately")
+    valve = kernel(effects, causalities.pop())
+    for name in given or {}:
+        if name not in valve.parameters:
+            raise BadInput(f"--given {name}", "no such parameter", f"there are {', '.join(valve.parameters)}")
+    force = np.concatenate([s.u for e in experiments for s in e.segments])
+    coordinates = Coordinates.of(valve, given or {}, float(np.std(force)) or 1.0)
+    obstacle = _obstacle(experiments, coordinates, force)
+    if obstacle is not None:
+        return Fit(obstacle, valve, coordinates)
+    if valve.causality == "motion":
+        path, problem = fit_imposed(valve, coordinates, experiments)
+        return _judged(valve, coordinates, problem, path)
+    return _force_driven(valve, coordinates, experiments)
+
+
+def _force_driven(valve: Kernel, coordinates: Coordinates, experiments: Sequence[Experiment]) -> Fit:
+    integrates = dict(zip(coordinates.names, coordinates.base, strict=True)).get("spring.K") == 0.0
+    window = INTEGRATING_WINDOW if integrates and not _free(coordinates, "spring.K") else np.inf
+    homotopy, best = Homotopy(valve, coordinates, experiments, window), None
+    ranked = starts(experiments, valve.effects, coordinates)
+    for attempt in range(TRIES):
+        theta = _next_start(attempt, ranked, best, homotopy)
+        path = None if theta is None else homotopy.follow(theta)
+        if path is not None and (best is None or path.normal.cost < best.normal.cost):
+            best = path
+        if best is not None and np.sqrt(best.normal.cost / homotopy.full.samples) < GOOD_ENOUGH:
+            break
+    polished = None if best is None else homotopy.polish(best)
+    return _judged(valve, coordinates, homotopy.full, polished)
+
+
+def _free(coordinates: Coordinates, name: str) -> bool:
+    return name in coordinates.names and bool(coordinates.free[coordinates.names.index(name)])
+
+
+def _next_start(attempt: int, ranked: Sequence[Start], best: Path | None, homotopy: Homotopy) -> Array | None:
+    """The best start first; then the best path shaken out of a wrong basin; then other starts, shaken likewise."""
+    if attempt == 1 and best is not None:
+        return shaken(best.unknowns[: homotopy.full.n_free], homotopy)
+    place = max(attempt - 1, 0)
+    if place >= len(ranked):
+        return None
+    return ranked[0].theta if attempt == 0 else shaken(ranked[place].theta, homotopy)
+
+
+def _obstacle(experiments: Sequence[Experiment], coordinates: Coordinates, force: Array) -> Outcome | None:
+    """What makes a fit impossible before it starts, if anything."""
+    if np.ptp(force) == 0.0:
+        return Outcome.CONSTANT_INPUT
+    if sum(e.samples for e in experiments) < 5 * coordinates.free.sum():
+        return Outcome.TOO_SHORT
+    if regression(experiments) is None:
+        return Outcome.NO_MOTION
+    directions = {int(d) for e in experiments for s in e.segments for d in np.unique(np.sign(s.motion.crept))}
+    return Outcome.NO_FRICTION if not {-1, 1} <= directions and 0 not in directions else None
+
+
+def _judged(valve: Kernel, coordinates: Coordinates, problem: Problem, path: Path | None) -> Fit:
+    if path is None:
+        return Fit(Outcome.DIVERGED, valve, coordinates)
+    square, level = 0.0, 0.0
+    for i, response in enumerate(problem.responses(path.unknowns, path.setting)):
+        if response is None:
+            return Fit(Outcome.DIVERGED, valve, coordinates)
+        segment, noise = problem.pieces[i].segment, problem.pieces[i].noise
+        measured = segment.y if valve.causality == "force" else segment.u
+        square += float(np.sum(problem.residual(i, response) ** 2))
+        level += float(np.sum(((measured - measured.mean()) / noise)[segment.seen] ** 2))
+    outcome = Outcome.CONVERGED if path.settled else Outcome.NOT_SETTLED
+    if square > 0.5 * level:
+        outcome = Outcome.NOT_EXPLAINED
+    return Fit(outcome, valve, coordinates, problem, path, float(np.sqrt(square / problem.samples)))

@@ -1,0 +1,62 @@
+"""The main job in one call: recordings in, an identified valve with its quality out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from identification._advice import advice
+from identification._crosscheck import crosscheck
+from identification._experiment import Experiment, experiment
+from identification._fit import Fit, fit
+from identification._result import Identification, free_runs, valve_model
+from identification._uncertainty import uncertainty
+from recordings import NegativeAnswer, Recording
+from simulator import BASE, Causality
+
+PLANT_CONSTANTS = {"moving_mass_kg": "mass.m"}
+"""Items of /plant that are measured constants and are held in a fit, with the parameter each fixes. Spring constant and
+preload of a data sheet are nominal values: they are what a fit is to find, and are not held unless given."""
+
+
+def identify(
+    recordings: Sequence[Recording],
+    *,
+    holdout: Sequence[Recording] = (),
+    effects: tuple[str, ...] = BASE,
+    given: Mapping[str, float] | None = None,
+    causality: Causality | None = None,
+    hold: bool = False,
+    check: bool = True,
+) -> Identification:
+    """Fit, judge and cross-check. Raises BadInput for recordings that cannot be used and NegativeAnswer, with the
+    outcome's sentence, when no values came out.
+
+    given : parameters held, by full name, SI units; it goes before what the recordings say of the plant;
+    hold : the force is held between samples; check : also run the sparse-regression cross-check.
+    """
+    experiments = [experiment(r, causality, hold=hold) for r in recordings]
+    held = _held(experiments) | dict(given or {})
+    found: Fit = fit(experiments, effects=effects, given=held)
+    if not found.outcome.usable:
+        raise NegativeAnswer(found.outcome.value)
+    known = uncertainty(found)
+    runs = free_runs(found, experiments, fitted=True)
+    others = [experiment(r, causality, hold=hold) for r in holdout]
+    held_out = free_runs(found, others, fitted=False) if others else ()
+    checked = crosscheck(found, experiments) if check else None
+    quality: dict[str, object] = {
+        "correlated": [f"{a}, {b}: {c:+.3f}" for a, b, c in known.pairs()],
+        "advice": list(advice(known)),
+        "crosscheck": None if checked is None else checked.sentence,
+    }
+    model = valve_model(found, known, recordings, experiments, {"fit": runs, "holdout": held_out}, quality)
+    return Identification(found, known, model, runs, held_out, checked, advice(known))
+
+
+def _held(experiments: Sequence[Experiment]) -> dict[str, float]:
+    return {
+        parameter: float(e.plant[item])
+        for e in experiments
+        for item, parameter in PLANT_CONSTANTS.items()
+        if item in e.plant
+    }

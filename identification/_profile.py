@@ -1,0 +1,90 @@
+"""Profile likelihood: how the error grows when one parameter is held off its best value and all others follow.
+
+Where the least-squares cost is not a parabola (a parameter near a bound, two that trade off) the profile says what the
+standard deviation cannot (Raue et al., Bioinformatics 25(15), 2009).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification._fit import Fit
+from identification._least_squares import descend
+from identification._problem import Problem
+from identification._uncertainty import Uncertainty
+from recordings import BadInput
+
+Array = NDArray[np.float64]
+
+CHI2_90 = 2.7055
+"""90 % quantile of the chi-square distribution with one degree of freedom."""
+
+
+@dataclass(frozen=True)
+class Profile:
+    """values (n_points,) of the parameter in `unit` and rise (n_points,) of the cost in units of the residual variance,
+    corrected for a residual that is not white; lower, upper : 90 % interval, None where the profile stays below the limit.
+    """
+
+    name: str
+    values: Array
+    rise: Array
+    lower: float | None
+    upper: float | None
+
+
+def profile(fit: Fit, known: Uncertainty, name: str, points: int = 7, reach: float = 3.0) -> Profile:
+    """Profile one parameter at `points` values on each side, up to `reach` standard deviations away.
+
+    Raises BadInput for a name that is not a free parameter of the fit.
+    """
+    if name not in known.names:
+        raise BadInput(f"--profile {name}", "it is no free parameter of this fit", f"there are {', '.join(known.names)}")
+    assert fit.path is not None
+    assert fit.problem is not None
+    best, std = fit.values[name], known.std[name]
+    scale = max(fit.rms, 1e-12) ** 2 * max(known.inflation, 1.0) ** 2
+    sides = []
+    for sign in (-1.0, 1.0):
+        unknowns, side = fit.path.unknowns, []
+        for k in range(1, points + 1):
+            value = best + sign * reach * std * k / points
+            if value <= 0 and best > 0:
+                value = best * 0.7**k
+            found = _held_at(fit, name, value, unknowns)
+            if found is None:
+                break
+            cost, unknowns = found
+            side.append((value, (cost - fit.path.normal.cost) / scale))
+        sides.append(side)
+    table = np.array([*reversed(sides[0]), (best, 0.0), *sides[1]])
+    values, rise = table[:, 0], np.maximum(table[:, 1], 0.0)
+    at = int(np.flatnonzero(values == best)[0])
+    return Profile(name, values, rise, _crossing(values[at::-1], rise[at::-1]), _crossing(values[at:], rise[at:]))
+
+
+def _held_at(fit: Fit, name: str, value: float, unknowns: Array) -> tuple[float, Array] | None:
+    """Cost with one parameter held, the others refitted from `unknowns`; and the unknowns there, in the full order."""
+    assert fit.path is not None
+    assert fit.problem is not None
+    c = fit.coordinates
+    place = int(np.flatnonzero(np.flatnonzero(c.free) == c.names.index(name))[0])
+    base, free = c.base.copy(), c.free.copy()
+    base[c.names.index(name)], free[c.names.index(name)] = value, False
+    problem = Problem(fit.kernel, replace(c, base=base, free=free), fit.problem.experiments)
+    setting = fit.path.setting
+    end = descend(lambda x: problem.evaluate(x, setting), np.delete(unknowns, place), iterations=10, damping=1e-4)
+    return None if end is None else (end.normal.cost, np.insert(end.theta, place, unknowns[place]))
+
+
+def _crossing(values: Array, rise: Array) -> float | None:
+    """Where a profile that starts at the best value first passes the 90 % limit, by interpolation."""
+    above = np.flatnonzero(rise > CHI2_90)
+    if not len(above):
+        return None
+    i = above[0]
+    part = (np.sqrt(CHI2_90) - np.sqrt(rise[i - 1])) / (np.sqrt(rise[i]) - np.sqrt(rise[i - 1]))
+    return float(values[i - 1] + part * (values[i] - values[i - 1]))

@@ -1,0 +1,114 @@
+"""How well the parameters are known: covariance, condition, correlations, status and a word on each.
+
+Two covariances are computed and the larger standard deviation is reported: the classic one, from the Jacobian at the
+measured size of the residual, and one that is robust to a residual that is not white (White, Econometrica 48, 1980;
+clustered by blocks of time), because on real data the residual is mostly what the model lacks.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification._coordinates import parameters
+from identification._fit import Fit
+from identification._problem import Problem, Setting
+from simulator import Status
+
+Array = NDArray[np.float64]
+
+BLOCK = 0.5
+"""Length of a block of the robust covariance [s], at least 20 samples."""
+PRIOR_LOG_STD = 3.0
+"""A coordinate the data say nothing about is given this standard deviation, so that every number is finite."""
+WEAK = 0.3
+"""Relative standard deviation above which a parameter is weak."""
+COLLINEAR = 0.999
+"""Correlation above which two parameters are reported as collinear."""
+AT_BOUND = 1e-4
+"""A parameter that may be zero and is below this share of its scale is at its bound."""
+
+
+@dataclass(frozen=True)
+class Uncertainty:
+    """names (n_free); std (n_free,) in physical units; correlation (n_free, n_free); condition : of the column-scaled
+    Jacobian; status and note by name; inflation : how far the robust standard deviations exceed the classic ones, median.
+    """
+
+    names: tuple[str, ...]
+    std: dict[str, float]
+    correlation: Array
+    condition: float
+    status: dict[str, Status]
+    note: dict[str, str]
+    inflation: float
+
+    def pairs(self, above: float = 0.95) -> list[tuple[str, str, float]]:
+        """Strongly correlated pairs, strongest first."""
+        n = len(self.names)
+        found = [(self.names[i], self.names[j], float(self.correlation[i, j])) for i in range(n) for j in range(i)]
+        return sorted((p for p in found if abs(p[2]) > above), key=lambda p: -abs(p[2]))
+
+
+def uncertainty(fit: Fit) -> Uncertainty:
+    """Uncertainty of a fit that has values."""
+    assert fit.problem is not None
+    assert fit.path is not None
+    matrix, classic, robust = _covariances(fit.problem, fit.path.unknowns, fit.path.setting, max(fit.rms, 1e-12))
+    n = fit.problem.n_free
+    names = tuple(name for name, free in zip(fit.kernel.parameters, fit.coordinates.free, strict=True) if free)
+    spread = np.sqrt(np.maximum(np.diag(classic), np.diag(robust)))[:n]
+    slope = fit.coordinates.slope(fit.p)
+    diagonal = np.sqrt(np.diag(classic)[:n])
+    correlation = classic[:n, :n] / np.outer(diagonal, diagonal)
+    scaled = matrix[:n, :n] / np.sqrt(np.outer(np.diag(matrix)[:n], np.diag(matrix)[:n]).clip(1e-300))
+    eigen = np.linalg.eigvalsh(scaled)
+    std = dict(zip(names, (spread * slope).tolist(), strict=True))
+    status, note = _judged(fit, names, std, correlation)
+    inflation = float(np.median(np.sqrt(np.diag(robust)[:n] / np.diag(classic)[:n])))
+    return Uncertainty(names, std, correlation, float(np.sqrt(eigen[-1] / max(eigen[0], 1e-30))), status, note, inflation)
+
+
+def _covariances(problem: Problem, unknowns: Array, setting: Setting, rms: float) -> tuple[Array, Array, Array]:
+    """The Gauss-Newton matrix and the classic and robust covariances of all unknowns."""
+    size = len(unknowns)
+    matrix, meat, blocks = np.zeros((size, size)), np.zeros((size, size)), 0
+    for i, response in enumerate(problem.responses(unknowns, setting, sensitivities=True)):
+        if response is None or response.by is None:
+            continue
+        piece = problem.pieces[i]
+        at = np.concatenate([np.arange(problem.n_free), problem.n_free + i * problem.n_local + np.arange(problem.n_local)])
+        jacobian = np.where(piece.segment.seen[:, None], response.by / piece.noise, 0.0)
+        scores = jacobian * problem.residual(i, response)[:, None]
+        matrix[np.ix_(at, at)] += jacobian.T @ jacobian
+        length = max(20, round(BLOCK / piece.segment.dt))
+        sums = np.add.reduceat(scores, np.arange(0, len(scores), length), axis=0)
+        meat[np.ix_(at, at)] += sums.T @ sums
+        blocks += len(sums)
+    hold = np.full(size, rms**2 / PRIOR_LOG_STD**2)
+    bread = np.linalg.inv(matrix + np.diag(hold))
+    few = blocks / max(blocks - problem.n_free, 1)
+    return matrix, rms**2 * bread, few * bread @ meat @ bread + np.diag(np.diag(bread) ** 2 * hold)
+
+
+def _judged(
+    fit: Fit, names: tuple[str, ...], std: dict[str, float], correlation: Array
+) -> tuple[dict[str, Status], dict[str, str]]:
+    known, status, note = parameters(fit.kernel), {}, {}
+    scale = dict(zip(fit.kernel.parameters, fit.coordinates.scale, strict=True))
+    for i, name in enumerate(names):
+        value, parameter = fit.values[name], known[name]
+        partner = int(np.argmax(np.abs(correlation[i]) - np.eye(len(names))[i]))
+        strength = float(correlation[i, partner])
+        size = abs(value) if parameter.lower >= 0 else max(abs(value), 0.05 * scale[name])
+        if value <= parameter.lower + AT_BOUND * scale[name] or value >= parameter.upper - AT_BOUND * scale[name]:
+            status[name] = "at_bound"
+        elif std[name] > WEAK * size or abs(strength) > COLLINEAR:
+            status[name] = "weak"
+        else:
+            status[name] = "identified"
+        if status[name] == "weak" and abs(strength) > 0.9:
+            note[name] = f"nearly collinear with {names[partner]} (correlation {strength:+.3f})"
+    return status, note

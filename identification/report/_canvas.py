@@ -1,0 +1,40 @@
+"""How plots look: one figure factory, one set of colours (Okabe and Ito 2008: told apart by colour-blind readers)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+MEASURED, SIMULATED, REFERENCE, NEUTRAL = "#56B4E9", "#D55E00", "#009E73", "#8a8f98"
+"""Measured wide and light below, simulated narrow and strong on top: told apart in black and white, too."""
+WIDE, NARROW = 3.2, 1.3
+
+
+def canvas(x_label: str, y_label: str, height: int, **options: Any) -> Any:
+    """An empty bokeh figure as wide as the page: box zoom, pan, wheel zoom on demand, reset, save. Height in pixels."""
+    from bokeh.plotting import figure
+
+    plot = figure(
+        height=height, sizing_mode="stretch_width", min_width=260, x_axis_label=x_label, y_axis_label=y_label,
+        tools="xpan,box_zoom,wheel_zoom,reset,save", active_drag="box_zoom", active_scroll=None,
+        background_fill_color=None, border_fill_color=None, outline_line_color=None, **options,
+    )  # fmt: skip
+    plot.toolbar.logo = None
+    plot.toolbar.autohide = False
+    for axis in plot.axis:
+        axis.axis_label_text_font_style = "normal"
+        axis.axis_label_text_font_size = axis.major_label_text_font_size = "12px"
+        axis.minor_tick_line_color = None
+    return plot
+
+
+def finish_legend(plot: Any, place: str = "above") -> None:
+    """The legend in a row above the plot; a click on an entry hides its curve."""
+    if not plot.legend:
+        return
+    legend = plot.legend[0]
+    legend.orientation, legend.click_policy = "horizontal", "hide"
+    legend.background_fill_alpha, legend.border_line_color = 0.0, None
+    legend.label_text_font_size, legend.padding, legend.margin = "12px", 2, 2
+    legend.ncols = 3
+    if place == "above":
+        plot.add_layout(legend, "above")

@@ -1,0 +1,37 @@
+"""What is the plant? Effects, the compiled physics, excitations and simulated recordings."""
+
+from simulator._effect import Catalogue, Effect, Memory, Parameter, Quantities, Site
+from simulator._excitation import Excitation
+from simulator._kernel import Causality, Kernel, kernel
+from simulator._relaxation import Lag, Relaxation
+from simulator._scan import Recurrence, Scan, Scanner
+from simulator._simulate import Sensors, random_valve, simulate
+from simulator._valve import FittedTo, Status, Value, ValveModel
+from simulator.effects import BASE, CATALOGUE
+
+__all__ = [
+    "BASE",
+    "CATALOGUE",
+    "Catalogue",
+    "Causality",
+    "Effect",
+    "Excitation",
+    "FittedTo",
+    "Kernel",
+    "Lag",
+    "Memory",
+    "Parameter",
+    "Quantities",
+    "Recurrence",
+    "Relaxation",
+    "Scan",
+    "Scanner",
+    "Sensors",
+    "Site",
+    "Status",
+    "Value",
+    "ValveModel",
+    "kernel",
+    "random_valve",
+    "simulate",
+]

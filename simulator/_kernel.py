@@ -1,0 +1,101 @@
+"""A valve's effects, ready to run: parameters by name in, position (or force) and its derivatives out."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from recordings import BadInput
+from simulator._build import compiler
+from simulator._effect import Catalogue, Effect, Memory, Site
+from simulator._scan import Scan, Scanner
+from simulator._step import Layout, force_driven, motion_driven
+from simulator.effects import CATALOGUE
+
+Array = NDArray[np.float64]
+Causality = Literal["force", "motion"]
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """The compiled physics of a set of effects.
+
+    parameters : full names, in the order of the parameter vector and of the first columns of a jacobian;
+    states : names of the states, in the order of the last columns; a force-driven kernel starts with x and v.
+    """
+
+    effects: tuple[str, ...]
+    causality: Causality
+    layout: Layout
+    scanner: Scanner
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Full names of the parameters, in order."""
+        return self.layout.parameters
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Names of the states, in order."""
+        return self.layout.states
+
+    def vector(self, values: Mapping[str, float]) -> Array:
+        """The parameter vector for values by name. Raises KeyError naming a parameter that is missing."""
+        missing = [name for name in self.parameters if name not in values]
+        if missing:
+            raise KeyError(f"no value for {missing[0]}")
+        return np.array([values[name] for name in self.parameters], float)
+
+    def start(self, position: float = 0.0, velocity: float = 0.0, force: float = 0.0) -> Array:
+        """Initial state at a position [m], velocity [m/s] and actuating force [N], all memory at its own start."""
+
+        def first(memory: Memory) -> float:
+            return position if memory.at_position else force if memory.at_force else memory.start
+
+        memory = [first(m) for m in self.layout.memory]
+        return np.array(memory if self.causality == "motion" else [position, velocity, *memory], float)
+
+    def run(
+        self,
+        t: Array,
+        u: Array,
+        p: Array,
+        s0: Array,
+        *,
+        h_max: float = 0.0,
+        hold: bool = False,
+        sensitivities: bool = False,
+        resets: Array | None = None,
+    ) -> Scan:
+        """As `Scanner.run`: t (n_samples) [s]; u (n_samples) [N], or (n_samples, 4) x, v, a, 0 imposed."""
+        return self.scanner.run(t, u, p, s0, h_max=h_max, hold=hold, sensitivities=sensitivities, resets=resets)
+
+
+def kernel(effects: Iterable[str], causality: Causality = "force", catalogue: Catalogue = CATALOGUE) -> Kernel:
+    """The kernel of some effects by id, compiled at its first use and kept for this process.
+
+    causality : ``force`` simulates the position from the force, ``motion`` the force from an imposed motion;
+    catalogue : where the effects are looked up; `CATALOGUE.extended` makes one with effects of your own.
+    Raises KeyError for an unknown id, BadInput for effects that do not fit the causality.
+
+    >>> kernel(("inertia", "spring", "lugre")).parameters[:3]
+    ('mass.m', 'spring.K', 'spring.F0')
+    """
+    chosen = catalogue.pick(tuple(effects))
+    outside = [effect for effect in chosen if causality == "motion" and effect.site is not Site.FORCE]
+    if outside or not chosen:
+        found = f"{outside[0].id} acts on the {outside[0].site.value}, and the motion is imposed" if outside else "none"
+        raise BadInput("effects", found, "name effects that act on the force, for example inertia, spring and lugre")
+    return _kernel(chosen, causality, compiler())
+
+
+@functools.lru_cache(maxsize=64)
+def _kernel(effects: tuple[Effect, ...], causality: Causality, _compiler: tuple[str, ...] | None) -> Kernel:
+    """One kernel per choice of effects and way of compiling."""
+    recurrence, layout = (force_driven if causality == "force" else motion_driven)(effects)
+    return Kernel(tuple(e.id for e in effects), causality, layout, Scanner(recurrence))

@@ -1,0 +1,110 @@
+/* The loop over samples and sub-steps around the generated functions of one recurrence; `_loop.py` is its twin.
+   Sizes NS (states), NE (t, h, inputs, and inputs at the end of a sub-step where the recurrence asks for them), NU
+   (inputs), NP, NY, NC = NP + NS and SCALE (a small w) come as definitions. Returns -1, or the sample at which state,
+   output or derivatives are not finite, or before which the implicit equation has no solution. */
+#include <math.h>
+
+#define DIM(n) ((n) > 0 ? (n) : 1)
+#define CALL(f, ...) { const double *in[] = __VA_ARGS__; f(in, out, 0, 0, 0); }
+
+/* Newton inside a bracket that the signs of the residual tighten; NaN when there is no root to be found.
+   The residual rises through its root. After 40 rounds only halving is left, and that always ends. */
+static double solve(const double *s, const double *e, const double *p) {
+  double w, r[2], lo = -INFINITY, hi = INFINITY, reach = SCALE;
+  double *out[2] = {&w, 0};
+  CALL(guess, {s, e, p})
+  out[0] = &r[0]; out[1] = &r[1];
+  for (int i = 0; i < 120; ++i) {
+    CALL(residual, {&w, s, e, p})
+    if (!isfinite(r[0])) return NAN;
+    if (r[0] > 0) hi = w; else lo = w;
+    double after = w - r[0] / r[1];
+    const double close = 1e-10 * (fabs(w) + SCALE);
+    if (r[1] > 0 && fabs(after - w) <= close) return after;
+    if (hi - lo <= close) return w;
+    if (!(r[1] > 0 && after > lo && after < hi) || i > 40) {
+      if (isinf(lo)) { after = w - reach; reach *= 4; }
+      else if (isinf(hi)) { after = w + reach; reach *= 4; }
+      else after = 0.5 * (lo + hi);
+    }
+    w = after;
+  }
+  return NAN;
+}
+
+/* result = A S + [B 0]; A is rows x NS and B rows x NP (both column-major), S and result row-major with NC columns.
+   Returns whether all of it is finite. */
+static int chain(int rows, const double *A, const double *B, const double *S, double *result) {
+  int fine = 1;
+  for (int i = 0; i < rows; ++i) {
+    double *row = result + i * NC;
+    for (int c = 0; c < NC; ++c) row[c] = c < NP ? B[i + rows * c] : 0;
+    for (int j = 0; j < NS; ++j) {
+      const double a = A[i + rows * j];
+      if (a != 0) for (int c = 0; c < NC; ++c) row[c] += a * S[j * NC + c];
+    }
+    for (int c = 0; c < NC; ++c) fine = fine && isfinite(row[c]);
+  }
+  return fine;
+}
+
+static int finite_all(int n, const double *values) {
+  for (int i = 0; i < n; ++i) if (!isfinite(values[i])) return 0;
+  return 1;
+}
+
+/* The inputs of exo: at a part of the way from u0 to u1, and at its end where there is room for them. */
+static void fill(double *e, const double *u0, const double *u1, double part, double end) {
+  for (int i = 0; i < NE - 2; ++i) {
+    const double way = i < NU ? part : end;
+    const int column = i < NU ? i : i - NU;
+    e[2 + i] = u0[column] + way * (u1[column] - u0[column]);
+  }
+}
+
+/* One sub-step of the state, and of its derivatives S unless that is null; 0 when no implicit root was found. */
+static int advance(const double *e, const double *p, double *s, double *S) {
+  double next[DIM(NS)], A[DIM(NS * NS)], B[DIM(NS * NP)], T[DIM(NS * NC)];
+  double *out[3] = {next, A, B};
+  const double w = solve(s, e, p);
+  if (!isfinite(w)) return 0;
+  if (S) {
+    CALL(step_jac, {&w, s, e, p})
+    chain(NS, A, B, S, T);
+    for (int i = 0; i < NS * NC; ++i) S[i] = T[i];
+  } else CALL(step, {&w, s, e, p})
+  for (int i = 0; i < NS; ++i) s[i] = next[i];
+  return 1;
+}
+
+/* The output at a sample, with its derivatives Y unless that is null; whether it and the state are finite. */
+static int sample(const double *e, const double *p, const double *s, const double *S, double *y, double *Y) {
+  double C[DIM(NY * NS)], D[DIM(NY * NP)];
+  double *out[3] = {y, C, D};
+  if (Y) CALL(output_jac, {s, e, p}) else CALL(output, {s, e, p})
+  return finite_all(NS, s) && finite_all(NY, y) && (!Y || chain(NY, C, D, S, Y));
+}
+
+long scan(long n, const double *t, const double *u, int hold, double h_max, const double *p,
+          double *s, double *y, double *S, double *Y, const double *resets) {
+  double e[NE];
+  for (long k = 0; k < n; ++k) {
+    const double *u0 = u + k * NU, *u1 = k + 1 < n ? u0 + NU : u0;
+    e[0] = t[k]; e[1] = 0;
+    fill(e, u0, u0, 0, 0);
+    if (!sample(e, p, s, S, y + k * NY, Y ? Y + k * NY * NC : 0)) return k;
+    if (k + 1 == n) break;
+    if (resets) for (int i = 0; i < NS; ++i) if (!isnan(resets[k * NS + i])) {
+      s[i] = resets[k * NS + i];
+      for (int c = 0; c < NC; ++c) S[i * NC + c] = 0;
+    }
+    const double dt = t[k + 1] - t[k];
+    const long steps = h_max > 0 && dt > h_max ? (long)ceil(dt / h_max - 1e-9) : 1;
+    for (long j = 0; j < steps; ++j) {
+      e[0] = t[k] + (j + 0.5) / steps * dt; e[1] = dt / steps;
+      fill(e, u0, hold ? u0 : u1, (j + 0.5) / steps, (j + 1.0) / steps);
+      if (!advance(e, p, s, Y ? S : 0)) return k + 1;
+    }
+  }
+  return -1;
+}

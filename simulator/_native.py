@@ -1,0 +1,132 @@
+"""The loop over a recurrence as Python compiled by numba, for machines without a C compiler.
+
+The translated functions and the text of `_loop.py` become one generated module in the private cache. numba keeps its
+machine code beside that module, so that a second process starts fast.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import platform
+import sys
+import threading
+from collections.abc import Mapping
+from importlib import resources
+from importlib.machinery import SourceFileLoader
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import casadi as ca
+
+from simulator._cache import artefact
+from simulator._compiled import Loop
+from simulator._translate import python_source
+
+PRELUDE = """from __future__ import annotations
+
+import math
+from math import *
+
+import numba
+import numpy as np
+
+from simulator._arithmetic import *
+
+native = numba.njit(error_model="numpy", nogil=True)
+"""
+
+ENTRY = """
+
+def given(dimensions):
+    return numba.types.Array(numba.types.float64, dimensions, "C", readonly=True)
+
+
+def filled(dimensions):
+    return numba.types.Array(numba.types.float64, dimensions, "C")
+
+
+@numba.njit(
+    numba.types.int64(
+        given(1), given(2), numba.types.boolean, numba.types.float64, given(1), filled(1), filled(2), filled(2),
+        filled(3), given(2),
+    ),
+    error_model="numpy", nogil=True, cache=True,
+)
+def scan(t, u, hold, h_max, p, s, y, S, Y, resets):
+    return loop(t, u, hold, h_max, p, s, y, S, Y, resets, np.empty(EXO))
+"""
+
+_LOCK = threading.Lock()
+"""numba's settings and `sys.modules` are shared by all threads."""
+
+
+def loop(functions: Mapping[str, ca.Function], exo: int, scale: float) -> Loop:
+    """The loop compiled by numba; exo: length of that vector.
+
+    Raises NotImplementedError for an operation that has no translation.
+    """
+    text = source(functions, exo, scale)
+    key = "\0".join((text, _arithmetic_text(), *_machine()))
+    name = f"bristle_kernel_{hashlib.sha256(key.encode()).hexdigest()[:16]}"
+    with _LOCK:
+        folder = artefact(key, functools.partial(_write, name, text))
+        return _module(name, folder).scan
+
+
+def source(functions: Mapping[str, ca.Function], exo: int, scale: float) -> str:
+    """The text of the generated module."""
+    translated = [
+        "@native\n" + python_source(function, scalars=("w",), returned=name in ("residual", "guess"))
+        for name, function in functions.items()
+    ]
+    constants = f"SCALE = {float(scale)!r}\nEXO = {exo}\n"
+    return "\n\n".join((PRELUDE + constants, *translated, _loop_text())) + ENTRY
+
+
+def _write(name: str, text: str, folder: Path) -> None:
+    (folder / "kernel.py").write_text(text, encoding="utf-8")
+    _module(name, folder)
+
+
+def _module(name: str, folder: Path) -> ModuleType:
+    """Import the generated module, which makes numba compile it or load what it compiled before."""
+    import numba
+
+    module = ModuleType(name)
+    sys.modules[name] = module  # numba looks the module up by name when it loads machine code
+    elsewhere, numba.config.CACHE_DIR = numba.config.CACHE_DIR, ""  # machine code stays beside the module
+    try:
+        _Loader(name, str(folder / "kernel.py")).exec_module(module)
+    finally:
+        numba.config.CACHE_DIR = elsewhere
+    return module
+
+
+class _Loader(SourceFileLoader):
+    """Imports a source file and writes no bytecode: the folder it lies in is sealed."""
+
+    def set_data(self, path: str, data: Any, *, _mode: int = 0o666) -> None:
+        """Keep nothing."""
+
+
+@functools.cache
+def _machine() -> tuple[str, ...]:
+    """What numba's machine code depends on besides the text."""
+    import llvmlite.binding
+    import numba
+
+    features = llvmlite.binding.get_host_cpu_features().flatten()
+    return numba.__version__, platform.python_version(), llvmlite.binding.get_host_cpu_name(), features
+
+
+@functools.cache
+def _loop_text() -> str:
+    text = resources.files("simulator").joinpath("_loop.py").read_text(encoding="utf-8")
+    return text.partition("# The loop\n")[2].strip("\n")
+
+
+@functools.cache
+def _arithmetic_text() -> str:
+    return resources.files("simulator").joinpath("_arithmetic.py").read_text(encoding="utf-8")

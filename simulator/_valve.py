@@ -1,0 +1,84 @@
+"""A valve model: effects and their parameter values with what is known of their quality. What `model.json` stores."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from recordings import BadInput
+
+Status = Literal["identified", "weak", "at_bound", "given"]
+
+
+class Value(BaseModel):
+    """One parameter: value, standard deviation and bounds in `unit`; note says with what it is collinear, for example."""
+
+    model_config = ConfigDict(frozen=True)
+    value: float
+    std: float | None = None
+    unit: str
+    lower: float | None = None
+    upper: float | None = None
+    status: Status = "given"
+    note: str | None = None
+
+
+class FittedTo(BaseModel):
+    """A recording that a model was fitted to."""
+
+    model_config = ConfigDict(frozen=True)
+    file: str
+    sha256: str
+    samples: int
+
+
+class ValveModel(BaseModel):
+    """Effects by id (base first) and all their parameters by full name, with the noise, the errors and the quality.
+
+    noise : ``position_m`` and ``force_N``, standard deviations; error : ``fit`` and ``holdout``, each with ``rmse_m``
+    (or ``rmse_N`` where the motion is imposed) and ``nrmse``; quality : condition number, outcome and the like.
+    """
+
+    model_config = ConfigDict(frozen=True)
+    format: Literal["valve-model"] = "valve-model"
+    version: Literal[1] = 1
+    effects: tuple[str, ...]
+    parameters: dict[str, Value]
+    plant: dict[str, float | str] = Field(default_factory=dict)
+    noise: dict[str, float | None] = Field(default_factory=dict)
+    fitted_to: tuple[FittedTo, ...] = ()
+    error: dict[str, dict[str, float] | None] = Field(default_factory=dict)
+    quality: dict[str, Any] = Field(default_factory=dict)
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Parameter values by full name, SI units."""
+        return {name: p.value for name, p in self.parameters.items()}
+
+    def write(self, path: str | os.PathLike[str]) -> None:
+        """Write `model.json`, all or nothing."""
+        target = Path(path)
+        part = target.with_name(f".{target.name}.part")
+        try:
+            part.write_text(json.dumps(self.model_dump(mode="json"), indent=1, allow_nan=False) + "\n")
+            part.replace(target)
+        except OSError as error:
+            raise BadInput(str(target), f"cannot be written ({error.strerror})", "give a path in a writable folder") from error
+
+    @classmethod
+    def read(cls, path: str | os.PathLike[str]) -> ValveModel:
+        """Read `model.json`. Raises BadInput naming the file, the item and what is wrong with it."""
+        try:
+            text = Path(path).read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError) as error:
+            raise BadInput(str(path), f"cannot be read ({error})", "give a model.json written by 'bristle fit'") from error
+        try:
+            return cls.model_validate_json(text)
+        except ValidationError as error:
+            first = error.errors()[0]
+            place = ".".join(str(part) for part in first["loc"]) or "the whole file"
+            raise BadInput(f"{path}: {place}", first["msg"], "give a model.json written by 'bristle fit'") from error

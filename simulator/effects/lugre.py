@@ -1,0 +1,41 @@
+"""LuGre friction of packing and guides (Canudas de Wit et al., IEEE TAC 40(3), 1995, eq. 1-5)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import casadi as ca
+
+from simulator._effect import Effect, Expression, Memory, Parameter, Quantities, Site, Values
+from simulator._relaxation import Relaxation
+
+
+class LuGre(Effect):
+    """F = sigma0 z + sigma1 dz/dt + sigma2 v, dz/dt = v - sigma0 abs(v) z / g(v), g = fc + (fs - fc) exp(-(v/vs)^2).
+
+    Nothing forces fs >= fc: in real drives friction can fall towards zero speed.
+    """
+
+    id = "lugre"
+    site = Site.FORCE
+    sentence = "friction of packing and guides with presliding, break-away and the Stribeck effect"
+    check = "packing torque, stem finish and guide alignment"
+    parameters = (
+        Parameter("fc", "N", "Coulomb friction: level at speed", scale=150.0, lower=0.0, positive=True),
+        Parameter("fs", "N", "static friction: level near zero speed", scale=200.0, lower=0.0, positive=True),
+        Parameter("vs", "m/s", "Stribeck velocity", scale=5e-3, lower=0.0, positive=True),
+        Parameter("sigma0", "N/m", "bristle stiffness", scale=1e6, lower=0.0, positive=True),
+        Parameter("sigma1", "N s/m", "bristle damping", scale=1e3, lower=0.0),
+        Parameter("sigma2", "N s/m", "viscous friction", scale=300.0, lower=0.0),
+    )
+    memory = (Memory("z", "m", free=True),)
+
+    def level(self, v: Expression, p: Values) -> Expression:
+        """Friction level g(v) [N] at steady sliding, without the viscous part."""
+        return p["fc"] + (p["fs"] - p["fc"]) * ca.exp(-((v / p["vs"]) ** 2))
+
+    def relax(self, q: Quantities, p: Values) -> Mapping[str, Relaxation]:
+        return {"z": Relaxation(q.v, p["sigma0"] * ca.fabs(q.v) / (q.friction * self.level(q.v, p)))}
+
+    def force(self, q: Quantities, p: Values, s: Values, ds: Values) -> Expression:
+        return p["sigma0"] * s["z"] + p["sigma1"] * ds["z"] + p["sigma2"] * q.v
