@@ -11,7 +11,7 @@ import typer
 
 from recordings._errors import BadInput, NegativeAnswer
 
-COMMANDS = {"demo": "demo", "fit": "fit", "simulate": "simulate"}
+COMMANDS = {"demo": "demo", "fit": "fit", "record": "record", "serve": "serve", "simulate": "simulate"}
 """Command name -> module in `bristle.commands`; each module has one function `command`."""
 
 INTERRUPTED = 130

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from identification import Crosscheck, Identification
+    from simulator import ValveModel
 
 
 def load(paths: Sequence[str]) -> list[Recording]:
@@ -37,7 +38,11 @@ def assignments(items: Sequence[str], option: str) -> dict[str, float]:
             found[name.strip()] = float(text)
         except ValueError:
             equals = ""
-        if not equals or found.get(name.strip()) in (float("inf"), float("-inf")) or found[name.strip()] != found[name.strip()]:
+        if (
+            not equals
+            or found.get(name.strip()) in (float("inf"), float("-inf"))
+            or found[name.strip()] != found[name.strip()]
+        ):
             raise BadInput(f"{option} {item}", "it is not NAME=NUMBER", f"write for example {option} mass.m=2.1")
     return found
 
@@ -67,7 +72,11 @@ def parameter_table(found: Identification, truth: dict[str, float] | None = None
         row = [name, f"{p.value:.6g}", std, p.unit, p.status]
         if truth:
             known = truth.get(name)
-            row += ["", ""] if known is None else [f"{known:.6g}", f"{100 * (p.value / known - 1):+.2f} %" if known else ""]
+            row += (
+                ["", ""]
+                if known is None
+                else [f"{known:.6g}", f"{100 * (p.value / known - 1):+.2f} %" if known else ""]
+            )
         table.add_row(*row)
     return table
 
@@ -86,3 +95,10 @@ def crosscheck_table(check: Crosscheck) -> object:
             f"{100 * row.gate:.0f} %", verdict,
         )  # fmt: skip
     return table
+
+
+def print_errors(console: Console, model: ValveModel) -> None:
+    """The free-run errors of a model, a line each."""
+    for kind, error in model.error.items():
+        if error:
+            console.print(f"free-run error, {kind}: " + ", ".join(f"{k} {v:.4g}" for k, v in error.items()))

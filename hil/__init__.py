@@ -4,20 +4,40 @@ from hil._codec import Decoded, decode, encode
 from hil._fault_injector import FaultInjector, FaultSchedule
 from hil._fault_injector_io import RtuFaultInjector, TcpFaultInjector
 from hil._fault_injector_modes import MODES, Action, Close, Mode, Send
-from hil._pace import Lateness, Pace, Report
+from hil._link_state import BackOff, LinkState
+from hil._pace import Lateness, LatenessReport, Pace
 from hil._plant import Command, Plant
+from hil._plant_actuator import ActuatorPlant, ActuatorSetup
+from hil._plant_options import ActuatorOptions
 from hil._point import Point
+from hil._recorder import Recorder, RecorderReport, ValveReport
+from hil._recorder_files import RecorderSettings
+from hil._recorder_session import SessionEnd, record_session
 from hil._register_map import ReadBlock, RegisterMap, WriteMap
 from hil._register_map_table import describe_register_map
 from hil._ring import Ring
+from hil._sample import LinkEvent, Quality, Reading, Sample
 from hil._server import Server, ServerSettings
-from hil._server_address import listen_address
+from hil._server_address import NetworkAddress, PtyAddress, SerialAddress, ServerAddress, listen_address
+from hil._server_session import ServerEnd, serve_session
+from hil._source import Source, open_source
+from hil._source_address import parse_address
+from hil._source_live import LiveSource, PollingDied
+from hil._source_polling import Polling
+from hil._source_replay import ReplaySource
+from hil._source_ring import RingReading
+from hil._source_statistics import Statistics
+from hil._source_valve import Valve, valves_of
 from hil._tls import Certificates
 from hil._tls_test_authority import TestAuthority, make_test_authority
 
 __all__ = [
     "MODES",
     "Action",
+    "ActuatorOptions",
+    "ActuatorPlant",
+    "ActuatorSetup",
+    "BackOff",
     "Certificates",
     "Close",
     "Command",
@@ -25,24 +45,52 @@ __all__ = [
     "FaultInjector",
     "FaultSchedule",
     "Lateness",
+    "LatenessReport",
+    "LinkEvent",
+    "LinkState",
+    "LiveSource",
     "Mode",
+    "NetworkAddress",
     "Pace",
     "Plant",
     "Point",
+    "Polling",
+    "PollingDied",
+    "PtyAddress",
+    "Quality",
     "ReadBlock",
+    "Reading",
+    "Recorder",
+    "RecorderReport",
+    "RecorderSettings",
     "RegisterMap",
-    "Report",
+    "ReplaySource",
     "Ring",
+    "RingReading",
     "RtuFaultInjector",
+    "Sample",
     "Send",
+    "SerialAddress",
     "Server",
+    "ServerAddress",
+    "ServerEnd",
     "ServerSettings",
+    "SessionEnd",
+    "Source",
+    "Statistics",
     "TcpFaultInjector",
     "TestAuthority",
+    "Valve",
+    "ValveReport",
     "WriteMap",
     "decode",
     "describe_register_map",
     "encode",
     "listen_address",
     "make_test_authority",
+    "open_source",
+    "parse_address",
+    "record_session",
+    "serve_session",
+    "valves_of",
 ]

@@ -18,6 +18,7 @@ import serial
 from pymodbus.transport.serialtransport import create_serial_connection
 
 from hil._checks import Fault, Reply, Request
+from hil._link_frames import transactions
 from hil._link_rtu import RtuWire
 from hil._link_state import REOPEN, Input
 from hil._link_tcp import TcpWire
@@ -47,6 +48,7 @@ class Link:
         self._context = client_context(address) if isinstance(address, TlsAddress) else None
         if isinstance(address, RtuAddress):
             _check_device(address)
+        self._transactions = transactions()  # goes on over all connections: some gateways mix them up
         self._wire: Wire | None = None
         self._lost: asyncio.Future[Exception | None] | None = None
         self._turn = asyncio.Lock()
@@ -126,7 +128,7 @@ class Link:
             case TcpAddress() | TlsAddress():
                 name = (address.name or address.host) if isinstance(address, TlsAddress) else None
                 _, tcp = await loop.create_connection(
-                    lambda: TcpWire(address.timeout, self.tally, self._give_up),
+                    lambda: TcpWire(address.timeout, self._transactions, self.tally, self._give_up),
                     address.host,
                     address.port,
                     ssl=self._context,

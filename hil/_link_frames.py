@@ -9,6 +9,7 @@ that stands alone.
 from __future__ import annotations
 
 import struct
+from collections.abc import Collection, Iterator
 from typing import NamedTuple
 
 from hil._checks import Fault, Reply, Request, check_pdu, crc16
@@ -26,14 +27,21 @@ class Frame(NamedTuple):
     pdu: bytes
 
 
-def next_transaction(transaction: int) -> int:
-    """The id of the next request: never 0, which servers send when they do not know it, and never a neighbour.
+def transactions() -> Iterator[int]:
+    """The ids of requests, without end: never 0, which servers send when they do not know it, and no neighbours.
 
-    A server that answers with an id off by one or by one bit must not hit the id of the request that follows; every
+    A server that answers with an id off by one or by one bit must not hit the id of the request that follows. Every
     id comes once in 65535 requests.
+
+    >>> ids = transactions()
+    >>> [next(ids) for _ in range(4)]
+    [40503, 15470, 55973, 30940]
     """
-    following = (transaction + _STRIDE) & 0xFFFF
-    return following or _STRIDE
+    transaction = 0
+    while True:
+        transaction = (transaction + _STRIDE) & 0xFFFF
+        if transaction:
+            yield transaction
 
 
 def tcp_frame(request: Request, transaction: int) -> bytes:
@@ -61,6 +69,23 @@ def split_frames(stream: bytes) -> tuple[list[Frame], bytes, str | None]:
         frames.append(Frame(transaction, stream[start + 6], stream[start + 7 : end]))
         start = end
     return frames, stream[start:], None
+
+
+def ends_in_frame(pdu: bytes, transactions: Collection[int]) -> bool:
+    """Whether the end of a reply is a whole message with one of these transaction ids.
+
+    That happens when a reply stopped half way and an earlier one, late or repeated, fills just what is missing.
+
+    >>> ends_in_frame(bytes.fromhex("0308 0001 9e37 0000 0003 018302"), [0x9E37])
+    True
+    """
+    place = pdu.find(b"\0\0\0", 4)
+    while place >= 0:
+        inner = int.from_bytes(pdu[place - 2 : place], "big")
+        if pdu[place + 3 : place + 4] == bytes([len(pdu) - place - 4 & 0xFF]) and inner in transactions:
+            return True
+        place = pdu.find(b"\0\0\0", place + 1)
+    return False
 
 
 def check_tcp(request: Request, transaction: int, frame: Frame) -> Reply:

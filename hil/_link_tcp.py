@@ -6,41 +6,46 @@ and is dropped for that. Whenever the step itself is in doubt the connection is 
 - the stream cannot be followed: a header that is not Modbus;
 - a reply stopped half way, and what comes next would be taken for its end;
 - bytes lie behind a reply that are no whole frame: its end may belong to another one;
-- a reply came in pieces while an earlier request is still unanswered: a piece may belong to that answer.
+- the end of a reply is itself a whole reply to an earlier request: its own end is missing.
 """
 
 from __future__ import annotations
 
 import asyncio
-from collections import Counter
+from collections import Counter, deque
+from collections.abc import Iterator
 from typing import cast
 
 from hil._checks import Fault, Reply, Request
-from hil._link_frames import Frame, check_tcp, next_transaction, split_frames, tcp_frame
+from hil._link_frames import Frame, check_tcp, ends_in_frame, split_frames, tcp_frame
 from hil._link_wire import GONE, Lost
+
+RECENT = 32
+"""Transaction ids that are remembered."""
 
 
 class TcpWire(asyncio.Protocol):
     """Requests on a TCP or TLS stream.
 
-    timeout : s to wait for a reply; tally : counts what was dropped; lost : see `Lost`.
+    timeout : s to wait for a reply; transactions : the ids to use; tally : counts what was dropped; lost : see `Lost`.
     """
 
-    def __init__(self, timeout: float, tally: Counter[str], lost: Lost) -> None:
-        self._timeout, self._tally, self._lost = timeout, tally, lost
+    def __init__(self, timeout: float, transactions: Iterator[int], tally: Counter[str], lost: Lost) -> None:
+        self._timeout, self._transactions, self._tally, self._lost = timeout, transactions, tally, lost
         self._loop = asyncio.get_running_loop()
         self._transport: asyncio.Transport | None = None
         self._stream, self._transaction = b"", 0
+        self._recent: deque[int] = deque(maxlen=RECENT)
         self._request: Request | None = None
         self._answer: asyncio.Future[Reply]
-        self._owed = False  # the reply to an earlier request may still come
         self._deadline, self._timer = 0.0, cast("asyncio.TimerHandle | None", None)
 
     async def exchange(self, request: Request) -> Reply:
         """Send one request and return the verdict on its reply."""
         if self._transport is None:
             return GONE
-        self._transaction = next_transaction(self._transaction)
+        self._transaction = next(self._transactions)
+        self._recent.append(self._transaction)
         self._request, self._answer = request, self._loop.create_future()
         self._deadline = self._loop.time() + self._timeout
         if self._timer is None:
@@ -49,7 +54,6 @@ class TcpWire(asyncio.Protocol):
         try:
             return await self._answer
         finally:
-            self._owed |= self._request is not None  # cancelled
             self._request = None
 
     def close(self) -> None:
@@ -68,21 +72,20 @@ class TcpWire(asyncio.Protocol):
 
     def data_received(self, data: bytes) -> None:
         """Called by the event loop."""
-        in_pieces = bool(self._stream)
         frames, self._stream, broken = split_frames(self._stream + data)
         if broken:
             self._doubt(f"the stream is not Modbus any more: {broken}")
-        for k, frame in enumerate(frames):
-            self._judge(frame, in_pieces and k == 0)
+        for frame in frames:
+            self._judge(frame)
 
-    def _judge(self, frame: Frame, in_pieces: bool) -> None:
+    def _judge(self, frame: Frame) -> None:
         reply = check_tcp(self._request, self._transaction, frame) if self._request else None
         if reply is None or reply.fault is Fault.TRANSACTION:
             self._tally["dropped frame: late, repeated or unasked"] += 1
         elif self._stream:
             self._doubt("bytes behind the reply")
-        elif in_pieces and self._owed:
-            self._doubt("a reply in pieces while another one is due")
+        elif ends_in_frame(frame.pdu, self._recent):
+            self._doubt("an earlier reply inside the reply")
         else:
             self._settle(reply)
 
@@ -94,7 +97,6 @@ class TcpWire(asyncio.Protocol):
         if self._loop.time() < self._deadline:
             self._timer = self._loop.call_at(self._deadline, self._on_time)
             return
-        self._owed = True
         if self._stream:
             self._doubt(f"the reply stopped half way for {self._timeout:g} s")
         else:

@@ -45,7 +45,7 @@ class Lateness:
 
 
 @dataclass(frozen=True)
-class Report:
+class LatenessReport:
     """Lateness of samples against the clock so far [s]."""
 
     samples: int
@@ -92,7 +92,7 @@ class Pace:
             self._origin += now - self._held_at
             self._held_at = None
 
-    def report(self) -> Report:
+    def report(self) -> LatenessReport:
         """Lateness so far."""
         late = self._lateness
-        return Report(self._done, late.quantile(0.5), late.quantile(0.99), late.maximum)
+        return LatenessReport(self._done, late.quantile(0.5), late.quantile(0.99), late.maximum)

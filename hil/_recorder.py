@@ -129,6 +129,8 @@ class Recorder:
             lane = self._lanes[item.valve]
             if isinstance(item, LinkEvent):
                 lane.events.append(Event(item.time - self._clock_zero, item.kind, item.text))
+                if self._settings.tell:
+                    self._settings.tell(item)
             else:
                 lane.take(item, self._clock_zero)
                 self._n_waiting += 1

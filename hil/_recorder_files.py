@@ -11,11 +11,15 @@ from pathlib import Path
 
 import numpy as np
 
+from hil._sample import LinkEvent
 from recordings import BadInput, Event, Plant, RecordingWriter, SignalSpec
 from recordings import Source as Kind
 
 Acknowledge = Callable[[Path, int], None]
 """Told after every batch which file holds how many samples that nothing can take any more."""
+
+Tell = Callable[[LinkEvent], None]
+"""Told every event when it comes, for whoever watches the session."""
 
 Row = tuple[float, ...]
 
@@ -24,9 +28,9 @@ Row = tuple[float, ...]
 class RecorderSettings:
     """How and where a source is recorded.
 
-    to : a directory, or a file ending in .h5 or .hdf5 for a single valve; rotate_mb, rotate_s : size [MB] and age [s] at which
-    a new file is begun; batch_s : how long samples may wait for the disk [s]; title, kind, plant : as in `Recording`;
-    acknowledge : see `Acknowledge`, called from another thread.
+    to : a directory, or a file ending in .h5 or .hdf5 for a single valve; rotate_mb, rotate_s : size [MB] and age [s]
+    at which a new file is begun; batch_s : how long samples may wait [s]; title, kind, plant : as in `Recording`;
+    acknowledge : see `Acknowledge`, called from another thread; tell : see `Tell`.
     """
 
     to: Path
@@ -37,6 +41,7 @@ class RecorderSettings:
     kind: Kind | None = None
     plant: Plant = field(default_factory=Plant)
     acknowledge: Acknowledge | None = None
+    tell: Tell | None = None
 
     @property
     def rotates(self) -> bool:

@@ -102,7 +102,7 @@ class RegisterMap(BaseModel):
         """The requests that read every point once, in order of unit, table and address.
 
         >>> [(block.address, block.count) for block in RegisterMap.load("positioner-int16").reads()]
-        [(8, 3), (0, 8)]
+        [(100, 3), (0, 8)]
         """
         return grouped(self.points, self.max_hole, self.max_read)
 

@@ -23,7 +23,7 @@ def describe_register_map(source: str | Path, width: int = 160) -> str:
     Raises BadInput as `RegisterMap.load` does.
 
     >>> print(describe_register_map("damadics-write").splitlines()[0])
-    damadics-write: a map for writing, 15 points without overlap
+    damadics-write: a map for writing, 23 points without overlap
     """
     path = locate(source)
     writes = path.suffix != ".csv" and read_toml(path).get("kind") == "write"

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from types import TracebackType
 from typing import Self
 
-from hil._pace import Pace, Report
+from hil._pace import LatenessReport, Pace
 from hil._plant import Plant
 from hil._register_map import RegisterMap, WriteMap
-from hil._server_address import Address, NetworkAddress
+from hil._server_address import NetworkAddress, ServerAddress
 from hil._server_endpoint import Endpoint, open_endpoint
 from hil._server_layout import layout
 from hil._server_unit import ServedUnit
@@ -22,7 +22,8 @@ from recordings import BadInput
 
 SHORTEST_LOOK = 0.0025
 LONGEST_LOOK = 0.05
-"""How often plant time is brought up to the clock while nobody asks [s]; every request does it as well."""
+"""How often plant time is brought up to the clock while nobody asks [s], the shortest for one unit, in proportion for
+several; every request does it for its unit as well."""
 
 
 @dataclass(frozen=True)
@@ -34,13 +35,24 @@ class ServerSettings:
     certificates : for TLS.
     """
 
-    listen: Sequence[Address]
+    listen: Sequence[ServerAddress]
     read_map: RegisterMap
     write_map: WriteMap | None = None
     speed: float | None = 1.0
     expose: bool = False
     harm: bool = False
     certificates: Certificates | None = None
+
+    def exposure(self) -> list[str]:
+        """What it means to listen where other machines are, a sentence per address. Raises BadInput unless allowed."""
+        seen = [a for a in self.listen if isinstance(a, NetworkAddress) and not a.loopback]
+        for address in seen:
+            if not self.expose:
+                found = "other machines could reach this address" + (
+                    "" if address.kind == "tls" else " without a password"
+                )
+                raise BadInput(address.at(address.port), found, "listen on 127.0.0.1, or say --expose if it is meant")
+        return [_meaning(address, self.write_map is not None, self.harm) for address in seen]
 
 
 class Server:
@@ -57,7 +69,7 @@ class Server:
         self._follower: asyncio.Task[None] | None = None
 
     async def __aenter__(self) -> Self:
-        _refuse_exposure(self.settings)
+        self.settings.exposure()
         self.units.update({unit_id: self._unit(unit_id, plant) for unit_id, plant in self._plants.items()})
         try:
             for address in self.settings.listen:
@@ -90,7 +102,7 @@ class Server:
         assert self._follower is not None
         await asyncio.shield(self._follower)
 
-    def reports(self) -> dict[int, Report | None]:
+    def reports(self) -> dict[int, LatenessReport | None]:
         """Lateness by unit id; None in lock-step."""
         return {unit_id: unit.report() for unit_id, unit in self.units.items()}
 
@@ -105,7 +117,7 @@ class Server:
         if self.settings.speed is None:
             await asyncio.Event().wait()
         step = min(plant.step_s for plant in self._plants.values()) / (self.settings.speed or 1.0)
-        pause = min(max(step, SHORTEST_LOOK), LONGEST_LOOK)
+        pause = min(max(step, SHORTEST_LOOK * len(self.units)), LONGEST_LOOK)
         while True:
             busy = [unit.follow(self._clock) for unit in self.units.values()]
             await asyncio.sleep(0 if max(busy) * step > pause else pause)
@@ -115,10 +127,7 @@ class Server:
             await endpoint.close()
 
 
-def _refuse_exposure(settings: ServerSettings) -> None:
-    for address in settings.listen:
-        if isinstance(address, NetworkAddress) and not address.loopback and not settings.expose:
-            found = "other machines could reach this address" + (
-                "" if address.kind == "tls" else " without any password"
-            )
-            raise BadInput(address.at(address.port), found, "listen on 127.0.0.1, or say --expose if it is meant")
+def _meaning(address: NetworkAddress, writes: bool, harm: bool) -> str:
+    who = "with a certificate of your authority" if address.kind == "tls" else "without a password or encryption"
+    can = ["read every value"] + ["write set points"] * writes + ["switch on faults"] * (writes and harm)
+    return f"{address.at(address.port)} is exposed: whoever reaches it can, {who}, {' and '.join(can)}"

@@ -49,10 +49,10 @@ class PtyAddress:
     link: str = ""
 
 
-Address = NetworkAddress | SerialAddress | PtyAddress
+ServerAddress = NetworkAddress | SerialAddress | PtyAddress
 
 
-def listen_address(text: str) -> Address:
+def listen_address(text: str) -> ServerAddress:
     """Read an address. Raises BadInput saying which forms there are.
 
     >>> listen_address("tcp://localhost:0")

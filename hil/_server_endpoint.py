@@ -15,7 +15,7 @@ from pymodbus import FramerType
 from pymodbus.server import ModbusSerialServer, ModbusTcpServer, ModbusTlsServer
 
 from hil._pty import PtyLine
-from hil._server_address import Address, NetworkAddress, PtyAddress, SerialAddress
+from hil._server_address import NetworkAddress, PtyAddress, SerialAddress, ServerAddress
 from hil._server_unit import ServedUnit
 from hil._server_wire import Clock, devices, known_units
 from hil._tls import Certificates
@@ -39,7 +39,7 @@ class Endpoint:
 
 
 async def open_endpoint(
-    address: Address, units: Mapping[int, ServedUnit], clock: Clock, certificates: Certificates | None
+    address: ServerAddress, units: Mapping[int, ServedUnit], clock: Clock, certificates: Certificates | None
 ) -> Endpoint:
     """Start to listen. Raises BadInput when that is not possible."""
     if isinstance(address, NetworkAddress):

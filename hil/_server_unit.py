@@ -8,7 +8,7 @@ from enum import IntEnum
 import numpy as np
 
 from hil._codec import decode, saturated
-from hil._pace import Pace, Report
+from hil._pace import LatenessReport, Pace
 from hil._plant import Plant
 from hil._server_layout import Layout, Place
 from hil._server_ring import SampleMemory
@@ -50,7 +50,7 @@ class ServedUnit:
     def __init__(self, plant: Plant, layout: Layout, pace: Pace | None, harm: bool = False) -> None:
         self.plant, self.layout, self.pace, self._harm = plant, layout, pace, harm
         self.samples = 0
-        self.refused = 0
+        self.requests = self.refused = 0
         self._running = False
         self._last_advance = 1
         ring = layout.read_map.ring
@@ -79,12 +79,13 @@ class ServedUnit:
         if self.pace is not None:
             (self.pace.release if running else self.pace.hold)(now)
 
-    def report(self) -> Report | None:
+    def report(self) -> LatenessReport | None:
         """Lateness so far; None in lock-step."""
         return self.pace.report() if self.pace else None
 
     def read(self, table: str, address: int, count: int) -> list[int]:
         """The registers (bits, 0 or 1) from an address on. Raises Refused for addresses that do not exist."""
+        self.requests += 1
         if not self.layout.is_legal(table, address, count):
             raise self._refusal(Refusal.ILLEGAL_ADDRESS)
         ring = self.layout.read_map.ring
@@ -97,6 +98,7 @@ class ServedUnit:
 
     def write(self, table: str, address: int, words: Sequence[int], now: float) -> None:
         """Carry out a write of whole points, all of it or nothing. Raises Refused."""
+        self.requests += 1
         changes: dict[str, float] = {}
         for place in self._covered(table, address, len(words)):
             start = place.point.address - address

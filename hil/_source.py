@@ -43,17 +43,18 @@ def open_source(
     valves: Sequence[Valve] = (),
     plan: Plan | None = None,
     *,
+    name: str | None = None,
     write_map: WriteMap | None = None,
     allow_write: bool = False,
 ) -> Source:
-    """The source that an address means (`hil._source_address` lists the forms). Call it inside a running event loop.
+    """The source that an address means; `parse_address` lists the forms.
 
-    valves, plan : what to read of a live source and how, see `LiveSource`; a recording has its own signals and takes
-    at most one valve, for its name. Raises BadInput for whatever of it cannot be used.
+    valves, plan, write_map, allow_write : for a live source, see `LiveSource`; name : what to call the valve of a
+    recording, which has signals of its own. Raises BadInput for whatever of it cannot be used.
     """
     where = parse_address(address)
     if isinstance(where, ReplayAddress):
-        return ReplaySource(where, valves[0].name if valves else None)
+        return ReplaySource(where, name)
     if not valves or plan is None:
         raise BadInput(address, "nothing says what to read there", "give a register map (--map)")
     return LiveSource(where, valves, plan, write_map=write_map, allow_write=allow_write)

@@ -23,6 +23,7 @@ class _Unit:
     state: LinkState = field(default_factory=LinkState)
     rests_until: float = 0.0
     reason: str = ""
+    down_since: float | None = None
 
 
 class Line:
@@ -74,6 +75,11 @@ class Line:
 
     def _step(self, number: int, unit: _Unit, happening: Input, text: str) -> None:
         unit.state, news = unit.state.after(happening)
-        if news is not None:
-            for valve in unit.valves:
-                self._announce(valve, news, f"unit {number}: {text}")
+        if news is None:
+            return
+        now = asyncio.get_running_loop().time()
+        if news == "link_up" and unit.down_since is not None:
+            text = f"it answers again, after {now - unit.down_since:.1f} s"
+        unit.down_since = now if news == "link_down" else None
+        for valve in unit.valves:
+            self._announce(valve, news, f"unit {number}: {text}")

@@ -52,7 +52,8 @@ class Schedule:
         now = self._loop.time()
         if not self._untold or now - self._told_at < MISSES_TOLD_EVERY_S:
             return None
-        text = f"{self._untold} deadlines missed in {now - self._told_at:.1f} s"
+        deadlines = "deadline" if self._untold == 1 else "deadlines"
+        text = f"{self._untold} {deadlines} missed in {now - self._told_at:.1f} s"
         self._told_at, self._untold = now, 0
         return text
 

@@ -63,8 +63,9 @@ def _read(path: Path) -> bytes:
 
 
 def _certificate(path: Path) -> x509.Certificate:
+    content = _read(path)
     try:
-        return x509.load_pem_x509_certificate(_read(path))
+        return x509.load_pem_x509_certificate(content)
     except ValueError:
         raise BadInput(str(path), "not a certificate in PEM form", "give a file with BEGIN CERTIFICATE") from None
 
@@ -87,8 +88,9 @@ def _is_authority(certificate: x509.Certificate) -> bool:
 
 def _public_key(path: Path) -> bytes:
     """The public half of a private key file."""
+    content = _read(path)
     try:
-        key = load_pem_private_key(_read(path), password=None)
+        key = load_pem_private_key(content, password=None)
     except TypeError:
         raise BadInput(
             str(path), "the private key has a password", "give a key without one, readable by you alone"

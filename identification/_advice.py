@@ -23,6 +23,8 @@ def advice(known: Uncertainty) -> tuple[str, ...]:
     found = []
     for name, status in known.status.items():
         if status in ("weak", "at_bound"):
-            why = known.note.get(name, "the recordings say little about it" if status == "weak" else "it went to its bound")
+            why = known.note.get(
+                name, "the recordings say little about it" if status == "weak" else "it went to its bound"
+            )
             found.append(f"{name}: {why}; to pin it, record {EXPERIMENT.get(name, 'more varied motion')}.")
     return tuple(found)

@@ -3,7 +3,8 @@
 The measured force is regressed on a library of candidate terms. On its own such a regression is useless for friction,
 because the bristle deflection is not measured; so the bristle force is reconstructed from the measured motion with the
 *fitted* friction parameters and offered as one term. Its coefficient must then be 1, and spring, mass and viscous
-friction must come out as the fit has them (Brunton, Proctor, Kutz, PNAS 113(15), 2016; weak form: Messenger, Bortz 2021).
+friction must come out as the fit has them (Brunton, Proctor, Kutz, PNAS 113(15), 2016; weak form:
+Messenger, Bortz, MMS 19(3), 2021).
 """
 
 from __future__ import annotations
@@ -36,7 +37,8 @@ TERMS = ("a", "x", "v", "bristle", "bristle_rate")
 @dataclass(frozen=True)
 class Row:
     """One compared coefficient: fitted and regressed value in `unit`, their relative difference, the gate it must pass;
-    counts : whether it decides (a term whose share of the force is small against the error of the regression only informs).
+    counts : whether it decides (a term whose share of the force is small against the error of the regression only
+    informs).
     """
 
     name: str
@@ -74,7 +76,8 @@ class Crosscheck:
     def sentence(self) -> str:
         """The verdict in words."""
         if self.agrees:
-            return f"sparse regression agrees with the fit; it leaves {100 * self.unexplained:.1f} % of the force unexplained"
+            left = f"{100 * self.unexplained:.1f} % of the force"
+            return f"sparse regression agrees with the fit; it leaves {left} unexplained"
         worst = max((r for r in self.rows if not r.agrees), key=lambda r: abs(r.difference) / r.gate)
         return (
             f"sparse regression disagrees with the fit: {worst.name} differs by {100 * worst.difference:+.0f} % "
@@ -83,8 +86,9 @@ class Crosscheck:
 
 
 def crosscheck(fit: Fit, experiments: Sequence[Experiment]) -> Crosscheck | None:
-    """Compare a fit of the base model with a sparse regression; None where there is no LuGre friction to reconstruct, or
-    too little sliding to reconstruct it from.
+    """Compare a fit of the base model with a sparse regression.
+
+    None where there is no LuGre friction to reconstruct, or too little sliding to reconstruct it from.
     """
     if "lugre" not in fit.kernel.effects or not fit.outcome.usable:
         return None

@@ -93,7 +93,8 @@ def experiment(recording: Recording, causality: Causality | None = None, *, hold
     noise_x, noise_u = noise_std(position, position_step), noise_std(force, force_step)
     driven, measured = (force, position) if causality == "force" else (position, force)
     segments = tuple(
-        _segment(t[s], force[s], position[s], np.isfinite(measured[s]), noise_x) for s in _stretches(t, driven, measured)
+        _segment(t[s], force[s], position[s], np.isfinite(measured[s]), noise_x)
+        for s in _stretches(t, driven, measured)
     )
     if not segments:
         raise BadInput(name, f"no stretch of {SHORTEST} samples without a gap", "record longer or repair the gaps")

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification._coordinates import Coordinates
-from identification._experiment import Experiment
-from identification._least_squares import Descent, Normal, descend
+from identification._experiment import Experiment, Segment
+from identification._least_squares import Descent, Normal, descend, move
 from identification._problem import Problem, Setting
 from identification._start import LOOSE, precision
 from simulator import Kernel
@@ -31,6 +31,8 @@ FINEST = 4e-5
 """The sub-step is never refined below this [s]."""
 STEP_ERROR = 0.02
 """The sub-step of the last stage is halved until its error is below this share of the residual, rms."""
+SHARPENING = 1e-9
+"""Damping of the last move."""
 EARLY_SAMPLES = 15000
 """Early stages use at most about this many samples, in chunks spread over the recordings."""
 CHUNK = 2500
@@ -73,7 +75,8 @@ class Homotopy:
             if end is None:
                 return None
             theta, used = end.theta[: len(theta)], used + end.evaluations
-        return Path(end.theta, end.normal, setting, used, end.settled)
+            path = Path(end.theta, end.normal, setting, used, end.settled)
+        return path
 
     def _stages(self) -> list[tuple[Problem, Setting]]:
         early = [w for w in WINDOWS if self.dt < w < self.last_window]
@@ -85,25 +88,29 @@ class Homotopy:
     def polish(self, path: Path, iterations: int = 25) -> Path:
         """Plain least squares from where the robust stages arrived, with a sub-step fine enough for the noise."""
         setting, unknowns, used = replace(path.setting, tuning=np.inf), path.unknowns, path.evaluations
-        end = self._plain(unknowns, setting, iterations)
+        level = path.normal.cost / self.full.samples
+        end = self._plain(unknowns, setting, iterations, level)
         while end is not None:
             unknowns, used = end.theta, used + end.evaluations
             path = Path(unknowns, end.normal, setting, used, end.settled)
             finer = replace(setting, h_max=setting.h_max / 2)
-            level = max(1.0, float(np.sqrt(end.normal.cost / self.full.samples)))
-            if setting.h_max <= FINEST or self.step_error(unknowns, setting, finer) < STEP_ERROR * level:
+            level = max(1.0, end.normal.cost / self.full.samples)
+            if setting.h_max <= FINEST or self.step_error(unknowns, setting, finer) < STEP_ERROR * np.sqrt(level):
                 break
             setting = finer
-            end = self._plain(unknowns, setting, 6)
+            end = self._plain(unknowns, setting, 6, level)
         return self._sharpened(path)
 
     def _sharpened(self, path: Path) -> Path:
-        """One more move with a quarter of the sub-step: what is left of the step error is far below any uncertainty."""
+        """One Gauss-Newton move with a quarter of the sub-step: a systematic error of the step, however small
+        beside the noise of one sample, would weigh in thousands of them.
+        """
         setting = replace(path.setting, h_max=path.setting.h_max / 4)
-        end = self._plain(path.unknowns, setting, 1)
-        if end is None:
+        normal = self.full.held(path.unknowns, setting, path.normal.cost / self.full.samples)(path.unknowns)
+        if normal is None:
             return path
-        return Path(end.theta, end.normal, setting, path.evaluations + end.evaluations, path.settled)
+        moved = path.unknowns + move(normal, SHARPENING)
+        return Path(moved, normal, setting, path.evaluations + 1, path.settled)
 
     def step_error(self, unknowns: Array, setting: Setting, finer: Setting) -> float:
         """Root mean square change of the prediction, in sigmas, when the sub-step is halved."""
@@ -115,8 +122,8 @@ class Homotopy:
             square += float(np.sum(((a.predicted - b.predicted) / piece.noise) ** 2))
         return float(np.sqrt(square / self.full.samples))
 
-    def _plain(self, unknowns: Array, setting: Setting, iterations: int) -> Descent | None:
-        evaluate = self.full.held(unknowns, setting)
+    def _plain(self, unknowns: Array, setting: Setting, iterations: int, level: float) -> Descent | None:
+        evaluate = self.full.held(unknowns, setting, level)
         return descend(evaluate, unknowns, iterations=iterations, tolerance=1e-6, damping=1e-3)
 
     def _stage(self, problem: Problem, theta: Array, setting: Setting) -> Descent | None:
@@ -140,7 +147,7 @@ def chunked(experiments: Sequence[Experiment]) -> list[Experiment]:
     return [e.with_segments(tuple(c for s in e.segments for c in _chunks(s, share))) for e in experiments]
 
 
-def _chunks(segment, share: float):  # type: ignore[no-untyped-def]
+def _chunks(segment: Segment, share: float) -> list[Segment]:
     n = len(segment.t)
     count = max(1, round(share * n / CHUNK))
     size = min(n, max(CHUNK if n > CHUNK else n, int(share * n / count)))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-
 from identification._coordinates import Coordinates
 from identification._experiment import Experiment
 from identification._homotopy import Path
@@ -22,9 +21,11 @@ def fit_imposed(
     setting = Setting(0.0)
     for start in starts(experiments, kernel.effects, coordinates)[:3]:
         unknowns = problem.start(start.theta)
-        end = descend(problem.held(unknowns, setting), unknowns, iterations=60, tolerance=1e-6)
+        first = problem.evaluate(unknowns, setting)
+        if first is None:
+            continue
+        level = first.cost / problem.samples
+        end = descend(problem.held(unknowns, setting, level), unknowns, iterations=60, tolerance=1e-6)
         if end is not None and (best is None or end.normal.cost < best.normal.cost):
             best = Path(end.theta, end.normal, setting, end.evaluations, end.settled)
     return best, problem
-
-

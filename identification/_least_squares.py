@@ -34,7 +34,10 @@ class Normal:
 
 
 def weighted(r: Array, jacobian: Array, tuning: float) -> Normal:
-    """Normal equations of residuals r (n_samples,) and jacobian (n_samples, n); Cauchy loss at `tuning` sigmas, inf: squares."""
+    """Normal equations of residuals r (n_samples,) and jacobian (n_samples, n), Cauchy loss at `tuning` sigmas.
+
+    An infinite tuning means plain squares.
+    """
     if np.isinf(tuning):
         return Normal(float(r @ r), jacobian.T @ r, jacobian.T @ jacobian)
     ratio = (r / tuning) ** 2
@@ -71,7 +74,7 @@ def descend(
     used, settled = 1, False
     for _ in range(iterations):
         for _ in range(7):
-            moved = theta + np.clip(_move(now, damping), -longest, longest)
+            moved = theta + np.clip(move(now, damping), -longest, longest)
             trial = evaluate(moved)
             used += 1
             if trial is not None and trial.cost < now.cost:
@@ -88,7 +91,7 @@ def descend(
     return Descent(theta, now, used, settled)
 
 
-def _move(normal: Normal, damping: float) -> Array:
+def move(normal: Normal, damping: float) -> Array:
     """The damped Gauss-Newton move, in coordinates scaled by the diagonal."""
     diagonal = np.diag(normal.matrix)
     scale = np.sqrt(np.maximum(diagonal, 1e-12 * max(float(diagonal.max()), 1e-300)))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,7 @@ from identification._least_squares import Normal, weighted
 from simulator import Kernel
 
 Array = NDArray[np.float64]
+T = TypeVar("T")
 
 WORKERS = 2
 """Segments are simulated in this many threads: the compiled loop holds no lock of the interpreter."""
@@ -23,8 +25,9 @@ HELD = 10.0
 """In a last, plain stage a parameter may move freely by about this factor from where it started; beyond, it costs what
 one residual of average size costs, which only matters where the data say nothing."""
 
-MEMORY_SCALE, MEMORY_STD = 1e-5, 5e-5
-"""Scale and prior standard deviation of an initial bristle deflection [m]: break-away deflections are below 0.1 mm."""
+MEMORY_SCALE, MEMORY_STD = 1e-4, 1e-3
+"""Unit and prior standard deviation of an initial bristle deflection [m]. Break-away deflections, fs/sigma0, go from some
+micrometres to some millimetres, and a descent moves at most one unit in an iteration: a smaller unit cannot reach them."""
 
 
 @dataclass(frozen=True)
@@ -94,24 +97,22 @@ class Problem:
 
     def evaluate(self, unknowns: Array, setting: Setting) -> Normal | None:
         """Normal equations of all segments at once; None where the model diverges."""
-        normals = list(self._each(lambda i: self._normal(i, unknowns, setting)))
-        if any(n is None for n in normals):
-            return None
+        normals = self._each(lambda i: self._normal(i, unknowns, setting))
         size = self.n_free + self.n_local * len(self.pieces)
         total = Normal(0.0, np.zeros(size), np.zeros((size, size)))
         for i, one in enumerate(normals):
+            if one is None:
+                return None
             at = np.concatenate([np.arange(self.n_free), self._local_slice(i)])
             total.gradient[at] += one.gradient
             total.matrix[np.ix_(at, at)] += one.matrix
             total = replace(total, cost=total.cost + one.cost)
         return total
 
-    def held(self, unknowns: Array, setting: Setting) -> Callable[[Array], Normal | None]:
-        """`evaluate` with a weak hold on the shared parameters where they are now."""
-        first = self.evaluate(unknowns, setting)
+    def held(self, unknowns: Array, setting: Setting, level: float) -> Callable[[Array], Normal | None]:
+        """`evaluate` with a weak hold on the shared parameters where they are now; level : mean square residual."""
         hold = np.zeros(len(unknowns))
-        level = 1.0 if first is None else max(1.0, first.cost / self.samples)
-        hold[: self.n_free] = level / np.log(HELD) ** 2
+        hold[: self.n_free] = max(1.0, level) / np.log(HELD) ** 2
 
         def evaluate(x: Array) -> Normal | None:
             normal = self.evaluate(x, setting)
@@ -121,7 +122,7 @@ class Problem:
 
     def responses(self, unknowns: Array, setting: Setting, *, sensitivities: bool = False) -> list[Response | None]:
         """The model's answer for every segment."""
-        return list(self._each(lambda i: self._response(i, unknowns, setting, sensitivities)))
+        return self._each(lambda i: self._response(i, unknowns, setting, sensitivities))
 
     def residual(self, i: int, response: Response) -> Array:
         """Normalised residual of segment i (n_samples,), zero where nothing was measured."""
@@ -129,14 +130,14 @@ class Problem:
         measured = piece.segment.y if self.kernel.causality == "force" else piece.segment.u
         return np.where(piece.segment.seen, (response.predicted - measured) / piece.noise, 0.0)
 
-    def _each(self, work):  # type: ignore[no-untyped-def]
+    def _each(self, work: Callable[[int], T]) -> list[T]:
         if len(self.pieces) == 1:
             return [work(0)]
         with ThreadPoolExecutor(WORKERS) as pool:
             return list(pool.map(work, range(len(self.pieces))))
 
-    def _local_slice(self, i: int) -> Array:
-        return self.n_free + i * self.n_local + np.arange(self.n_local)
+    def _local_slice(self, i: int) -> NDArray[np.intp]:
+        return np.arange(self.n_free + i * self.n_local, self.n_free + (i + 1) * self.n_local)
 
     def _normal(self, i: int, unknowns: Array, setting: Setting) -> Normal | None:
         response = self._response(i, unknowns, setting, True)
@@ -153,8 +154,9 @@ class Problem:
         p = self.coordinates.p(unknowns[: self.n_free])
         s0 = kernel.start(segment.motion.x[0], segment.motion.v[0])
         s0[self.local] = unknowns[self._local_slice(i)] * scale
+        held = piece.hold and kernel.causality == "force"
         run = kernel.run(
-            segment.t, self._input(segment), p, s0, h_max=setting.h_max, hold=piece.hold and kernel.causality == "force",
+            segment.t, self._input(segment), p, s0, h_max=setting.h_max, hold=held,
             sensitivities=sensitivities, resets=self._resets(segment, setting.window),
         )  # fmt: skip
         if run.failed is not None:

@@ -26,7 +26,8 @@ CHI2_90 = 2.7055
 @dataclass(frozen=True)
 class Profile:
     """values (n_points,) of the parameter in `unit` and rise (n_points,) of the cost in units of the residual variance,
-    corrected for a residual that is not white; lower, upper : 90 % interval, None where the profile stays below the limit.
+    corrected for a residual that is not white; lower, upper : 90 % interval, None where the profile stays
+    below the limit.
     """
 
     name: str
@@ -42,7 +43,9 @@ def profile(fit: Fit, known: Uncertainty, name: str, points: int = 7, reach: flo
     Raises BadInput for a name that is not a free parameter of the fit.
     """
     if name not in known.names:
-        raise BadInput(f"--profile {name}", "it is no free parameter of this fit", f"there are {', '.join(known.names)}")
+        raise BadInput(
+            f"--profile {name}", "it is no free parameter of this fit", f"there are {', '.join(known.names)}"
+        )
     assert fit.path is not None
     assert fit.problem is not None
     best, std = fit.values[name], known.std[name]

@@ -13,7 +13,7 @@ from identification._coordinates import parameters
 from identification._crosscheck import Crosscheck
 from identification._experiment import Experiment
 from identification._fit import Fit
-from identification._least_squares import descend
+from identification._least_squares import Normal, descend
 from identification._problem import Problem, Setting
 from identification._uncertainty import Uncertainty
 from recordings import Recording
@@ -27,8 +27,8 @@ SETTLING = 1.0
 
 @dataclass(frozen=True)
 class Trajectory:
-    """A recording against the model's free run. t [s], force [N], measured and simulated position [m] (or force [N] where
-    the motion is imposed), each (n_samples,), NaN in gaps; noise : standard deviation in the same unit.
+    """A recording against the model's free run. t [s], force [N], measured and simulated position [m] (or force [N]
+    where the motion is imposed), each (n_samples,), NaN in gaps; noise : standard deviation in the same unit.
     """
 
     name: str
@@ -109,7 +109,7 @@ def _started(fit: Fit, problem: Problem, setting: Setting) -> Array:
     fixed = np.zeros(len(unknowns))
     fixed[: len(theta)] = 1e30
 
-    def evaluate(x: Array):  # type: ignore[no-untyped-def]
+    def evaluate(x: Array) -> Normal | None:
         normal = beginning.evaluate(x, setting)
         return None if normal is None else normal.with_prior(x, unknowns, fixed)
 

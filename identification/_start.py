@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from identification._coordinates import Coordinates
 from identification._experiment import Experiment
-from identification._least_squares import Descent, descend
+from identification._least_squares import Descent, Normal, descend
 from identification._problem import Problem, Setting
 from simulator import kernel
 
@@ -65,7 +65,7 @@ def _descend(problem: Problem, theta: Array, prior: Array) -> Descent | None:
     unknowns = problem.start(theta)
     wide = np.concatenate([prior, np.zeros(len(unknowns) - len(theta))])
 
-    def evaluate(x: Array):  # type: ignore[no-untyped-def]
+    def evaluate(x: Array) -> Normal | None:
         normal = problem.evaluate(x, setting)
         return None if normal is None else normal.with_prior(x, unknowns, wide)
 
@@ -79,7 +79,7 @@ def precision(coordinates: Coordinates, std: dict[str, float], default: float = 
 
 
 def regression(experiments: Sequence[Experiment]) -> dict[str, float] | None:
-    """Mass, spring, preload, Coulomb and viscous friction by robust linear regression of the force on the moving samples.
+    """Mass, spring, preload, Coulomb and viscous friction by robust regression of the force on the moving samples.
 
     None when the valve moves in fewer than 20 samples.
     """

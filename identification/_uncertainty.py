@@ -34,7 +34,8 @@ AT_BOUND = 1e-4
 @dataclass(frozen=True)
 class Uncertainty:
     """names (n_free); std (n_free,) in physical units; correlation (n_free, n_free); condition : of the column-scaled
-    Jacobian; status and note by name; inflation : how far the robust standard deviations exceed the classic ones, median.
+    Jacobian; status and note by name; inflation : how far the robust standard deviations exceed the classic ones,
+    median.
     """
 
     names: tuple[str, ...]
@@ -68,7 +69,9 @@ def uncertainty(fit: Fit) -> Uncertainty:
     std = dict(zip(names, (spread * slope).tolist(), strict=True))
     status, note = _judged(fit, names, std, correlation)
     inflation = float(np.median(np.sqrt(np.diag(robust)[:n] / np.diag(classic)[:n])))
-    return Uncertainty(names, std, correlation, float(np.sqrt(eigen[-1] / max(eigen[0], 1e-30))), status, note, inflation)
+    return Uncertainty(
+        names, std, correlation, float(np.sqrt(eigen[-1] / max(eigen[0], 1e-30))), status, note, inflation
+    )
 
 
 def _covariances(problem: Problem, unknowns: Array, setting: Setting, rms: float) -> tuple[Array, Array, Array]:
@@ -79,7 +82,9 @@ def _covariances(problem: Problem, unknowns: Array, setting: Setting, rms: float
         if response is None or response.by is None:
             continue
         piece = problem.pieces[i]
-        at = np.concatenate([np.arange(problem.n_free), problem.n_free + i * problem.n_local + np.arange(problem.n_local)])
+        at = np.concatenate(
+            [np.arange(problem.n_free), problem.n_free + i * problem.n_local + np.arange(problem.n_local)]
+        )
         jacobian = np.where(piece.segment.seen[:, None], response.by / piece.noise, 0.0)
         scores = jacobian * problem.residual(i, response)[:, None]
         matrix[np.ix_(at, at)] += jacobian.T @ jacobian
@@ -90,13 +95,17 @@ def _covariances(problem: Problem, unknowns: Array, setting: Setting, rms: float
     hold = np.full(size, rms**2 / PRIOR_LOG_STD**2)
     bread = np.linalg.inv(matrix + np.diag(hold))
     few = blocks / max(blocks - problem.n_free, 1)
-    return matrix, rms**2 * bread, few * bread @ meat @ bread + np.diag(np.diag(bread) ** 2 * hold)
+    classic: Array = np.asarray(rms**2 * bread, float)
+    robust: Array = few * bread @ meat @ bread + np.diag(np.diag(bread) ** 2 * hold)
+    return matrix, classic, robust
 
 
 def _judged(
     fit: Fit, names: tuple[str, ...], std: dict[str, float], correlation: Array
 ) -> tuple[dict[str, Status], dict[str, str]]:
-    known, status, note = parameters(fit.kernel), {}, {}
+    known = parameters(fit.kernel)
+    status: dict[str, Status] = {}
+    note: dict[str, str] = {}
     scale = dict(zip(fit.kernel.parameters, fit.coordinates.scale, strict=True))
     for i, name in enumerate(names):
         value, parameter = fit.values[name], known[name]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import fcntl
+import math
 import os
 import re
 from pathlib import Path
@@ -116,7 +117,7 @@ def raw_attribute(item: h5py.HLObject, name: str) -> Any:
     if name not in item.attrs:
         return None
     low = item.attrs.get_id(name)
-    if low.shape not in {(), (1,)} or low.get_storage_size() > _LONGEST_TEXT or not _is_plain(low):
+    if low.shape not in {(), (1,)} or low.get_storage_size() > _LONGEST_TEXT or not is_plain(low):
         return _NOT_PLAIN
     value = item.attrs[name]
     if isinstance(value, np.ndarray):
@@ -129,13 +130,13 @@ def raw_attribute(item: h5py.HLObject, name: str) -> Any:
 
 
 class _NotPlain:
-    """Stands for an attribute that is neither one text nor one number; not read, see `_is_plain`."""
+    """Stands for an attribute that is neither one text nor one number; not read, see `is_plain`."""
 
 
 _NOT_PLAIN = _NotPlain()
 
 
-def _is_plain(low: Any) -> bool:
+def is_plain(low: Any) -> bool:
     """Whether an attribute or dataset holds texts or ordinary numbers.
 
     HDF5 describes number types bit by bit, and crashes or never returns on a damaged description; so only those types
@@ -154,18 +155,23 @@ def _kind(value: Any) -> str:
 
 def check_column(dataset: h5py.Dataset, where: str) -> None:
     """Refuse a dataset that is not one-dimensional, of a damaged type, or declares more than the file can hold."""
-    if not _is_plain(dataset.id):
+    if not is_plain(dataset.id):
         raise BadInput(where, "its values are neither numbers nor texts", "store integers or floating-point numbers")
     if len(dataset.shape or ()) != 1:
-        found = f"it has the shape {dataset.shape}"
-        raise BadInput(where, found, "a signal is 1-D, shape (n_samples,)")
-    declared, stored = dataset.shape[0] * dataset.dtype.itemsize, dataset.id.get_storage_size()
+        raise BadInput(where, f"it has the shape {dataset.shape}", "a signal is 1-D, shape (n_samples,)")
+    check_size(dataset, where)
+
+
+def check_size(dataset: h5py.Dataset, where: str) -> None:
+    """Refuse a dataset that declares more values than its file can hold, or than fit the memory as float64."""
+    n_values = math.prod(dataset.shape or (0,))
+    declared, stored = n_values * dataset.dtype.itemsize, dataset.id.get_storage_size()
     if declared > _MOST_COMPRESSED * stored + _SLACK_BYTES:
-        found = f"it declares {dataset.shape[0]} samples, but the file holds only {stored} bytes for them"
+        found = f"it declares {n_values} samples, but the file holds only {stored} bytes for them"
         raise BadInput(where, found, "the file is damaged or was never filled; write it again")
     memory = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    if 8 * dataset.shape[0] > memory:
-        found = f"its {dataset.shape[0]} samples need {8 * dataset.shape[0] / 1e9:.3g} GB of memory"
+    if 8 * n_values > memory:
+        found = f"its {n_values} samples need {8 * n_values / 1e9:.3g} GB of memory"
         raise BadInput(where, found, f"this machine has {memory / 1e9:.3g} GB; cut the recording into parts")
 
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import copysign, fabs, fmod, inf, nan
+from math import copysign, fabs, inf, nan
 from typing import Any
 
 import numba
+import numpy as np
 
 __all__ = ["fmax", "fmin", "remainder", "sign", "taken"]
 
@@ -42,7 +43,7 @@ def remainder(x: float, y: float) -> float:
     """x minus the multiple of y nearest to it, the even one in a tie (IEEE 754)."""
     if x != x or y != y or fabs(x) == inf or y == 0.0:
         return nan
-    size, step = fmod(fabs(x), 2.0 * fabs(y)), fabs(y)
+    size, step = np.fmod(fabs(x), 2.0 * fabs(y)), fabs(y)
     if size > 0.5 * step:
         size -= step
         if size >= 0.5 * step:

@@ -64,10 +64,8 @@ def presliding(t: Array, duration: float, rng: np.random.Generator) -> Array:
     return 0.5 + np.sin(2 * np.pi * t) * np.minimum(1.0, t)
 
 
-SHAPES: dict[str, Shape] = {
-    f.__name__: f for f in (step, staircase, ramp, sine, multisine, chirp, presliding)
-}
-"""The open-loop excitations by name. ``positioner`` is the closed-loop one: a staircase behind a position controller."""
+SHAPES: dict[str, Shape] = {f.__name__: f for f in (step, staircase, ramp, sine, multisine, chirp, presliding)}
+"""The open-loop excitations by name. ``positioner`` is a staircase behind a position controller."""
 
 MIXED = ("staircase", "sine", "multisine", "presliding")
 """The sequence that pins every parameter of a LuGre valve best for its length."""

@@ -30,7 +30,8 @@ class Recurrence:
     followed by the inputs at the end of the sub-step when `ends`; parameters (n_parameters); step: the next state;
     output: what is measured at the start of a sample, in which ``exo`` holds the sample's own time, h = 0 and inputs.
     An implicit scalar w (for example the velocity at mid-step) is solved from residual(w) = 0, residual rising
-    through its root, started at guess (in state); scale: a small w.
+    through its root, started at guess (in state); scale: a small w; differentiable: whether sensitivities will be
+    asked for: without them a large system builds several times faster.
     """
 
     state: Expression
@@ -43,6 +44,7 @@ class Recurrence:
     guess: Expression | None = None
     scale: float = 1e-5
     ends: bool = False
+    differentiable: bool = True
 
     def functions(self) -> dict[str, ca.Function]:
         """The functions a loop needs, with the implicit scalar differentiated through its equation.
@@ -52,7 +54,7 @@ class Recurrence:
         w = ca.SX.sym("w") if self.implicit is None else self.implicit
         residual = w if self.residual is None else self.residual
         by_state, by_parameter = self._jacobian(w, residual)
-        derivatives = [ca.jacobian(self.output, z) for z in (self.state, self.parameters)]
+        derivatives = [self._derivative(self.output, z) for z in (self.state, self.parameters)]
         whole = {
             "step": ([w], [self.step]),
             "step_jac": ([w], [self.step, by_state, by_parameter]),
@@ -72,10 +74,14 @@ class Recurrence:
 
     def _jacobian(self, w: Expression, residual: Expression) -> tuple[Expression, Expression]:
         """Total derivatives of the step in the state and the parameters, by the implicit function theorem."""
-        by_w, slope = ca.jacobian(self.step, w), ca.jacobian(residual, w)
-        direct = [ca.jacobian(self.step, z) for z in (self.state, self.parameters)]
-        through = [ca.jacobian(residual, z) / slope for z in (self.state, self.parameters)]
+        by_w, slope = self._derivative(self.step, w), ca.jacobian(residual, w)
+        direct = [self._derivative(self.step, z) for z in (self.state, self.parameters)]
+        through = [self._derivative(residual, z) / slope for z in (self.state, self.parameters)]
         return direct[0] - by_w @ through[0], direct[1] - by_w @ through[1]
+
+    def _derivative(self, expression: Expression, z: Expression) -> Expression:
+        """The jacobian, or zeros where nobody will ask for it."""
+        return ca.jacobian(expression, z) if self.differentiable else ca.SX(expression.numel(), z.numel())
 
 
 class Sizes(NamedTuple):
@@ -149,6 +155,8 @@ class Scanner:
         states after a sample's output (their sensitivities become zero), NaN where a state goes on.
         Raises ValueError for shapes that do not fit, times that do not rise and a useless h_max.
         """
+        if sensitivities and not self.recurrence.differentiable:
+            raise ValueError("sensitivities are asked for, and the recurrence was built without (differentiable=False)")
         t, u, p, s, given = self._checked(t, u, p, s0, resets)
         _check_steps(t, h_max)
         ns, _, np_, ny, _ = self.sizes

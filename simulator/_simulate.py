@@ -30,7 +30,10 @@ class Sensors:
 
 
 def random_valve(seed: int) -> tuple[dict[str, float], float]:
-    """A plausible LuGre valve and its stroke [m]: m 2-5 kg, K 1e4-1e5 N/m, stroke 20-40 mm, fc 50-300 N, sigma0 1e5-1e7 N/m."""
+    """A plausible LuGre valve and its stroke [m].
+
+    m 2-5 kg, K 1e4-1e5 N/m, stroke 20-40 mm, fc 50-300 N, sigma0 1e5-1e7 N/m.
+    """
     rng = np.random.default_rng(seed)
     m, K, stroke = rng.uniform(2, 5), 10 ** rng.uniform(4, 5), rng.uniform(0.02, 0.04)
     fc, sigma0 = rng.uniform(50, 300), 10 ** rng.uniform(5, 7)
@@ -75,7 +78,12 @@ def simulate(
                sensors.position_step or None, sensors.position_noise or None),
     ]  # fmt: skip
     recording = Recording.of(signals, plant=Plant(stroke_m=stroke), source="simulated")
-    truth: dict[str, float | Array | str] = {**values, "effects": " ".join(effects), "position": position, "force": force}
+    truth: dict[str, float | Array | str] = {
+        **values,
+        "effects": " ".join(effects),
+        "position": position,
+        "force": force,
+    }
     return recording, truth
 
 
@@ -90,9 +98,7 @@ def _open_loop(
     """The force is given: one run of the kernel."""
     spring, preload = values.get("spring.K", 0.0), values.get("spring.F0", 0.0)
     friction = max(values.get("lugre.fs", 0.0), values.get("lugre.fc", 0.0))
-    force = force_demand(
-        excitation, t, spring=spring, preload=preload, stroke=stroke, friction=friction, seed=seed
-    )
+    force = force_demand(excitation, t, spring=spring, preload=preload, stroke=stroke, friction=friction, seed=seed)
     rest = (force[0] - preload) / spring if spring else 0.0
     return force, valve.run(t, force, p, valve.start(rest), h_max=FINE_STEP).outputs[:, 0]
 

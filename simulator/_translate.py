@@ -1,7 +1,8 @@
 """CasADi scalar functions as straight-line Python source, for machines without a C compiler.
 
 Every operation becomes one assignment that means what it means in the C source CasADi generates for the same
-function, so that both give the same numbers. The names it uses are those of `math` and `simulator._arithmetic`.
+function, so that both give the same numbers. The names it uses are those of `math` and `simulator._arithmetic`, and
+`np` for what numba's `math` does differently from C.
 """
 
 from __future__ import annotations
@@ -16,15 +17,16 @@ FORMULAS = {
     "TWICE": "2.0 * {0}", "INV": "1.0 / {0}", "ASSIGN": "{0}", "LT": "1.0 * ({0} < {1})", "LE": "1.0 * ({0} <= {1})",
     "EQ": "1.0 * ({0} == {1})", "NE": "1.0 * ({0} != {1})", "NOT": "1.0 * ({0} == 0.0)",
     "AND": "1.0 * (({0} != 0.0) & ({1} != 0.0))", "OR": "1.0 * (({0} != 0.0) | ({1} != 0.0))",
-    "IF_ELSE_ZERO": "taken({0}, {1})", "CONSTPOW": "pow({0}, {1})",
+    "IF_ELSE_ZERO": "taken({0}, {1})", "CONSTPOW": "pow({0}, {1})", "FLOOR": "np.floor({0})", "CEIL": "np.ceil({0})",
+    "FMOD": "np.fmod({0}, {1})",
 }  # fmt: skip
 """Operations that are written in their own way; `UNARY` and `BINARY` are calls of a function of the same name."""
 
 UNARY = (
     "EXP", "LOG", "SQRT", "SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN", "SINH", "COSH", "TANH", "ASINH", "ACOSH",
-    "ATANH", "EXPM1", "LOG1P", "ERF", "FABS", "FLOOR", "CEIL", "SIGN",
+    "ATANH", "EXPM1", "LOG1P", "ERF", "FABS", "SIGN",
 )  # fmt: skip
-BINARY = ("POW", "ATAN2", "HYPOT", "FMOD", "REMAINDER", "COPYSIGN", "FMIN", "FMAX")
+BINARY = ("POW", "ATAN2", "HYPOT", "REMAINDER", "COPYSIGN", "FMIN", "FMAX")
 
 _OPERATIONS = {
     getattr(ca, f"OP_{name}"): formula

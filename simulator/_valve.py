@@ -15,7 +15,7 @@ Status = Literal["identified", "weak", "at_bound", "given"]
 
 
 class Value(BaseModel):
-    """One parameter: value, standard deviation and bounds in `unit`; note says with what it is collinear, for example."""
+    """One parameter: value, standard deviation and bounds in `unit`; note : with what it is collinear."""
 
     model_config = ConfigDict(frozen=True)
     value: float
@@ -67,7 +67,9 @@ class ValveModel(BaseModel):
             part.write_text(json.dumps(self.model_dump(mode="json"), indent=1, allow_nan=False) + "\n")
             part.replace(target)
         except OSError as error:
-            raise BadInput(str(target), f"cannot be written ({error.strerror})", "give a path in a writable folder") from error
+            raise BadInput(
+                str(target), f"cannot be written ({error.strerror})", "give a path in a writable folder"
+            ) from error
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> ValveModel:
@@ -75,7 +77,9 @@ class ValveModel(BaseModel):
         try:
             text = Path(path).read_text(encoding="utf-8")
         except (OSError, UnicodeDecodeError) as error:
-            raise BadInput(str(path), f"cannot be read ({error})", "give a model.json written by 'bristle fit'") from error
+            raise BadInput(
+                str(path), f"cannot be read ({error})", "give a model.json written by 'bristle fit'"
+            ) from error
         try:
             return cls.model_validate_json(text)
         except ValidationError as error:

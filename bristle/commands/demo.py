@@ -15,7 +15,7 @@ def command(
 
     Example: bristle demo --out demo-output
     """
-    from bristle._console import crosscheck_table, load, parameter_table, stdout
+    from bristle._console import crosscheck_table, load, parameter_table, print_errors, stdout
     from identification import identify
     from identification.report import write_report
     from recordings import BadInput, NegativeAnswer, bundled_path, read_truth
@@ -30,9 +30,7 @@ def command(
     found = identify(load([f"bundled:{n}" for n in names]), holdout=load(["bundled:mixed"]))
     truth = {k: float(v) for k, v in read_truth(bundled_path("step")).items() if k in found.model.parameters}
     console.print(parameter_table(found, truth))
-    for kind, error in found.model.error.items():
-        if error:
-            console.print(f"free-run error, {kind}: " + ", ".join(f"{k} {v:.3g}" for k, v in error.items()))
+    print_errors(console, found.model)
     if found.crosscheck:
         console.print(crosscheck_table(found.crosscheck))
         console.print(found.crosscheck.sentence)

@@ -9,13 +9,19 @@ import typer
 
 
 def command(
-    recordings: Annotated[list[str], typer.Argument(help="Recordings (.h5), fitted together; bundled:NAME for an example.")],
+    recordings: Annotated[
+        list[str], typer.Argument(help="Recordings (.h5), fitted together; bundled:NAME for an example.")
+    ],
     out: Annotated[Path | None, typer.Option(help="Write the model here (model.json).")] = None,
-    holdout: Annotated[list[str] | None, typer.Option(help="Recording that only judges the fit; repeat for more.")] = None,
+    holdout: Annotated[
+        list[str] | None, typer.Option(help="Recording that only judges the fit; repeat for more.")
+    ] = None,
     report: Annotated[Path | None, typer.Option(help="Write a self-contained HTML page here.")] = None,
     given: Annotated[list[str] | None, typer.Option(help="Hold a parameter: mass.m=2.1 (SI units).")] = None,
     without: Annotated[list[str] | None, typer.Option(help="Leave out: 'spring' for a plant without one.")] = None,
-    causality: Annotated[str | None, typer.Option(help="'force' or 'motion'; the roles in the file decide otherwise.")] = None,
+    causality: Annotated[
+        str | None, typer.Option(help="'force' or 'motion'; the roles in the file decide otherwise.")
+    ] = None,
     area: Annotated[float | None, typer.Option(help="Diaphragm area [m2], to turn pressure into force.")] = None,
     hold: Annotated[bool, typer.Option(help="The force is held between samples (a converter's output).")] = False,
     profile: Annotated[list[str] | None, typer.Option(help="Profile likelihood of this parameter as well.")] = None,
@@ -25,7 +31,7 @@ def command(
 
     Example: bristle fit bundled:mixed --out model.json --report fit.html
     """
-    from bristle._console import assignments, crosscheck_table, load, parameter_table, stdout, writable
+    from bristle._console import assignments, crosscheck_table, load, parameter_table, print_errors, stdout, writable
     from bristle._fitting import checked_causality, with_area, without_effects
     from identification import Outcome, identify
     from identification import profile as profile_of
@@ -40,9 +46,7 @@ def command(
     )
     console = stdout()
     console.print(parameter_table(found))
-    for kind, error in found.model.error.items():
-        if error:
-            console.print(f"free-run error, {kind}: " + ", ".join(f"{k} {v:.4g}" for k, v in error.items()))
+    print_errors(console, found.model)
     for name in profile or []:
         p = profile_of(found.fit, found.uncertainty, name)
         low, high = (f"{x:.6g}" if x is not None else "beyond 3 standard deviations" for x in (p.lower, p.upper))

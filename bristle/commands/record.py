@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 if TYPE_CHECKING:
-    from hil import RecorderReport
+    from hil import LinkEvent, RecorderReport, Valve
+    from recordings import Plant
 
 
 def command(
@@ -17,8 +19,8 @@ def command(
         str, typer.Option(help="tcp://HOST:PORT, tls://HOST:PORT?ca=..&cert=..&key=.., rtu:DEVICE?baud=.., replay:REC")
     ],
     to: Annotated[Path, typer.Option(help="Directory, or a new file ending in .h5 for one valve.")],
-    map_: Annotated[str | None, typer.Option("--map", help="Register map: a TOML or CSV file, or a shipped one.")] = None,
-    rate: Annotated[float | None, typer.Option(help="Polls per second; without it 10.", min=1e-4, max=1e4)] = None,
+    map_: Annotated[str | None, typer.Option("--map", help="Register map: a file, or a shipped one by name.")] = None,
+    rate: Annotated[float, typer.Option(help="Polls (with --ring: looks) per second.", min=1e-4, max=1e4)] = 10.0,
     duration: Annotated[float | None, typer.Option(help="Stop after so many seconds.", min=0.0)] = None,
     unit: Annotated[str | None, typer.Option(help="Device ids of equal valves on one line: 1,2,5-7.")] = None,
     valve: Annotated[str | None, typer.Option(help="Names of the valves, one for each device id: A,B,C.")] = None,
@@ -28,11 +30,9 @@ def command(
     rotate_mb: Annotated[float | None, typer.Option(help="Begin a new file at this size [MB].", min=0.01)] = None,
     rotate_minutes: Annotated[float | None, typer.Option(help="Begin a new file at this age [min].", min=1e-3)] = None,
     batch: Annotated[float, typer.Option(help="How long samples may wait for the disk [s].", min=0.01, max=60.0)] = 0.5,
-    plant: Annotated[
-        list[str] | None, typer.Option(help="What is known of the plant, NAME=VALUE: stroke_m=0.0381 (repeatable).")
-    ] = None,
+    plant: Annotated[list[str] | None, typer.Option(help="What is known of the plant: stroke_m=0.0381, ...")] = None,
     title: Annotated[str | None, typer.Option(help="One line for plots and reports.")] = None,
-    acknowledge: Annotated[bool, typer.Option("--acknowledge", help="Print FILE SAMPLES as soon as they are safe.")] = False,
+    acknowledge: Annotated[bool, typer.Option("--acknowledge", help="Print FILE SAMPLES once they are safe.")] = False,
 ) -> None:
     """Record live values into crash-safe recordings until --duration is over, or Ctrl-C or SIGTERM comes.
 
@@ -42,7 +42,7 @@ def command(
     """
     import asyncio
 
-    from hil import PollingDied, RecorderSettings, open_source, record_session
+    from hil import Polling, PollingDied, RecorderSettings, RingReading, open_source, record_session
     from recordings import NegativeAnswer
 
     settings = RecorderSettings(
@@ -52,15 +52,82 @@ def command(
         batch_s=batch,
         title=title,
         plant=_plant(plant or []),
-        acknowledge=(lambda path, n: print(path, n, flush=True)) if acknowledge else None,
+        acknowledge=_acknowledge if acknowledge else None,
+        tell=_tell,
     )
-    live = open_source(source, *_reading(map_, unit, valve, ring, rate, heartbeat, heartbeat_s))
+    plan = RingReading(rate) if ring else Polling(rate, heartbeat, heartbeat_s)
+    live = open_source(source, _valves(map_, unit, valve) if map_ else (), plan, name=valve)
     try:
         end = asyncio.run(record_session(live, settings, duration, _show if sys.stderr.isatty() else None))
     except PollingDied as death:
         raise NegativeAnswer(f"{death}; what was recorded until then is in {to}") from death
-    _summarise(end.report, end.seconds)
+    print(_summary(end.report))
     if end.interrupted:
         raise KeyboardInterrupt
     if not end.report.samples:
         raise NegativeAnswer(f"{source}: no sample came in {end.seconds:.1f} s, nothing was recorded")
+
+
+def _valves(map_: str, unit: str | None, names: str | None) -> Sequence[Valve]:
+    from hil import RegisterMap, valves_of
+
+    return valves_of(RegisterMap.load(map_), _units(unit), names.split(",") if names else ())
+
+
+def _units(text: str | None) -> tuple[int, ...]:
+    """Device ids from ``1,2,5-7``."""
+    from recordings import BadInput
+
+    units: list[int] = []
+    for part in (text or "").split(",") if text is not None else []:
+        first, dash, last = part.partition("-")
+        if not first.strip().isdecimal() or (dash and not last.strip().isdecimal()):
+            raise BadInput("--unit", f"'{text}' is not a list of device ids", "write for example 1,2,5-7")
+        units += range(int(first), int(last if dash else first) + 1)
+    if not all(1 <= unit <= 247 for unit in units) or (text is not None and not units):
+        raise BadInput("--unit", f"'{text}' has a device id outside 1 to 247, or none", "write for example 1,2,5-7")
+    return tuple(units)
+
+
+def _plant(items: Sequence[str]) -> Plant:
+    from recordings import BadInput, Plant
+
+    known: dict[str, Any] = {}
+    for item in items:
+        name, equals, value = item.partition("=")
+        if not equals or name not in Plant.__dataclass_fields__:
+            remedy = f"write NAME=VALUE with one of {', '.join(Plant.__dataclass_fields__)}"
+            raise BadInput("--plant", f"'{item}' says nothing about a plant", remedy)
+        try:
+            known[name] = value if name == "tag" else float(value)
+        except ValueError:
+            raise BadInput("--plant", f"'{value}' is not a number", f"write {name}=NUMBER") from None
+    return Plant(**known)
+
+
+def _acknowledge(path: Path, n_samples: int) -> None:
+    print(path, n_samples, flush=True)
+
+
+def _tell(event: LinkEvent) -> None:
+    print(f"\r{event.valve}: {event.kind}: {event.text}", file=sys.stderr, flush=True)
+
+
+def _show(report: RecorderReport, seconds: float) -> None:
+    late, missed = report.statistics.lateness, report.statistics.missed
+    text = f"\r{seconds:6.0f} s  {report.samples} samples  {report.samples / seconds:.1f} Hz  {missed} deadlines missed"
+    print(f"{text}  late p99 {1e3 * late.quantile(0.99):.1f} ms ", end="", file=sys.stderr, flush=True)
+
+
+def _summary(report: RecorderReport) -> str:
+    lines = []
+    for one in report.valves:
+        about = f"{one.samples} samples, {one.rate:.2f} Hz, {one.bad} with a value that is not good"
+        lines += [f"{one.valve}: {about}", *(f"  {path}" for path in one.files)]
+    statistics = report.statistics
+    late = " ".join(f"{word} {1e3 * statistics.lateness.quantile(q):.2f}" for word, q in (("p50", 0.5), ("p99", 0.99)))
+    longest = 1e3 * statistics.lateness.maximum
+    lines.append(f"lateness [ms]: {late} max {longest:.2f}; {statistics.missed} of {statistics.polls} deadlines missed")
+    if statistics.faults:
+        lines.append("refused: " + ", ".join(f"{n} x {fault}" for fault, n in statistics.faults.most_common()))
+    return "\n".join(lines)

@@ -10,8 +10,12 @@ import typer
 
 def command(
     to: Annotated[Path, typer.Option(help="Write the recording here (.h5).")],
-    excite: Annotated[str, typer.Option(help="Sequence of shapes with seconds: step:5,sine:20; mixed:40; positioner:60.")] = "mixed:40",
-    valve: Annotated[str | None, typer.Option(help="Model (model.json) to simulate; a seeded random LuGre valve otherwise.")] = None,
+    excite: Annotated[
+        str, typer.Option(help="Sequence of shapes with seconds: step:5,sine:20; mixed:40; positioner:60.")
+    ] = "mixed:40",
+    valve: Annotated[
+        str | None, typer.Option(help="Model (model.json) to simulate; a seeded random LuGre valve otherwise.")
+    ] = None,
     given: Annotated[list[str] | None, typer.Option(help="Set a parameter: lugre.fc=120 (SI units).")] = None,
     stroke: Annotated[float | None, typer.Option(help="Stroke [m].")] = None,
     rate: Annotated[float, typer.Option(help="Sampling rate [Hz].")] = 500.0,

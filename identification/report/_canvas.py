@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-MEASURED, SIMULATED, REFERENCE, NEUTRAL = "#56B4E9", "#D55E00", "#009E73", "#8a8f98"
+MEASURED, SIMULATED, RESIDUAL, REFERENCE, NEUTRAL = "#4d9fdc", "#c8380a", "#8a63c4", "#009E73", "#8a8f98"
 """Measured wide and light below, simulated narrow and strong on top: told apart in black and white, too."""
-WIDE, NARROW = 3.2, 1.3
+WIDE, NARROW = 4.0, 1.2
 
 
 def canvas(x_label: str, y_label: str, height: int, **options: Any) -> Any:
@@ -16,10 +16,9 @@ def canvas(x_label: str, y_label: str, height: int, **options: Any) -> Any:
     plot = figure(
         height=height, sizing_mode="stretch_width", min_width=260, x_axis_label=x_label, y_axis_label=y_label,
         tools="xpan,box_zoom,wheel_zoom,reset,save", active_drag="box_zoom", active_scroll=None,
-        background_fill_color=None, border_fill_color=None, outline_line_color=None, **options,
+        background_fill_color=None, border_fill_color=None, outline_line_color=None, toolbar_location="above", **options,
     )  # fmt: skip
     plot.toolbar.logo = None
-    plot.toolbar.autohide = False
     for axis in plot.axis:
         axis.axis_label_text_font_style = "normal"
         axis.axis_label_text_font_size = axis.major_label_text_font_size = "12px"
@@ -35,6 +34,6 @@ def finish_legend(plot: Any, place: str = "above") -> None:
     legend.orientation, legend.click_policy = "horizontal", "hide"
     legend.background_fill_alpha, legend.border_line_color = 0.0, None
     legend.label_text_font_size, legend.padding, legend.margin = "12px", 2, 2
-    legend.ncols = 3
+    legend.ncols, legend.spacing, legend.label_standoff = 4, 18, 6
     if place == "above":
         plot.add_layout(legend, "above")

@@ -61,6 +61,15 @@ def percent(share: float) -> str:
     return f"{number(100 * share, 3 if abs(share) >= 0.1 else 2)}{NARROW}%"
 
 
+def count(value: int) -> str:
+    """A whole number in groups of three.
+
+    >>> count(200000) == "200\N{NARROW NO-BREAK SPACE}000"
+    True
+    """
+    return _fixed(float(value), 0)
+
+
 def _exponent(value: float, digits: int) -> int:
     """Decimal exponent of a value after it has been rounded to some significant digits."""
     return int(f"{abs(value):.{digits - 1}e}".partition("e")[2])

@@ -12,13 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from recordings import BadInput
-from simulator._effect import Memory
+from simulator._build import compiler
+from simulator._effect import Catalogue, Effect, Memory
 from simulator._scan import Scanner
 from simulator.damadics import _force_form, _play_form, _servomotor
 from simulator.damadics._inputs import INPUTS
 from simulator.damadics._names import nearest
 from simulator.damadics._outputs import SIGNALS
-from simulator.damadics._parameters import STEP, Parameters
+from simulator.damadics._parameters import Parameters
 from simulator.damadics.faults import FAULTS, STEPS_PER_SECOND, limited
 from simulator.effects import BASE, CATALOGUE
 
@@ -53,7 +54,8 @@ class Actuator:
     form : ``play``, the published model, or ``lugre``, with friction as a force; parameters : constants of the
     actuator; effects : for the form ``lugre``, values of effects of the catalogue by id and symbol: of the base effects
     what deviates from the default, of any other effect what deviates from its typical size; doc_sign : whether f12,
-    f14 and f19 act in the sense of the benchmark's text (negative strengths lower the signal) instead of the library's.
+    f14 and f19 act in the sense of the benchmark's text (negative strengths lower the signal) instead of the library's;
+    catalogue : where effects are looked up; `CATALOGUE.extended` makes one with effects of your own.
 
     Raises `BadInput` for an unknown form, effect or symbol, a value out of bounds, or effects with the form ``play``.
 
@@ -69,6 +71,7 @@ class Actuator:
     parameters: Parameters = field(default_factory=Parameters)
     effects: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     doc_sign: bool = False
+    catalogue: Catalogue = CATALOGUE
 
     def __post_init__(self) -> None:
         if self.form not in FORMS:
@@ -77,7 +80,8 @@ class Actuator:
             found = f"the effect '{next(iter(self.effects))}' is asked for with the form 'play'"
             raise BadInput("actuator", found, "effects of the catalogue need the form 'lugre'")
         for effect, values in self.effects.items():
-            _check_effect(effect, values)
+            _check_effect(self.catalogue, effect, values)
+        object.__setattr__(self, "effects", {effect: dict(values) for effect, values in self.effects.items()})
 
     @property
     def values(self) -> dict[str, float]:
@@ -91,7 +95,7 @@ class Actuator:
         """
         if not 0 <= position <= 1:
             raise BadInput("actuator", f"the start position is {position:g}", "it is a share of the stroke, 0 to 1")
-        machine = _machine(self.form, self.effect_ids)
+        machine = self._machine
         x = position * self.parameters.stroke
         first = machine.first(self.parameters, x)
         return State(0, _frozen(np.array([first.get(name, 0.0) for name in machine.states], float)))
@@ -113,22 +117,31 @@ class Actuator:
         return self._run(state, _checked(np.atleast_2d(inputs))[:1])[1][0]
 
     def _run(self, state: State, u: Array) -> tuple[Array, Array]:
-        machine = _machine(self.form, self.effect_ids)
+        machine = self._machine
+        if state.values.shape != (len(machine.states),):
+            found = f"it has {state.values.size} values, this actuator has {len(machine.states)}"
+            raise BadInput("actuator state", found, "go on with an actuator of the same form and effects")
         t = np.arange(state.step, state.step + len(u)) / STEPS_PER_SECOND
-        scan = machine.scanner.run(t, u, self._vector, state.values, h_max=_LONGEST_SUBSTEP if machine.substeps else 0.0, hold=True)
+        scan = machine.scanner.run(
+            t, u, self._vector, state.values, h_max=_LONGEST_SUBSTEP if machine.substeps else 0.0, hold=True
+        )
         if scan.failed is not None:
             found = f"at {t[scan.failed]:g} s the simulation is not finite"
             raise BadInput("actuator", found, "check its parameters, its effects and its inputs")
         return scan.final, scan.outputs
 
     @functools.cached_property
-    def effect_ids(self) -> tuple[str, ...]:
-        wanted = {*BASE, *self.effects}
-        return () if self.form == "play" else tuple(name for name in CATALOGUE.ids if name in wanted)
+    def chosen(self) -> tuple[Effect, ...]:
+        """The effects that make up the stem, in the order of the catalogue; none in the form ``play``."""
+        return () if self.form == "play" else self.catalogue.pick((*BASE, *self.effects))
+
+    @functools.cached_property
+    def _machine(self) -> _Machine:
+        return _machine(self.form, self.chosen, compiler())
 
     @functools.cached_property
     def _vector(self) -> Array:
-        machine, values = _machine(self.form, self.effect_ids), self.values
+        machine, values = self._machine, self.values
         ours = [values[name] for name in machine.effect_parameters]
         return np.concatenate([self.parameters.vector(), ours, [1.0 if self.doc_sign else -1.0]])
 
@@ -153,7 +166,8 @@ class _Machine:
 
 
 @functools.lru_cache(maxsize=32)
-def _machine(form: Form, effects: tuple[str, ...]) -> _Machine:
+def _machine(form: Form, effects: tuple[Effect, ...], _compiler: tuple[str, ...] | None) -> _Machine:
+    """One machine per form, choice of effects and way of compiling."""
     if form == "play":
         return _Machine(Scanner(_play_form.play_form()), _play_form.STATES)
     recurrence, layout = _force_form.force_form(effects)
@@ -165,17 +179,17 @@ def _effect_values(actuator: Actuator) -> dict[str, float]:
     """Default values of the base effects, typical sizes of the others, and what was given."""
     base = _force_form.base_values(actuator.parameters)
     named = {}
-    for effect in CATALOGUE.pick(actuator.effect_ids):
+    for effect in actuator.chosen:
         default = base.get(effect.id) or {p.symbol: p.scale for p in effect.parameters}
         for symbol, value in (default | dict(actuator.effects.get(effect.id, {}))).items():
             named[effect.parameter_name(symbol)] = float(value)
     return named
 
 
-def _check_effect(name: str, values: Mapping[str, float]) -> None:
-    if name not in CATALOGUE:
-        raise BadInput("actuator", f"there is no effect '{name}'", nearest(name, CATALOGUE.ids))
-    known = {parameter.symbol: parameter for parameter in CATALOGUE[name].parameters}
+def _check_effect(catalogue: Catalogue, name: str, values: Mapping[str, float]) -> None:
+    if name not in catalogue:
+        raise BadInput("actuator", f"there is no effect '{name}'", nearest(name, catalogue.ids))
+    known = {parameter.symbol: parameter for parameter in catalogue[name].parameters}
     for symbol, value in values.items():
         where = f"actuator: effect {name}"
         if symbol not in known:
@@ -189,10 +203,14 @@ def _check_effect(name: str, values: Mapping[str, float]) -> None:
 def _checked(inputs: Array) -> Array:
     u = np.array(inputs, float)
     if u.ndim != 2 or u.shape[1] != len(INPUTS) or not len(u):
-        raise BadInput("actuator inputs", f"their shape is {u.shape}", f"it is (n_steps, {len(INPUTS)}), one row at least")
+        raise BadInput(
+            "actuator inputs", f"their shape is {u.shape}", f"it is (n_steps, {len(INPUTS)}), one row at least"
+        )
     if not np.isfinite(u).all():
         row, column = np.argwhere(~np.isfinite(u))[0]
-        raise BadInput("actuator inputs", f"{INPUTS[column]} of step {row} is {u[row, column]:g}", "inputs are finite numbers")
+        raise BadInput(
+            "actuator inputs", f"{INPUTS[column]} of step {row} is {u[row, column]:g}", "inputs are finite numbers"
+        )
     u[:, -len(FAULTS) :] = limited(u[:, -len(FAULTS) :])
     return u
 

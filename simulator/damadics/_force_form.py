@@ -8,12 +8,11 @@ exact bristle. Chamber pressure is taken at mid-step, so it is part of the equat
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 
-from simulator._effect import Expression, Site
+from simulator._effect import Effect, Expression, Site
 from simulator._scan import Recurrence
 from simulator._step import Layout, force_driven, motion_driven
 from simulator.damadics import _positioner, _servomotor, _valve_flow
@@ -21,7 +20,6 @@ from simulator.damadics._expressions import clip
 from simulator.damadics._inputs import Inputs
 from simulator.damadics._outputs import outputs
 from simulator.damadics._parameters import STEP, Parameters, symbols
-from simulator.effects import BASE, CATALOGUE
 
 SUBSTEPS = 5
 """Sub-steps of a step of 2.5 ms."""
@@ -45,13 +43,13 @@ def base_values(p: Parameters) -> dict[str, dict[str, float]]:
 class _Stem:
     """The catalogue's recurrence of some effects, with expressions of ours put in for its inputs and parameters."""
 
-    def __init__(self, effects: tuple[str, ...]) -> None:
-        chosen = CATALOGUE.pick(effects)
-        rubbing = tuple(e for e in chosen if e.site is Site.FORCE and e.id not in ("inertia", "spring"))
-        driven, self.layout = force_driven(chosen)
+    def __init__(self, effects: tuple[Effect, ...]) -> None:
+        rubbing = tuple(e for e in effects if e.site is Site.FORCE and e.id not in ("inertia", "spring"))
+        driven, self.layout = force_driven(effects)
         imposed, self._rubbing = motion_driven(rubbing)
-        arguments = [driven.state, driven.exo, driven.parameters]
-        self._step = ca.Function("stem", [driven.implicit, *arguments], [driven.step, driven.residual])
+        arguments: list[Any] = [driven.state, driven.exo, driven.parameters]
+        moving: tuple[list[Any], list[Any]] = [driven.implicit, *arguments], [driven.step, driven.residual]
+        self._step = ca.Function("stem", *moving)
         self._reported = ca.Function("reported", arguments, [driven.output])
         self._friction = ca.Function("friction", [imposed.state, imposed.exo, imposed.parameters], [imposed.output])
 
@@ -60,7 +58,8 @@ class _Stem:
     ) -> tuple[Expression, Expression]:
         """The next state and the residual for velocity w at mid-step and forces u at middle and end of the step."""
         later = u[1:] if self._step.numel_in(2) == 4 else ()
-        return self._step(w, s, ca.vertcat(t, SUBSTEP, u[0], *later), p)
+        after, residual = self._step(w, s, ca.vertcat(t, SUBSTEP, u[0], *later), p)
+        return after, residual
 
     def reported(self, s: Expression, t: Expression, u: Expression, p: Expression) -> Expression:
         """Position [m] behind the effects between stem and sensor."""
@@ -77,8 +76,11 @@ class _Stem:
         return self._friction(memory, ca.vertcat(t, 0.0, motion, *later), values)
 
 
-def force_form(effects: tuple[str, ...] = BASE) -> tuple[Recurrence, Layout]:
-    """One sub-step of 0.5 ms: states `FRONT` and those of the layout; parameters of `symbols`, of the layout, and the sense."""
+def force_form(effects: tuple[Effect, ...]) -> tuple[Recurrence, Layout]:
+    """One sub-step of 0.5 ms: states `FRONT`, then the layout's; parameters of `symbols`, the layout, and the sense.
+
+    effects : inertia, spring and LuGre friction, and any others, in the order of the catalogue.
+    """
     stem, (p, parameters), inputs = _Stem(effects), symbols(), Inputs.symbols()
     front, s, w = ca.SX.sym("s", len(FRONT)), ca.SX.sym("z", len(stem.layout.states)), ca.SX.sym("w")
     given = {name: ca.SX.sym(name) for name in stem.layout.parameters}
@@ -86,73 +88,69 @@ def force_form(effects: tuple[str, ...] = BASE) -> tuple[Recurrence, Layout]:
     new, residual = now.advance(w)
     measured = now.outputs()
     vector = ca.vertcat(*parameters, *given.values(), inputs.sense)
-    return Recurrence(ca.vertcat(front, s), inputs.exo, vector, new, measured, w, residual, s[1]), stem.layout
+    recurrence = Recurrence(
+        ca.vertcat(front, s), inputs.exo, vector, new, measured, w, residual, guess=s[1], differentiable=False
+    )
+    return recurrence, stem.layout
 
 
 class _Instant:
     """The actuator at the start of a sub-step."""
 
-    def __init__(self, stem: _Stem, inputs: Inputs, p: Any, given: Mapping[str, Expression], front: dict[str, Expression], s: Expression) -> None:
+    def __init__(
+        self, stem: _Stem, inputs: Inputs, p: Any, given: Mapping[str, Expression], front: dict[str, Expression],
+        s: Expression,
+    ) -> None:  # fmt: skip
         self.stem, self.inputs, self.p, self.front, self.s = stem, inputs, p, front, s
         self.f, self.t, self.water = inputs.f, inputs.exo[0], inputs.water()
-        self.x, self.v, self.mass = s[0], s[1], given["mass.m"]
+        self.x, self.v, self.weight = s[0], s[1], given["mass.m"] * p.gravity
         self.values = faulty(given, self.f, self.x / p.stroke, p)
         self.vector = ca.vertcat(*self.values.values())
-        self.area = _servomotor.area(self.f, p)
         self.Ps = self.pressure(front["air"], self.x)
+        self.u = _servomotor.area(self.f, p) * self.Ps
+        self.reported = stem.reported(s, self.t, self.u, self.vector) / p.stroke
+        self.lever, self.cvi = _positioner.sampled(self.reported, front, self.f, p)
 
     def pressure(self, air: Expression, x: Expression) -> Expression:
         """Chamber pressure [Pa, relative]. A perforated diaphragm (f10) pushes less, but the chamber is as large."""
-        volume = self.p.dead_volume + self.p.diaphragm_area * x
-        return clip(air * self.p.gas_constant * self.p.gas_temperature / volume, 0.0, _servomotor.PRESSURE_LIMIT) - self.p.atmosphere
+        p = self.p
+        absolute = air * p.gas_constant * p.gas_temperature / (p.dead_volume + p.diaphragm_area * x)
+        return clip(absolute, 0.0, _servomotor.PRESSURE_LIMIT) - p.atmosphere
 
     def advance(self, w: Expression) -> tuple[Expression, Expression]:
         """The state after the sub-step and the residual of the force balance, for velocity w at mid-step."""
-        p, f, front = self.p, self.f, self.front
-        stop = p.stroke * _servomotor.upper_stop(f)
-        middle, end = (clip(self.x + part * SUBSTEP * w, 0.0, p.stroke) for part in (0.5, 1.0))
-        u = self._push(0.5, middle), self._push(1.0, end)
+        p, stop = self.p, self.p.stroke * _servomotor.upper_stop(self.f)
+        u = self._push(w, 0.5), self._push(w, 1.0)
         _, residual = self.stem.step(w, self.s, self.t, u, self.vector)
         # Extrapolated from the start, which is as accurate as w itself: its table is the dearest part of the equation.
-        foreseen = _valve_flow.closing((self.x + SUBSTEP / 2 * self.v) / p.stroke, f)
+        foreseen = _valve_flow.closing((self.x + SUBSTEP / 2 * self.v) / p.stroke, self.f)
         plug = _valve_flow.plug_force(foreseen, self.water.drop, p)
         free = clip(w, -self.x / SUBSTEP, (stop - self.x) / SUBSTEP)
-        new, _ = self.stem.step(free, self.s, self.t, u, self.vector)
-        new[1] = ca.if_else(free == w, new[1], 0.0)
-        air = clip(front["air"] + SUBSTEP * front["flow"], 0.0, _servomotor.MASS_LIMIT)
-        return ca.vertcat(*self._positioner(), air, self._flow(), new), residual + plug - self.mass * p.gravity
+        stem, _ = self.stem.step(free, self.s, self.t, u, self.vector)
+        stem[1] = ca.if_else(free == w, stem[1], 0.0)
+        return ca.vertcat(*self._front(), stem), residual + plug - self.weight
 
-    def _push(self, part: float, x: Expression) -> Expression:
-        """Force of the diaphragm [N] with the rod at x, a part of the sub-step later."""
-        return self.area * self.pressure(self.front["air"] + part * SUBSTEP * self.front["flow"], x)
+    def _push(self, w: Expression, part: float) -> Expression:
+        """Force of the diaphragm [N] a part of the sub-step later, when the rod has moved at w."""
+        x = clip(self.x + part * SUBSTEP * w, 0.0, 1.25 * self.p.stroke)
+        air = self.front["air"] + part * SUBSTEP * self.front["flow"]
+        return _servomotor.area(self.f, self.p) * self.pressure(air, x)
 
-    def _positioner(self) -> list[Expression]:
+    def _front(self) -> list[Expression]:
+        """The states of `FRONT` after the sub-step."""
         p, front = self.p, self.front
-        lever, command = self._sampled()
         rate1, rate2 = _positioner.filter_rates(front["q1"], front["q2"], self.inputs.setpoint, p)
-        tick = ca.if_else(front["tick"] + 1.5 > SUBSTEPS * p.hold_steps, 0.0, front["tick"] + 1)
-        return [tick, command, lever, front["q1"] + SUBSTEP * rate1, front["q2"] + SUBSTEP * rate2]
-
-    def _flow(self) -> Expression:
-        opening = _positioner.transducer(self._sampled()[1], self.f, self.inputs.sense)
-        return _servomotor.mass_flow(opening, self.Ps, _servomotor.supply(self.inputs.supply, self.f, self.p), self.f, self.p)
-
-    def _sampled(self) -> tuple[Expression, Expression]:
-        """Feedback lever and controller output."""
-        lever = _positioner.lever(_positioner.sensed(self._reported(), self.f), self.front["lever"], self.f)
-        command = _positioner.controller(self.front["q2"], _positioner.process_value(lever, self.p), self.p)
-        return lever, ca.if_else(self.front["tick"] < 0.5, command, self.front["cvi"])
-
-    def _reported(self) -> Expression:
-        return self.stem.reported(self.s, self.t, self.area * self.Ps, self.vector) / self.p.stroke
+        tick = _positioner.next_tick(front["tick"], SUBSTEPS * p.hold_steps)
+        air = clip(front["air"] + SUBSTEP * front["flow"], 0.0, _servomotor.MASS_LIMIT)
+        flow = _servomotor.inflow(self.cvi, self.Ps, self.inputs, p)
+        q1, q2 = front["q1"] + SUBSTEP * rate1, front["q2"] + SUBSTEP * rate2
+        return [tick, self.cvi, self.lever, q1, q2, air, flow]
 
     def outputs(self) -> Expression:
         """The signals at this instant."""
-        u = self.area * self.Ps
-        friction = self.stem.friction(self.s, self.t, u, self.values)
-        position = self.x / self.p.stroke
-        rod = (self.x, self.v, friction)
-        return outputs(self.inputs, self.p, self.water, position, self._reported(), self._sampled()[1], self.Ps, rod)
+        rod = self.x, self.v, self.stem.friction(self.s, self.t, self.u, self.values)
+        share = self.x / self.p.stroke
+        return outputs(self.inputs, self.p, self.water, share, self.reported, self.cvi, self.Ps, rod)
 
 
 def faulty(given: Mapping[str, Expression], f: Any, position: Expression, p: Any) -> dict[str, Expression]:

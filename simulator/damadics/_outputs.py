@@ -17,10 +17,10 @@ SIGNALS = {
     "Fv": "t/h", "Fv3": "t/h", "Fvc": "N", "X3": "1", "position": "1", "pressure": "Pa",
     "x": "m", "v": "m/s", "friction": "N", "density": "kg/m3",
 }  # fmt: skip
-"""Signals of an actuator and their units. Up to F: the basic measurements of the benchmark; up to Pz: the extended ones,
-all as their sensors have them, faults included, noise not; then what is never measured: flow of valve and bypass, force
-on the plug, closing of the bypass, true position [share of the stroke] and chamber pressure [Pa, relative], rod (x, v),
-friction force, density of the water."""
+"""Signals of an actuator and their units. Up to F: the benchmark's basic measurements; up to Pz: the extended ones; all
+as their sensors have them, with their faults and without noise. Then what is never measured: flow of valve and bypass,
+force on the plug, closing of the bypass, true position [share of the stroke] and chamber pressure [Pa, relative], rod
+(x, v), friction force, density of the water."""
 
 
 def outputs(

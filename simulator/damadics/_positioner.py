@@ -5,6 +5,7 @@ Source: block diagram of DABLib v1.22 (Bartyś & Syfert, 2002).
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import casadi as ca
@@ -31,21 +32,27 @@ def sensed(position: Expression, f: Any) -> Expression:
     return position * (1 + 1.25 * f[13])
 
 
-def lever(position: Expression, before: Expression, f: Any) -> Expression:
-    """Position of the feedback lever [share of the stroke]: f15 is a play between rod and lever."""
-    return play(clip(position, -0.25, 1.25), before, f[15])
+def sampled(reported: Expression, state: Mapping[str, Expression], f: Any, p: Any) -> tuple[Expression, Expression]:
+    """Feedback lever [share of the stroke] and CVI, the controller's output from -1 (vent) to 1 (fill).
+
+    reported : position [share of the stroke]; state : the ``lever`` before, the filtered set point ``q2``, and ``cvi``,
+    which is held until ``tick`` is 0. f15 is a play of the lever.
+    """
+    lever = play(clip(sensed(reported, f), -0.25, 1.25), state["lever"], f[15])
+    command = clip(p.gain * (state["q2"] - _process_value(lever)), -1.0, 1.0)
+    return lever, ca.if_else(state["tick"] < 0.5, command, state["cvi"])
 
 
-def process_value(at: Expression, p: Any) -> Expression:
-    """What the controller sees of a lever position: an arcsine, exact at 0, 50 and 100 %."""
-    return ca.asin(clip(at - 0.5, -1.0, 1.0)) / _LEVER_ANGLE + 0.5
-
-
-def controller(filtered: Expression, value: Expression, p: Any) -> Expression:
-    """CVI: output of the controller, -1 (vent) to 1 (fill)."""
-    return clip(p.gain * (filtered - value), -1.0, 1.0)
+def next_tick(tick: Expression, period: Expression) -> Expression:
+    """The counter of steps since the controller sampled, 0 when it does."""
+    return ca.if_else(tick + 1.5 > period, 0.0, tick + 1)
 
 
 def transducer(cvi: Expression, f: Any, sense: Expression) -> Expression:
     """CVP: opening of the pneumatic relay, -1 to 1; f12 is a gain error."""
     return clip(table(cvi, TRANSDUCER) * (1 + sense * f[12]), -1.0, 1.0)
+
+
+def _process_value(lever: Expression) -> Expression:
+    """What the controller sees of a lever position: an arcsine, exact at 0, 50 and 100 %."""
+    return ca.asin(clip(lever - 0.5, -1.0, 1.0)) / _LEVER_ANGLE + 0.5

@@ -92,7 +92,11 @@ def truth(what: Scenario, actuator: Actuator, noise: Noise | None, samples: Samp
     values: Truth = {name: samples.signals[:, COLUMN[name]] for name in HIDDEN}
     every = strengths(what.faults, samples.time)
     values |= {f"f{fault.number}": every[:, fault.number - 1] for fault in what.faults}
-    values |= {"scenario": what.name, "form": actuator.form, "effects": " ".join(actuator.effect_ids)}
+    values |= {
+        "scenario": what.name,
+        "form": actuator.form,
+        "effects": " ".join(effect.id for effect in actuator.chosen),
+    }
     values |= {f"actuator.{name}": value for name, value in asdict(actuator.parameters).items()}
     values |= {"doc_sign": float(actuator.doc_sign), "noise.seed": -1.0, "noise.white": 0.0, "noise.hum": 0.0}
     if noise:
@@ -116,6 +120,6 @@ def _events(faults: tuple[Fault, ...], end: float) -> tuple[Event, ...]:
     for fault in faults:
         name = f"f{fault.number} {fault.kind.name}"
         manner = f"over {fault.development_s:g} s" if fault.development_s else "at once"
-        found.append(Event(fault.start_s, "fault", f"{name}: {fault.sign * fault.strength:+g}, {manner}"))
-        found.append(Event(fault.stop_s, "fault_end", name) if fault.stop_s <= end else None)
-    return tuple(event for event in found if event is not None and event.time <= end)
+        found.append((fault.start_s, "fault", f"{name}: {fault.sign * fault.strength:+g}, {manner}"))
+        found.append((fault.stop_s, "fault_end", f"{name}: gone"))
+    return tuple(Event(*event) for event in found if event[0] <= end)

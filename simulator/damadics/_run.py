@@ -99,9 +99,7 @@ def _plan(what: Scenario, duration: float | None, sample: float | None) -> _Plan
     return _Plan(round(duration * STEPS_PER_SECOND), round(stride))
 
 
-def _blocks(
-    what: Scenario, actuator: Actuator, noise: Noise | None, plan: _Plan
-) -> Iterator[tuple[int, Samples]]:
+def _blocks(what: Scenario, actuator: Actuator, noise: Noise | None, plan: _Plan) -> Iterator[tuple[int, Samples]]:
     """The first step and the samples of each block."""
     state = actuator.start()
     for first in range(0, plan.steps + 1, BLOCK):
@@ -114,4 +112,7 @@ def _blocks(
             inputs[:, 0] = np.clip(setpoint + noise.setpoint(steps), 0.0, 1.0)
         state, signals = actuator.advance(state, inputs)
         keep = slice(-first % plan.stride, None, plan.stride)
-        yield first, Samples(steps[keep], setpoint[keep], signals[keep].copy(), measured(signals[keep], noise, steps[keep]))
+        yield (
+            first,
+            Samples(steps[keep], setpoint[keep], signals[keep].copy(), measured(signals[keep], noise, steps[keep])),
+        )

@@ -11,6 +11,8 @@ import casadi as ca
 
 from simulator._effect import Expression
 from simulator.damadics._expressions import root
+from simulator.damadics._inputs import Inputs
+from simulator.damadics._positioner import transducer
 
 MASS_LIMIT = 0.1
 """Most air the chamber can hold [kg]."""
@@ -33,9 +35,10 @@ def area(f: Any, p: Any) -> Expression:
     return p.diaphragm_area * (1 - f[10])
 
 
-def mass_flow(opening: Expression, pressure: Expression, source: Expression, f: Any, p: Any) -> Expression:
-    """Air into the chamber [kg/s]: through the relay, filling (opening > 0) or venting, less what leaks (f9, f10)."""
-    drive = ca.if_else(opening > 0, source, 0.0) - pressure
+def inflow(cvi: Expression, pressure: Expression, inputs: Inputs, p: Any) -> Expression:
+    """Air into the chamber [kg/s] through the E/P transducer, filling or venting, less what leaks (f9, f10)."""
+    f, opening = inputs.f, transducer(cvi, inputs.f, inputs.sense)
+    drive = ca.if_else(opening > 0, supply(inputs.supply, f, p), 0.0) - pressure
     leak = p.leak_conductance * (f[9] + f[10]) * ca.sqrt(ca.fabs(pressure))
     return p.conductance * ca.fabs(opening) * root(drive) - leak
 

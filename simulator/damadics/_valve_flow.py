@@ -67,7 +67,7 @@ def fluid(P1: Expression, P2: Expression, T: Expression, f: Any) -> Fluid:
     heated = clip(T, 0.0, 200.0) + ca.if_else(f[7] > 0, 200.0 + 100.0 * f[7], 0.0)
     heated = ca.if_else(heated > 300.0, 300.0, heated)
     vapour = ca.exp(_LN10 * (10.7167 - 2141.0 / (heated + 273.15)))
-    pe = ca.if_else(P1 > vapour, P1, vapour)
+    pe = ca.if_else(vapour < P1, P1, vapour)
     return Fluid(P1, P2, pe, table(pe * 1e-6, CRITICAL_RATIO) * vapour, density(heated, pe))
 
 
@@ -80,7 +80,7 @@ def density(T: Expression, P: Expression) -> Expression:
 
 
 def closing(position: Expression, f: Any) -> Expression:
-    """xr: how far the valve is closed [1] at a rod position [share of the stroke], with sediment (f2) or erosion (f3)."""
+    """xr: how far the valve is closed [1] at a rod position [share of the stroke]; f2 is sediment, f3 erosion."""
     return clip(clip(position + 0.2 * f[2], 0.0, 1.0) - 0.1 * f[3], 0.0, 1.0)
 
 

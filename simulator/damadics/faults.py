@@ -61,7 +61,9 @@ _KINDS = (
     FaultKind(10, "perforated diaphragm", "servomotor", _ABRUPT),
     FaultKind(11, "spring", "servomotor", ("big", "incipient"), development_s=_DAY),
     FaultKind(12, "E/P transducer", "positioner", _ABRUPT, both_ways=True, direction=-1),
-    FaultKind(13, "rod displacement sensor", "positioner", (*_ABRUPT, "incipient"), both_ways=True, development_s=900.0),
+    FaultKind(
+        13, "rod displacement sensor", "positioner", (*_ABRUPT, "incipient"), both_ways=True, development_s=900.0
+    ),
     FaultKind(14, "pressure sensor", "positioner", _ABRUPT, both_ways=True, direction=-1),
     FaultKind(15, "positioner feedback", "positioner", ("big",)),
     FaultKind(16, "supply pressure drop", "general", _ABRUPT),
@@ -99,17 +101,16 @@ class Fault:
             raise BadInput(f"fault f{self.number}", *problem)
 
     @classmethod
-    def of_level(cls, number: int, level: str, **times: float) -> Fault:
-        """A fault of a level of `LEVELS`; an incipient one takes the benchmark's development time unless given.
+    def of_level(cls, number: int, level: str, start_s: float = 0.0, stop_s: float = math.inf) -> Fault:
+        """A fault of a level of `LEVELS`; an incipient one takes the benchmark's development time.
 
         >>> Fault.of_level(13, "incipient", start_s=900.0).development_s
         900.0
         """
         if level not in LEVELS:
             raise BadInput(f"fault f{number}", f"there is no level '{level}'", f"levels: {', '.join(LEVELS)}")
-        if level == "incipient" and number in FAULTS:
-            times = {"development_s": FAULTS[number].development_s} | times
-        return cls(number, LEVELS[level], **times)
+        known, slow = number in FAULTS, level == "incipient"
+        return cls(number, LEVELS[level], start_s, FAULTS[number].development_s if known and slow else 0.0, stop_s)
 
     @property
     def kind(self) -> FaultKind:
@@ -129,7 +130,7 @@ class Fault:
 
 
 def strengths(faults: Iterable[Fault], t: Array) -> Array:
-    """Signed strengths of all 19 faults at times t (n,) [s], shape (n, 19); faults of one number add up to their limits."""
+    """Signed strengths of all 19 faults at times t (n,) [s], (n, 19); those of one number add up to its limits."""
     columns = np.zeros((len(t), len(FAULTS)))
     for fault in faults:
         columns[:, fault.number - 1] += fault.signed(t)

@@ -10,10 +10,15 @@ from simulator._effect import Effect, Expression, Memory, Parameter, Quantities,
 from simulator._relaxation import Relaxation
 
 
+LEAST_LEVEL = 1e-6
+"""Friction level [N] that no combination of effects goes below: far under any valve's, and bristles yield at zero."""
+
+
 class LuGre(Effect):
     """F = sigma0 z + sigma1 dz/dt + sigma2 v, dz/dt = v - sigma0 abs(v) z / g(v), g = fc + (fs - fc) exp(-(v/vs)^2).
 
-    Nothing forces fs >= fc: in real drives friction can fall towards zero speed.
+    Nothing forces fs >= fc: in real drives friction can fall towards zero speed. The model is passive only while
+    sigma1 is small against sigma2, so it does not claim to be (Barahanov and Ortega, IEEE TAC 45(4), 2000).
     """
 
     id = "lugre"
@@ -35,7 +40,9 @@ class LuGre(Effect):
         return p["fc"] + (p["fs"] - p["fc"]) * ca.exp(-((v / p["vs"]) ** 2))
 
     def relax(self, q: Quantities, p: Values) -> Mapping[str, Relaxation]:
-        return {"z": Relaxation(q.v, p["sigma0"] * ca.fabs(q.v) / (q.friction * self.level(q.v, p)))}
+        level = q.friction * self.level(q.v, p)
+        level = ca.if_else(level < LEAST_LEVEL, LEAST_LEVEL, level)  # unlike fmax this passes on a NaN
+        return {"z": Relaxation(q.v, p["sigma0"] * ca.fabs(q.v) / level)}
 
     def force(self, q: Quantities, p: Values, s: Values, ds: Values) -> Expression:
         return p["sigma0"] * s["z"] + p["sigma1"] * ds["z"] + p["sigma2"] * q.v

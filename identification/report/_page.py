@@ -1,0 +1,82 @@
+"""The whole page: every section rendered, bokeh's script inside, nothing to fetch."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from identification._result import Identification
+from identification.report._crosscheck import crosscheck
+from identification.report._friction import friction
+from identification.report._headline import headline
+from identification.report._loop import loop
+from identification.report._meaning import meaning
+from identification.report._origin import origin
+from identification.report._parameters import parameters
+from identification.report._residual import residual
+from identification.report._section import Section
+from identification.report._signals import signals
+from recordings import BadInput
+
+SECTIONS: tuple[Callable[[Identification], Section], ...] = (
+    headline, parameters, signals, residual, loop, friction, crosscheck, meaning, origin,
+)  # fmt: skip
+"""The sections, in the order of the page."""
+
+
+def write_report(path: str | os.PathLike[str], identification: Identification) -> None:
+    """Write the report of a fit as one HTML file, all or nothing. Raises BadInput when the path cannot be written."""
+    target, text = Path(path), page(identification)
+    part = target.with_name(f".{target.name}.part")
+    try:
+        part.write_text(text, encoding="utf-8")
+        part.replace(target)
+    except OSError as error:
+        with contextlib.suppress(OSError):
+            part.unlink()
+        raise BadInput(str(target), f"cannot be written ({error.strerror})", "give a path in a writable folder") from error
+
+
+def page(identification: Identification) -> str:
+    """The report as one self-contained HTML page; it needs no network, and every text of the user's is escaped."""
+    from bokeh.embed import components
+    from bokeh.resources import Resources
+
+    sections = [section(identification) for section in SECTIONS]
+    plots = {f"{s.anchor}.{name}": plot for s in sections for name, plot in s.plots.items()}
+    script, divs = components(plots)
+    templates = Environment(
+        loader=PackageLoader("identification.report"), autoescape=True, undefined=StrictUndefined,
+        trim_blocks=True, lstrip_blocks=True,
+    )  # fmt: skip
+    rendered = []
+    for s in sections:
+        own = {name: Markup(divs[f"{s.anchor}.{name}"]) for name in s.plots}
+        text = templates.get_template(f"{s.anchor}.html").render(s.words, plots=own)
+        rendered.append((s.anchor, s.title, Markup(text)))
+    return templates.get_template("page.html").render(
+        title=_title(identification), subtitle=_subtitle(identification), sections=rendered, bokeh_script=Markup(script),
+        bokeh=Markup(Resources(mode="inline", components=["bokeh"]).render_js()),
+        style=_asset(templates, "style.css"), behaviour=_asset(templates, "page.js"),
+    )  # fmt: skip
+
+
+def _title(identification: Identification) -> str:
+    names = ", ".join(t.name for t in identification.trajectories)
+    return f"Valve {identification.model.plant['tag']}" if identification.model.plant.get("tag") else names
+
+
+def _subtitle(identification: Identification) -> str:
+    fitted, held = (", ".join(t.name for t in some) for some in (identification.trajectories, identification.holdout))
+    return f"fitted to {fitted}" + (f"; judged on {held}" if held else "")
+
+
+def _asset(templates: Environment, name: str) -> Markup:
+    """Our own style or script, which must go in as it is."""
+    assert templates.loader is not None
+    return Markup(templates.loader.get_source(templates, name)[0])

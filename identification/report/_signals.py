@@ -1,0 +1,83 @@
+"""Measured and simulated signals over time, with the residual and the input below, one block per recording."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from identification._result import Identification
+from identification.report._canvas import MEASURED, NARROW, NEUTRAL, RESIDUAL, SIMULATED, WIDE, canvas, finish_legend
+from identification.report._decimate import extremes
+from identification.report._numbers import count, number
+from identification.report._runs import DRAWN, Run, error_unit, output_name, runs
+from identification.report._section import Section
+
+MOST_POINTS = 60_000
+"""Points drawn on the page in this section; a recording gets its share of them, at least `FEWEST_POINTS`."""
+FEWEST_POINTS = 3_000
+OPEN = 2
+"""Blocks that are open at first: the first fitted and the first held-out recording, or the first two."""
+BAND = 2.576
+"""Half width of the band that holds 99 % of the noise, in standard deviations."""
+
+
+def signals(identification: Identification) -> Section:
+    """The section of signals over time."""
+    every = runs(identification)
+    most = max(MOST_POINTS // len(every), FEWEST_POINTS)
+    first = {role: next((r.place for r in every if r.role == role), 0) for role in ("fitted", "held out")}
+    scale = error_unit(every)
+    window = identification.fit.path.setting.window if identification.fit.path else np.inf
+    words = {
+        "output": output_name(every[0]),
+        "error_unit": scale[1],
+        "blocks": [
+            {"run": r, "name": f"signal_{r.place}", "open": r.place in first.values() or len(every) <= OPEN} | _facts(r, most, scale)
+            for r in every
+        ],
+        "window": number(window) if np.isfinite(window) else None,
+    }
+    return Section("signals", "Measured and simulated over time", words, {f"signal_{r.place}": _drawn(r, most, scale) for r in every})
+
+
+def _facts(run: Run, most: int, scale: tuple[float, str]) -> dict[str, Any]:
+    t, error = run.trajectory.t, run.error[np.isfinite(run.error)]
+    n, missing = len(t), int(np.isnan(run.trajectory.measured[np.isfinite(t)]).sum())
+    return {
+        "samples": count(int(np.isfinite(t).sum())), "duration": number(float(np.nanmax(t) - np.nanmin(t))),
+        "rms": number(scale[0] * run.rms), "largest": number(scale[0] * float(np.abs(error).max())) if len(error) else "unknown",
+        "nrmse": number(100 * run.trajectory.nrmse), "over_noise": number(run.over_noise), "missing": missing,
+        "stretches": int(np.isnan(t).sum()) + 1, "thinned": n > most,
+    }  # fmt: skip
+
+
+def _drawn(run: Run, most: int, scale: tuple[float, str]) -> Any:
+    """Three plots over one time axis: signal, residual, input."""
+    from bokeh.layouts import gridplot
+    from bokeh.models import BoxAnnotation, ColumnDataSource
+
+    tr, (factor, unit) = run.trajectory, DRAWN[run.trajectory.unit]
+    driving, driving_name = (tr.force, "force [N]") if tr.unit == "m" else (1e3 * tr.position, "position [mm]")
+    kept = extremes([tr.measured, tr.simulated, run.error], most)
+    data = {"t": tr.t, "measured": factor * tr.measured, "simulated": factor * tr.simulated,
+            "error": scale[0] * run.error, "input": driving}  # fmt: skip
+    source = ColumnDataSource({k: _thin(v[kept], k) for k, v in data.items()})
+    top = canvas("", f"{output_name(run)} [{unit}]", 300)
+    top.x_range.range_padding = 0.01
+    top.line("t", "measured", source=source, color=MEASURED, line_width=WIDE, legend_label="measured")
+    top.line("t", "simulated", source=source, color=SIMULATED, line_width=NARROW, legend_label="simulated")
+    finish_legend(top)
+    middle = canvas("", f"residual [{scale[1]}]", 170, x_range=top.x_range)
+    band = BAND * scale[0] * tr.noise
+    middle.add_layout(BoxAnnotation(bottom=-band, top=band, fill_color=NEUTRAL, fill_alpha=0.25, line_color=None))
+    drawn = middle.line("t", "error", source=source, color=RESIDUAL, line_width=1.0)
+    middle.y_range.renderers = [drawn]
+    bottom = canvas("time [s]", driving_name, 170, x_range=top.x_range)
+    bottom.line("t", "input", source=source, color=MEASURED, line_width=1.5)
+    return gridplot([[top], [middle], [bottom]], sizing_mode="stretch_width", toolbar_location="above", toolbar_options={"logo": None})
+
+
+def _thin(values: Any, name: str) -> Any:
+    """Single precision is far finer than a pixel; the clock of a long recording needs double."""
+    return values if name == "t" else values.astype(np.float32)

@@ -1,0 +1,108 @@
+"""Import: recordings from files that other programs wrote.
+
+>>> import tempfile
+>>> from pathlib import Path
+>>> table = Path(tempfile.mkdtemp()) / "rig.csv"
+>>> _ = table.write_text("time [ms],stem [mm],thrust [kN]\\n0,1.0,0.2\\n10,1.5,0.3\\n")
+>>> mapping = with_changes(ImportMapping(), {"signals": {"position": {"column": "stem"}, "force": {"column": 3}}}, "example")
+>>> recording = import_file(table, mapping).recording
+>>> recording["force"].values, recording["force"].unit, recording["force"].role
+(array([200., 300.]), 'N', 'input')
+"""
+
+from __future__ import annotations
+
+import hashlib
+import shutil
+from datetime import UTC, datetime
+from pathlib import Path
+
+from recordings._errors import BadInput
+from recordings._files import writing
+from recordings._hdf5 import being_written, journal_path
+from recordings._header import RESERVED
+from recordings._reader import read
+from recordings._recover import recover
+from recordings._writer import write
+from recordings.importers._assemble import Imported, assemble, text_columns
+from recordings.importers._clock import first_date
+from recordings.importers._csv import read_text
+from recordings.importers._kind import kind_of
+from recordings.importers._mapping import ImportMapping, load_mapping, mapping_names, mapping_of, with_changes
+from recordings.importers._mat import read_mat, read_mat73
+from recordings.importers._parquet import read_parquet
+from recordings.importers._table import Table
+
+__all__ = [
+    "ImportMapping",
+    "Imported",
+    "import_file",
+    "load_mapping",
+    "mapping_names",
+    "mapping_of",
+    "rescue",
+    "with_changes",
+]
+
+
+def import_file(path: str | Path, mapping: ImportMapping | None = None) -> Imported:
+    """Make a recording of a CSV, TSV, MATLAB, HDF5 or Parquet file.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file; its kind is recognised by its content.
+    mapping : ImportMapping, optional
+        What its columns are; without one, columns whose header says a known name and a unit are taken.
+
+    Raises
+    ------
+    BadInput
+        The file cannot be read, or the mapping does not fit it; names file, row or column, and what to do.
+    """
+    path, mapping = Path(path), mapping or ImportMapping()
+    table = _table(path, mapping)
+    attributes: dict[str, str | float] = {k: v for k, v in table.constants.items() if k not in RESERVED}
+    attributes |= mapping.attributes
+    with path.open("rb") as file:
+        attributes |= {"imported_from": path.name, "imported_sha256": hashlib.file_digest(file, "sha256").hexdigest()}
+    written = datetime.fromtimestamp(int(path.stat().st_mtime), UTC)
+    about = {"title": mapping.title or path.name, "source": mapping.source, "attributes": attributes}
+    return assemble(table, mapping, created=first_date(table, mapping.time) or written, **about)
+
+
+def _table(path: Path, mapping: ImportMapping) -> Table:
+    kind, variable = kind_of(path), mapping.file.variable
+    if kind == "recording":
+        raise BadInput(str(path), "it is a recording already", "use it as it is")
+    if kind == "text":
+        return read_text(path, mapping.file, text_columns(mapping))
+    if kind == "parquet":
+        return read_parquet(path)
+    return (read_mat if kind == "mat" else read_mat73)(path, variable)
+
+
+def rescue(path: str | Path, target: str | Path) -> tuple[str, ...]:
+    """Copy a recording, put right from its journal if it was cut off while recording; the original is left alone.
+
+    Returns
+    -------
+    tuple of str
+        A sentence for each stretch that is lost.
+
+    Raises
+    ------
+    BadInput
+        The recording is still being written, or is damaged and has no journal.
+    """
+    path, target = Path(path), Path(target)
+    journal = journal_path(path)
+    if not journal.exists():
+        write(target, read(path))
+        return ()
+    if being_written(path):
+        raise BadInput(str(path), "it is still being recorded", "stop the recorder first")
+    with writing(target):
+        shutil.copyfile(path, target)
+        shutil.copyfile(journal, journal_path(target))
+    return recover(target).lost

@@ -1,0 +1,41 @@
+"""What kind of file something is, by its content and not by its name."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import h5py
+
+from recordings._errors import BadInput
+from recordings._files import check_regular
+from recordings._hdf5 import journal_path, open_hdf5, starts_like_hdf5
+from recordings._layout import FORMAT
+from recordings._problems import edge
+
+
+def kind_of(path: Path) -> str:
+    """``recording``, ``hdf5``, ``mat``, ``parquet`` or ``text``; `BadInput` when it cannot be read or is a spreadsheet."""
+    check_regular(path)
+    with path.open("rb") as file:
+        head = file.read(8)
+    if starts_like_hdf5(path):
+        return "recording" if _is_recording(path) else "hdf5"
+    if head[:4] == b"PAR1":
+        return "parquet"
+    if head[:4] == b"PK\x03\x04":
+        raise BadInput(str(path), "it is a spreadsheet or an archive", "save the table as CSV and import that")
+    if head[:6] == b"MATLAB" or path.suffix.lower() == ".mat":
+        return "mat"
+    return "text"
+
+
+def _is_recording(path: Path) -> bool:
+    if journal_path(path).exists():
+        return True
+    with open_hdf5(path) as file, edge(str(path)):
+        return _plain(file) == FORMAT
+
+
+def _plain(file: h5py.File) -> object:
+    value = file.attrs.get("format")
+    return value.decode(errors="replace") if isinstance(value, bytes) else value
