@@ -12,16 +12,16 @@ from dataclasses import dataclass
 
 import serial
 from pymodbus import FramerType
-from pymodbus.server import ModbusSerialServer, ModbusTcpServer, ModbusTlsServer
 
 from hil._pty import PtyLine
 from hil._server_address import NetworkAddress, PtyAddress, SerialAddress, ServerAddress
+from hil._server_handler import CarefulSerialServer, CarefulTcpServer, CarefulTlsServer
 from hil._server_unit import ServedUnit
-from hil._server_wire import Clock, devices, known_units
+from hil._server_wire import Clock, devices
 from hil._tls import Certificates
 from recordings import BadInput
 
-_Server = ModbusTcpServer | ModbusTlsServer | ModbusSerialServer
+_Server = CarefulTcpServer | CarefulTlsServer | CarefulSerialServer
 
 
 @dataclass(frozen=True)
@@ -56,17 +56,17 @@ async def _open_network(
     address: NetworkAddress, units: Mapping[int, ServedUnit], clock: Clock, certificates: Certificates | None
 ) -> Endpoint:
     _try_network(address)
-    place, known = (address.host, address.port), known_units(units.keys())
-    server: ModbusTcpServer
+    place = (address.host, address.port)
+    server: CarefulTcpServer | CarefulTlsServer
     if address.kind == "tcp":
-        server = ModbusTcpServer(devices(units, clock), address=place, trace_pdu=known)
+        server = CarefulTcpServer(devices(units, clock), address=place, units=units.keys(), clock=clock)
     else:
         if certificates is None:
             remedy = "give --cert, --key and --ca (for tests: bristle serve --make-test-ca DIR)"
             raise BadInput(address.at(address.port), "TLS needs certificates", remedy)
         # The library's TLS framer swallows two requests that arrive together; the plain one has the same frames.
-        context, framer = certificates.server_context(), FramerType.SOCKET
-        server = ModbusTlsServer(devices(units, clock), framer=framer, address=place, sslctx=context, trace_pdu=known)
+        secure = {"sslctx": certificates.server_context(), "framer": FramerType.SOCKET}
+        server = CarefulTlsServer(devices(units, clock), address=place, units=units.keys(), clock=clock, **secure)
     await _serve(server, address.at(address.port))
     port = server.transport.sockets[0].getsockname()[1]  # type: ignore[attr-defined]
     return Endpoint(address.at(port), server, lambda: None)
@@ -93,15 +93,16 @@ async def _open_pty(address: PtyAddress, units: Mapping[int, ServedUnit], clock:
     return Endpoint(f"rtu:{address.link or line.client_path}?parity=N", server, release)
 
 
-def _serial_server(address: SerialAddress, units: Mapping[int, ServedUnit], clock: Clock) -> ModbusSerialServer:
-    return ModbusSerialServer(
+def _serial_server(address: SerialAddress, units: Mapping[int, ServedUnit], clock: Clock) -> CarefulSerialServer:
+    return CarefulSerialServer(
         devices(units, clock),
         port=address.device,
         baudrate=address.baud,
         parity=address.parity,
         stopbits=address.stop_bits,
         ignore_missing_devices=True,  # on a line of several devices only the one that is meant may speak
-        trace_pdu=known_units(units.keys()),
+        units=units.keys(),
+        clock=clock,
     )
 
 

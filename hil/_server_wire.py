@@ -9,11 +9,9 @@ from __future__ import annotations
 import functools
 import logging
 import time
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from pymodbus.constants import ExcCodes
-from pymodbus.exceptions import NoSuchIdException
-from pymodbus.pdu import ModbusPDU
 from pymodbus.simulator import DataType, SimData, SimDevice
 
 from hil._server_unit import Refused, ServedUnit
@@ -71,23 +69,3 @@ async def _answer(
 def _packed(bits: Sequence[int]) -> list[int]:
     """Bits to registers as the library keeps them, the lowest bit first."""
     return [sum(bit << k for k, bit in enumerate(bits[n : n + 16])) for n in range(0, len(bits), 16)]
-
-
-class _NoSuchUnit(ModbusPDU):
-    """Stands in for a request to a unit that does not exist: silence on a serial line, a gateway's answer on TCP."""
-
-    async def datastore_update(self, context: object, device_id: int) -> ModbusPDU:
-        raise NoSuchIdException(str(device_id))
-
-
-def known_units(unit_ids: Collection[int]) -> Callable[[bool, ModbusPDU], ModbusPDU]:
-    """A hook for the library's servers that lets only requests to these units through to their devices."""
-
-    def look(sending: bool, pdu: ModbusPDU) -> ModbusPDU:
-        if sending or pdu.dev_id in unit_ids:
-            return pdu
-        stranger = _NoSuchUnit(dev_id=pdu.dev_id, transaction_id=pdu.transaction_id)
-        stranger.function_code = pdu.function_code
-        return stranger
-
-    return look

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from identification._coordinates import Coordinates
 from identification._experiment import Experiment, Segment
-from identification._least_squares import Descent, Normal, descend, move
+from identification._least_squares import Descent, Normal, descend
 from identification._problem import Problem, Setting
 from identification._start import LOOSE, precision
 from simulator import Kernel
@@ -32,7 +32,7 @@ FINEST = 4e-5
 STEP_ERROR = 0.02
 """The sub-step of the last stage is halved until its error is below this share of the residual, rms."""
 SHARPENING = 1e-9
-"""Damping of the last move."""
+"""Damping of the last move; it grows where the move would not lower the cost."""
 EARLY_SAMPLES = 15000
 """Early stages use at most about this many samples, in chunks spread over the recordings."""
 CHUNK = 2500
@@ -106,11 +106,11 @@ class Homotopy:
         beside the noise of one sample, would weigh in thousands of them.
         """
         setting = replace(path.setting, h_max=path.setting.h_max / 4)
-        normal = self.full.held(path.unknowns, setting, path.normal.cost / self.full.samples)(path.unknowns)
-        if normal is None:
+        evaluate = self.full.held(path.unknowns, setting, path.normal.cost / self.full.samples)
+        end = descend(evaluate, path.unknowns, iterations=1, damping=SHARPENING)
+        if end is None:
             return path
-        moved = path.unknowns + move(normal, SHARPENING)
-        return Path(moved, normal, setting, path.evaluations + 1, path.settled)
+        return Path(end.theta, end.normal, setting, path.evaluations + end.evaluations, path.settled)
 
     def step_error(self, unknowns: Array, setting: Setting, finer: Setting) -> float:
         """Root mean square change of the prediction, in sigmas, when the sub-step is halved."""

@@ -7,9 +7,12 @@ Traceback (most recent call last):
 recordings._errors.BadInput: nowhere.h5: there is no such file; check the path
 """
 
+from recordings._describe import describe
 from recordings._errors import BadInput, NegativeAnswer
+from recordings._files import save_text
 from recordings._header import Header, Source
 from recordings._live import RecordingWriter
+from recordings._picture import picture
 from recordings._plant import Event, Plant
 from recordings._reader import RecordingFile, open_recording, read, validate
 from recordings._recording import Recording
@@ -41,10 +44,13 @@ __all__ = [
     "bundled_names",
     "bundled_path",
     "convert",
+    "describe",
     "open_recording",
+    "picture",
     "read",
     "read_truth",
     "recover",
+    "save_text",
     "unit",
     "validate",
     "write",

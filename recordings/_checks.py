@@ -56,5 +56,6 @@ def value_problem(role: Role, values: Array) -> tuple[str, str] | None:
         fault = time_fault(values)
         return None if fault is None else (fault[1], TIME_REMEDY)
     if role in {"input", "output"} and not holds_number(values):
-        return "every sample is missing (NaN)", f"an {role} holds at least one number; give it the role 'extra' or fix it"
+        remedy = f"an {role} holds at least one number; give it the role 'extra' or leave it out"
+        return "every sample is missing (NaN)", remedy
     return None

@@ -28,7 +28,9 @@ def _head(file: RecordingFile, time: Array) -> str:
     about = [file.header.title, file.header.source]
     about += [file.header.created.isoformat(sep=" ", timespec="seconds") if file.header.created else None]
     words = ", ".join(part for part in about if part)
-    return f"{file.path}: recording of {len(time)} samples over {time[-1] - time[0]:.6g} s" + (f"\n{words}" if words else "")
+    return f"{file.path}: recording of {len(time)} samples over {time[-1] - time[0]:.6g} s" + (
+        f"\n{words}" if words else ""
+    )
 
 
 def _sampling(time: Array) -> str:
@@ -46,7 +48,7 @@ def _sampling(time: Array) -> str:
 
 
 def _table(file: RecordingFile) -> str:
-    rows = [("signal", "role", "unit", "from", "to", "missing", "")]
+    rows: list[tuple[str, ...]] = [("signal", "role", "unit", "from", "to", "missing", "")]
     rows += [_row(spec, file.signal(spec.name).values) for spec in file.header.signals if spec.role != "time"]
     widths = [max(len(row[k]) for row in rows) for k in range(6)]
     return "\n".join(_line(row, widths) for row in rows)
@@ -59,7 +61,15 @@ def _row(spec: SignalSpec, values: Array) -> tuple[str, ...]:
     extra += [f"resolution {spec.resolution:.3g}"] if spec.resolution is not None else []
     extra += [f"noise {spec.noise_std:.3g}"] if spec.noise_std is not None else []
     share = f"{100 * missing / len(values):.3g} %" if missing else "-"
-    return spec.name, spec.role, spec.unit, f"{low:.5g}", f"{high:.5g}", share, "; ".join(part for part in extra if part)
+    return (
+        spec.name,
+        spec.role,
+        spec.unit,
+        f"{low:.5g}",
+        f"{high:.5g}",
+        share,
+        "; ".join(part for part in extra if part),
+    )
 
 
 def _line(row: Sequence[str], widths: Sequence[int]) -> str:

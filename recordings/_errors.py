@@ -24,7 +24,7 @@ class BadInput(ValueError):
         super().__init__(" ".join(f"{where}: {found}; {remedy}".split()))
 
     def __reduce__(self) -> tuple[type[BadInput], tuple[str, str, str]]:
-        """Pickle by the three parts: an exception is rebuilt from its arguments, and a worker process must send it home."""
+        """Pickle by the three parts, so that a worker process can send it home."""
         return type(self), (self.where, self.found, self.remedy)
 
 

@@ -43,7 +43,7 @@ def check_regular(path: Path) -> None:
     except (FileNotFoundError, NotADirectoryError):
         raise BadInput(name, "there is no such file", "check the path") from None
     except PermissionError:
-        raise BadInput(name, "there is no permission to read it", "ask its owner, or change its permissions") from None
+        raise BadInput(name, "there is no permission to read it", "ask its owner for it") from None
     except (OSError, ValueError) as error:
         raise BadInput(name, f"it cannot be opened ({error})", "check the path") from None
     if stat.S_ISDIR(status.st_mode):
@@ -54,13 +54,21 @@ def check_regular(path: Path) -> None:
         raise BadInput(name, "it is empty (0 bytes)", "copy it again from its origin")
 
 
+def check_free(path: Path, overwrite: bool) -> None:
+    """Refuse to replace a file unless told; `BadInput` when it is there."""
+    if not overwrite and path.exists():
+        raise BadInput(str(path), "it exists already", "choose another name, or allow overwriting (--force)")
+
+
 @contextmanager
 def writing(path: Path) -> Iterator[None]:
     """Turn an error of the disk while writing `path` into a `BadInput` in words."""
     try:
         yield
     except OSError as error:
-        found, remedy = _REASONS.get(error.errno or 0, (f"it cannot be written ({error})", "check the path and the disk"))
+        found, remedy = _REASONS.get(
+            error.errno or 0, (f"it cannot be written ({error})", "check the path and the disk")
+        )
         raise BadInput(str(path), found, remedy) from error
 
 
@@ -85,6 +93,12 @@ def appearing(path: Path) -> Iterator[Path]:
         finally:
             with suppress(FileNotFoundError):
                 draft.unlink()
+
+
+def save_text(path: str | Path, text: str) -> None:
+    """Write a text file in UTF-8, whole or not at all; `BadInput` in words when the disk refuses."""
+    with appearing(Path(path)) as draft:
+        draft.write_text(text, encoding="utf-8")
 
 
 def sync(path: Path) -> None:

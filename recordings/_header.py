@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numbers
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 from types import MappingProxyType
@@ -38,8 +38,8 @@ class Header:
         object.__setattr__(self, "attributes", MappingProxyType(dict(self.attributes)))
 
 
-def signals_problem(specs: Iterable[SignalSpec]) -> tuple[str, str, str] | None:
-    """What is wrong with a set of signals, as (where, found, remedy); None when it has exactly one clock, named time."""
+def signals_problem(specs: Sequence[SignalSpec]) -> tuple[str, str, str] | None:
+    """What is wrong with a set of signals, as (where, found, remedy); exactly one is the clock, named time."""
     names = [spec.name for spec in specs]
     clocks = [spec.name for spec in specs if spec.role == "time"]
     rule = "exactly one signal has the role 'time', and its name is 'time'"
@@ -57,14 +57,16 @@ def signals_problem(specs: Iterable[SignalSpec]) -> tuple[str, str, str] | None:
 def created_problem(created: Any) -> tuple[str, str] | None:
     """What is wrong with a date of creation, as (found, remedy); None when it has a time zone."""
     if not isinstance(created, datetime) or created.tzinfo is None:
-        return f"'{created}' is not a date with a time zone", "ISO 8601 with time zone, such as 2026-11-21T09:30:00+01:00"
+        remedy = "write ISO 8601 with time zone, such as 2026-11-21T09:30:00+01:00"
+        return f"'{created}' is not a date with a time zone", remedy
     return None
 
 
 def attribute_problem(name: Any, value: Any) -> tuple[str, str] | None:
     """What is wrong with a further attribute, as (found, remedy); None when it can be kept."""
     if text_problem(name) or not name or name in RESERVED:
-        return f"'{name}' cannot be the name of a further attribute", f"not empty and none of {', '.join(sorted(RESERVED))}"
+        remedy = f"not empty and none of {', '.join(sorted(RESERVED))}"
+        return f"'{name}' cannot be the name of a further attribute", remedy
     wrong = None if is_number(value) else text_problem(value)
     if wrong or (isinstance(value, numbers.Integral) and abs(int(value)) >= 2**63):
         return wrong or f"{value} does not fit 64 bits", "an attribute is one line of text or one number"

@@ -50,7 +50,8 @@ def _check_format(file: h5py.File, name: str) -> None:
     given = text_attribute(file, "format", name)
     if given != FORMAT:
         found = "the root attribute format is missing" if given is None else f"its format is '{given}'"
-        raise BadInput(name, found, f"a recording says format = '{FORMAT}'; turn other files into one with 'bristle import'")
+        remedy = f"a recording says format = '{FORMAT}'; turn other files into one with 'bristle import'"
+        raise BadInput(name, found, remedy)
     version = number_attribute(file, "version", name)
     if not isinstance(version, int) or version != VERSION:
         found = "the root attribute version is missing" if version is None else f"its version is {version}"
@@ -81,7 +82,8 @@ def _signals(file: h5py.File, name: str, problems: Problems) -> tuple[tuple[Sign
 
 def _length(dataset: h5py.Dataset, where: str) -> int:
     if dataset.dtype.kind not in "iuf":
-        raise BadInput(where, f"its values are of type {dataset.dtype}", "a signal holds integers or floating-point numbers")
+        found = f"its values are of type {dataset.dtype}"
+        raise BadInput(where, found, "a signal holds integers or floating-point numbers")
     check_column(dataset, where)
     return cast(int, dataset.shape[0])
 
@@ -95,7 +97,8 @@ def _check_lengths(lengths: dict[str, int], where: str, problems: Problems) -> N
     for signal, length in lengths.items():
         if length != n_samples:
             found = f"it has {length} samples, time has {n_samples}"
-            problems.add(f"{where}/{signal}", found, "all signals of a recording have one length; missing samples are NaN")
+            remedy = "all signals of a recording have one length; missing samples are NaN"
+            problems.add(f"{where}/{signal}", found, remedy)
 
 
 def _spec(dataset: h5py.Dataset, signal: str, where: str) -> SignalSpec:

@@ -81,9 +81,7 @@ class RecordingWriter:
         chunk_rows: int = CHUNK_ROWS,
     ) -> None:
         self.path = Path(path)
-        header = Header(
-            tuple(signals), plant or Plant(), title, source, created or datetime.now(UTC), attributes or {}
-        )
+        header = Header(tuple(signals), plant or Plant(), title, source, created or datetime.now(UTC), attributes or {})
         self._names = [spec.name for spec in header.signals]
         self._n_rows, self._last_time, self._n_chunks, self._chunk_rows = 0, -np.inf, 0, chunk_rows
         self._run, self._failed, self._closed = secrets.token_hex(8), False, False

@@ -15,7 +15,7 @@ from recordings._signal import text_problem
 class Plant:
     """What is known of the plant; every item is optional and the unit is the end of its name.
 
-    Raises `BadInput` for a value that cannot be: masses, strokes and areas are positive, a spring constant is not negative.
+    Raises `BadInput` for a value that cannot be: mass, stroke and area are positive, a spring constant is not negative.
 
     >>> Plant(moving_mass_kg=2.0, tag="LC74_20").known()
     {'moving_mass_kg': 2.0, 'tag': 'LC74_20'}

@@ -34,7 +34,7 @@ def edge(where: str) -> Iterator[None]:
     except MemoryError as error:
         raise BadInput(where, "there is not enough memory to read it", "ask for fewer signals") from error
     except _H5PY_RAISES as error:
-        remedy = "the file is damaged here; copy it again from its origin, or recover it if it was cut off while recording"
+        remedy = "the file is damaged here; copy it again from its origin"
         raise BadInput(where, f"it cannot be read ({_one_line(error)})", remedy) from error
 
 

@@ -1,4 +1,4 @@
-"""Reading recordings: whole, signal by signal, or only to say what is wrong with them. `/truth` is never opened here."""
+"""Reading recordings: whole, by signal, or only to say what is wrong with them. `/truth` is never opened here."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ def read(path: str | Path, signals: Iterable[str] | None = None) -> Recording:
 
 
 def validate(path: str | Path) -> list[BadInput]:
-    """Everything that is wrong with a recording, in the order of the file; empty when nothing is. One signal at a time."""
+    """Everything that is wrong with a recording; empty when nothing is. Holds one signal at a time in memory."""
     path = Path(path)
     problems = Problems(keep_going=True)
     with problems.within(str(path)), _opened(path) as file:

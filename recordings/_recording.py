@@ -18,7 +18,7 @@ from recordings._plant import Event, Plant
 from recordings._signal import Array, Signal
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Recording:
     """One experiment on one plant: signals of one length over one clock, and what is known about them.
 
@@ -72,6 +72,10 @@ class Recording:
     def __iter__(self) -> Iterator[str]:
         return iter(self.signals)
 
+    def __repr__(self) -> str:
+        labels = ", ".join(signal.spec.label for signal in self.signals.values())
+        return f"<Recording {self.label}: {len(self)} samples of {labels}>"
+
     def __len__(self) -> int:
         """The number of samples."""
         return len(self.signals["time"])
@@ -121,7 +125,7 @@ class Recording:
 def _mapping_problem(signals: Mapping[str, Signal]) -> tuple[str, str, str] | None:
     for name, signal in signals.items():
         if signal.name != name:
-            return f"/signals/{name}", f"it holds the signal '{signal.name}'", "each signal is stored under its own name"
+            return f"/signals/{name}", f"it holds the signal '{signal.name}'", "a signal is stored under its own name"
     if "time" not in signals:
         return "/signals", "there is no signal named 'time'", "give one, in s, with the role 'time'"
     n_samples = len(signals["time"])
@@ -129,7 +133,8 @@ def _mapping_problem(signals: Mapping[str, Signal]) -> tuple[str, str, str] | No
         return "/signals", f"there are {n_samples} samples", "a recording holds at least 2"
     for name, signal in signals.items():
         if len(signal) != n_samples:
-            return f"/signals/{name}", f"it has {len(signal)} samples, time has {n_samples}", "all signals have one length"
+            found = f"it has {len(signal)} samples, time has {n_samples}"
+            return f"/signals/{name}", found, "all signals have one length"
         problem = value_problem(signal.role, signal.values)
         if problem:
             return f"/signals/{name}", *problem

@@ -91,7 +91,7 @@ def _alone_with(path: Path) -> Iterator[None]:
 
 
 def _finished(path: Path, run: str) -> int | None:
-    """The samples of a file that its writer closed, or an earlier recovery built: then only the journal is left over."""
+    """The samples of a file that its writer closed or an earlier recovery built; None for one still to be rebuilt."""
     try:
         with open_hdf5(path) as file:
             if raw_attribute(file, "journal") in {f"closed {run}", f"merged {run}"}:

@@ -69,7 +69,7 @@ class SignalSpec:
         return f"{self.name} [{self.unit}]"
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Signal:
     """One measured quantity, `values` of shape (n_samples,) in `unit`; missing samples are NaN.
 
@@ -98,6 +98,9 @@ class Signal:
 
     def __len__(self) -> int:
         return len(self.values)
+
+    def __repr__(self) -> str:
+        return f"<Signal {self.spec.label}, {self.role}, {len(self)} samples>"
 
     @property
     def spec(self) -> SignalSpec:

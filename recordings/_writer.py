@@ -10,7 +10,7 @@ import numpy as np
 
 from recordings._disk import new_hdf5
 from recordings._errors import BadInput
-from recordings._files import appearing
+from recordings._files import appearing, check_free
 from recordings._format import append_events, create_events, create_signal, write_header
 from recordings._hdf5 import member, open_hdf5, raw_attribute
 from recordings._problems import edge
@@ -43,8 +43,7 @@ def write(path: str | Path, recording: Recording, truth: Truth | None = None, *,
         The file exists and may not be replaced, the disk refused, or a truth cannot be stored.
     """
     path = Path(path)
-    if not overwrite and path.exists():
-        raise BadInput(str(path), "it exists already", "choose another name, or allow overwriting (--force)")
+    check_free(path, overwrite)
     _check_truth(truth or {}, path)
     with appearing(path) as draft, new_hdf5(draft) as file:
         write_header(file, recording.header)

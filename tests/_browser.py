@@ -39,7 +39,9 @@ def chromium() -> tuple[str, str] | None:
 class Browser:
     """One browser with one page. Use as a context manager; starting it raises RuntimeError with the driver's words."""
 
-    def __init__(self, programs: tuple[str, str], size: tuple[int, int] = (1280, 900), flags: tuple[str, ...] = ()) -> None:
+    def __init__(
+        self, programs: tuple[str, str], size: tuple[int, int] = (1280, 900), flags: tuple[str, ...] = ()
+    ) -> None:
         self._browser, driver = programs
         self._profile = tempfile.TemporaryDirectory(prefix="page-test-", ignore_cleanup_errors=True)
         self._process = subprocess.Popen(
@@ -85,7 +87,9 @@ class Browser:
 
     def resize(self, width: int, height: int) -> None:
         """Set the size of the window in pixels; a page may be narrower than a window with a frame can be."""
-        self.devtools("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
+        self.devtools(
+            "Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False
+        )
 
     def devtools(self, command: str, **parameters: Any) -> Any:
         """Send a command of the DevTools protocol."""

@@ -8,71 +8,53 @@ from typing import Annotated, Any
 
 import typer
 
-from recordings import BadInput
+Text = str | None
+Texts = list[str] | None
+Number = float | None
 
-COLUMNS, LAYOUT, ABOUT = "Which column is what", "How the file is laid out", "What is known besides"
+
+def _column(words: str, *names: str) -> Any:
+    return typer.Option(*names, help=words, rich_help_panel="Which column is what")
+
+
+def _layout(words: str, *names: str) -> Any:
+    return typer.Option(*names, help=words, rich_help_panel="How the file is laid out")
+
+
+def _about(words: str, *names: str) -> Any:
+    return typer.Option(*names, help=words, rich_help_panel="What is known besides")
 
 
 def command(
-    file: Annotated[Path, typer.Argument(help="CSV, TSV (also .gz), MATLAB .mat, HDF5 or Parquet.", show_default=False)],
-    to: Annotated[Path, typer.Option("--to", help="The recording to make.", show_default=False)],
-    mapping: Annotated[
-        str | None, typer.Option(help="A ready mapping by name, or a TOML file.", rich_help_panel=COLUMNS)
-    ] = None,
+    file: Annotated[Path, typer.Argument(help="CSV, TSV (also .gz), MATLAB .mat, HDF5 or Parquet.")],
+    to: Annotated[Path, typer.Option(help="The recording to make.")],
+    mapping: Annotated[Text, _column("A ready mapping by name, or a TOML file.")] = None,
     column: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="NAME=COLUMN[:UNIT[:ROLE]]; COLUMN is a name, a number from 1, or a formula such as gtau*vir.",
-            rich_help_panel=COLUMNS,
-        ),
+        Texts, _column("NAME=COLUMN[:UNIT[:ROLE]]; a name, a number from 1, or a formula: gtau*vir.")
     ] = None,
-    time: Annotated[
-        str | None, typer.Option(help="COLUMN[:UNIT]; the unit iso8601 reads dates.", rich_help_panel=COLUMNS)
-    ] = None,
-    rate: Annotated[
-        float | None, typer.Option(help="Rows a second, when there is no column of time.", rich_help_panel=COLUMNS)
-    ] = None,
-    time_repair: Annotated[
-        str | None, typer.Option(help="refuse, drop or sort rows whose time does not increase.", rich_help_panel=COLUMNS)
-    ] = None,
-    from_s: Annotated[float | None, typer.Option("--from", help="First time kept, s.", rich_help_panel=COLUMNS)] = None,
-    until_s: Annotated[float | None, typer.Option("--until", help="Last time kept, s.", rich_help_panel=COLUMNS)] = None,
-    separator: Annotated[
-        str | None, typer.Option(help="auto, comma, semicolon, tab, space or a character.", rich_help_panel=LAYOUT)
-    ] = None,
-    decimal: Annotated[str | None, typer.Option(help="Decimal sign, . or ,", rich_help_panel=LAYOUT)] = None,
-    thousands: Annotated[
-        str | None, typer.Option(help="Sign between thousands, to be dropped.", rich_help_panel=LAYOUT)
-    ] = None,
-    header: Annotated[
-        bool | None, typer.Option("--header/--no-header", help="Whether the first row holds names.", rich_help_panel=LAYOUT)
-    ] = None,
-    comment: Annotated[
-        str | None, typer.Option(help="What a line to be skipped begins with; default #.", rich_help_panel=LAYOUT)
-    ] = None,
-    encoding: Annotated[
-        str | None, typer.Option(help="Default: utf-8, else latin-1.", rich_help_panel=LAYOUT)
-    ] = None,
-    skip_lines: Annotated[int | None, typer.Option(help="Lines before the table.", rich_help_panel=LAYOUT)] = None,
-    drop_rows: Annotated[int | None, typer.Option(help="Rows of data to drop first.", rich_help_panel=LAYOUT)] = None,
-    missing: Annotated[
-        list[str] | None, typer.Option(help="A text that means no value.", rich_help_panel=LAYOUT)
-    ] = None,
-    variable: Annotated[
-        str | None, typer.Option(help="The matrix of a .mat file to take columns from.", rich_help_panel=LAYOUT)
-    ] = None,
-    plant: Annotated[
-        list[str] | None, typer.Option(help="NAME=VALUE, such as stroke_m=0.0381.", rich_help_panel=ABOUT)
-    ] = None,
-    title: Annotated[str | None, typer.Option(help="One line for plots.", rich_help_panel=ABOUT)] = None,
-    source: Annotated[str | None, typer.Option(help="plant, rig or simulated.", rich_help_panel=ABOUT)] = None,
+    time: Annotated[Text, _column("COLUMN[:UNIT]; the unit iso8601 reads dates.")] = None,
+    rate: Annotated[Number, _column("Rows a second, where no column holds the time.")] = None,
+    time_repair: Annotated[Text, _column("refuse, drop or sort rows whose time does not increase.")] = None,
+    from_s: Annotated[Number, _column("First time to keep, in s.", "--from")] = None,
+    until_s: Annotated[Number, _column("Last time to keep, in s.", "--until")] = None,
+    separator: Annotated[Text, _layout("auto, comma, semicolon, tab, space or one character.")] = None,
+    decimal: Annotated[Text, _layout("Decimal sign: . or ,")] = None,
+    thousands: Annotated[Text, _layout("Sign between thousands, to be dropped.")] = None,
+    header: Annotated[bool | None, _layout("Whether the first row holds names.", "--header/--no-header")] = None,
+    comment: Annotated[Text, _layout("What a line to be skipped begins with; # when not given.")] = None,
+    encoding: Annotated[Text, _layout("utf-8, else latin-1, when not given.")] = None,
+    skip_lines: Annotated[int | None, _layout("Lines before the table.")] = None,
+    drop_rows: Annotated[int | None, _layout("Rows of numbers to drop from the start.")] = None,
+    missing: Annotated[Texts, _layout("A text that stands for no value.")] = None,
+    variable: Annotated[Text, _layout("The matrix of a .mat file whose columns are meant.")] = None,
+    plant: Annotated[Texts, _about("NAME=VALUE, such as stroke_m=0.0381.")] = None,
+    title: Annotated[Text, _about("One line for plots and reports.")] = None,
+    source: Annotated[Text, _about("plant, rig or simulated.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace the recording if it is there.")] = False,
 ) -> None:
     """Make a recording of a file that another program wrote.
 
-    Columns whose header says a known name and a unit, such as "position [mm]", need no option.
-
-    Examples:
+    Columns whose header says a known name and a unit, such as "position [mm]", need no option. Examples:
 
     bristle import rig.csv --to rig.h5 --time t:ms --column position=stem:mm --column force=thrust:kN
 
@@ -80,23 +62,16 @@ def command(
 
     bristle import log.txt --to log.h5 --rate 100 --column "position=6.25*#2-25:%" --plant stroke_m=0.02
 
-    bristle import cut-off.h5 --to whole.h5     (a recording whose recorder died)
+    bristle import cut-off.h5 --to whole.h5 (puts a recording right whose recorder died)
     """
-    layout = {
-        "separator": separator,
-        "decimal": decimal,
-        "thousands": thousands,
-        "header": header,
-        "comment": comment,
-        "encoding": encoding,
-        "skip_lines": skip_lines,
-        "drop_rows": drop_rows,
-        "missing": missing,
-        "variable": variable,
-    }
-    clock = {"rate_hz": rate, "repair": time_repair, "from_s": from_s, "until_s": until_s}
-    from bristle.commands._import_options import changes_of, make
+    from recordings import importers
 
-    changes = changes_of(column or [], time, plant or [], layout, clock, {"title": title, "source": source})
-    for note in make(file, to, mapping, changes, overwrite=force):
-        print(note, file=sys.stderr)
+    file_layout: dict[str, Any] = {"separator": separator, "decimal": decimal, "thousands": thousands, "header": header}
+    file_layout |= {"comment": comment, "encoding": encoding, "skip_lines": skip_lines, "drop_rows": drop_rows}
+    file_layout |= {"missing": missing, "variable": variable}
+    clock = {"rate_hz": rate, "repair": time_repair, "from_s": from_s, "until_s": until_s} | importers.clock_of(time)
+    changes = {"title": title, "source": source, "file": file_layout, "time": clock}
+    changes |= {"signals": importers.signals_of(column or ()), "plant": importers.plant_of(plant or ())}
+    for note in importers.import_to(file, to, mapping, changes, overwrite=force):
+        print(f"bristle: {note}", file=sys.stderr)
+    print(f"wrote {to}")

@@ -1,12 +1,14 @@
-"""How plots look: one figure factory, one set of colours (Okabe and Ito 2008: told apart by colour-blind readers)."""
+"""How plots look: one figure factory, one set of colours that colour-blind readers tell apart."""
 
 from __future__ import annotations
 
 from typing import Any
 
-MEASURED, SIMULATED, RESIDUAL, REFERENCE, NEUTRAL = "#4d9fdc", "#c8380a", "#8a63c4", "#009E73", "#8a8f98"
+MEASURED, RESIDUAL, REFERENCE, ALARM, NEUTRAL = "#56a9e6", "#8a63c4", "#e0701a", "#d0342c", "#8a8f98"
+INK = "#1c2127"
+"""What the model says: as dark as the text on a light page; the page's script makes it light on a dark one."""
+WIDE, NARROW = 4.5, 1.2
 """Measured wide and light below, simulated narrow and strong on top: told apart in black and white, too."""
-WIDE, NARROW = 4.0, 1.2
 
 
 def canvas(x_label: str, y_label: str, height: int, **options: Any) -> Any:
@@ -26,8 +28,14 @@ def canvas(x_label: str, y_label: str, height: int, **options: Any) -> Any:
     return plot
 
 
-def finish_legend(plot: Any, place: str = "above") -> None:
-    """The legend in a row above the plot; a click on an entry hides its curve."""
+def inked(renderer: Any) -> Any:
+    """A line or a cloud of what the model says, marked for the page's script, which keeps it in the ink of the text."""
+    renderer.glyph.tags = ["ink"]
+    return renderer
+
+
+def finish_legend(plot: Any) -> None:
+    """The legend above the plot, which the page's script wraps; a click on an entry hides its curve."""
     if not plot.legend:
         return
     legend = plot.legend[0]
@@ -35,5 +43,4 @@ def finish_legend(plot: Any, place: str = "above") -> None:
     legend.background_fill_alpha, legend.border_line_color = 0.0, None
     legend.label_text_font_size, legend.padding, legend.margin = "12px", 2, 2
     legend.ncols, legend.spacing, legend.label_standoff = 4, 18, 6
-    if place == "above":
-        plot.add_layout(legend, "above")
+    plot.add_layout(legend, "above")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from identification._crosscheck import Row
@@ -25,9 +26,10 @@ def crosscheck(identification: Identification) -> Section:
 def _row(row: Row) -> dict[str, Any]:
     verdict = "informs only" if not row.counts else "agrees" if row.agrees else "disagrees"
     difference = 100 * float(row.difference)
+    shown = f"{'+' if difference > 0 else ''}{number(difference, 2)}{NARROW}%" if math.isfinite(difference) else "–"
     return {
         "name": row.name, "unit": row.unit, "fitted": number(float(row.fitted), 4), "regressed": number(float(row.regressed), 4),
-        "difference": f"{'+' if difference > 0 else ''}{number(difference, 2)}{NARROW}%", "gate": f"±{number(100 * row.gate, 2)}{NARROW}%",
+        "difference": shown, "gate": f"±{number(100 * row.gate, 2)}{NARROW}%",
         "verdict": verdict, "mood": {"agrees": "good", "disagrees": "bad"}.get(verdict, "neutral"),
     }  # fmt: skip
 

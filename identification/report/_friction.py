@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification._result import Identification
-from identification.report._canvas import MEASURED, REFERENCE, SIMULATED, canvas, finish_legend
+from identification.report._canvas import INK, MEASURED, REFERENCE, canvas, finish_legend, inked
 from identification.report._decimate import cells
 from identification.report._numbers import number
 from identification.report._runs import Run, runs
@@ -89,20 +89,22 @@ def _near(cloud: Cloud, slow: float) -> Cloud:
 
 def _drawn(data: Cloud, model: Cloud, fastest: float, values: dict[str, float]) -> Any:
     plot = canvas("velocity [mm/s]", "friction force [N]", 400)
-    _scatter(plot, data, MEASURED, 4, "measured: u − m a − K x − F0")
-    _scatter(plot, model, SIMULATED, 2, "simulated, same instants")
+    _scatter(plot, data, MEASURED, 5, "measured")
+    inked(_scatter(plot, model, INK, 2, "simulated"))
     slow = min(SLOW * values["lugre.vs"], fastest)
-    side = np.unique(np.concatenate([[1e-6 * fastest], np.linspace(0, fastest, 200)[1:], np.linspace(0, slow, 120)[1:]]))
+    side = np.unique(
+        np.concatenate([[1e-6 * fastest], np.linspace(0, fastest, 200)[1:], np.linspace(0, slow, 120)[1:]])
+    )
     curve, gap = steady_curve(side, values), [np.nan]
     plot.line(1e3 * np.concatenate([-side[::-1], gap, side]), np.concatenate([-curve[::-1], gap, curve]),
-              color=REFERENCE, line_width=2.5, legend_label="fitted at steady speed: g(v) sgn v + σ₂ v")  # fmt: skip
+              color=REFERENCE, line_width=2.5, legend_label="fitted, steady")  # fmt: skip
     finish_legend(plot)
     return plot
 
 
-def _scatter(plot: Any, cloud: Cloud, colour: str, size: int, label: str) -> None:
+def _scatter(plot: Any, cloud: Cloud, colour: str, size: int, label: str) -> Any:
     """A cloud thinned to one point per cell of a raster, the darker the more points it stands for."""
     kept, count = cells(*cloud, 240, 160)
     alpha = np.clip(0.3 + 0.15 * np.log2(np.maximum(count, 1)), 0.3, 1.0).astype(np.float32)
     v, force = ((factor * z[kept]).astype(np.float32) for factor, z in zip((1e3, 1.0), cloud, strict=True))
-    plot.scatter(v, force, size=size, color=colour, line_color=None, alpha=alpha, legend_label=label)
+    return plot.scatter(v, force, size=size, color=colour, line_color=None, alpha=alpha, legend_label=label)

@@ -76,8 +76,10 @@ def _valve(f: KeyFigures) -> str:
         preload = "" if f.preload is None else f" with {_force(f.preload)} of preload{bench}"
         spring = f"{'works against' if friction else 'has'} a spring of {number(f.rate / 1e3)} N/mm{preload}"
     if f.dead_band is not None:
-        lost = f", so that a reversal loses {_mm(f.dead_band)}, {percent(f.dead_band / f.travel)} of the {f.travel_words}"
-    return f"This plant {' and '.join(p for p in (friction, spring) if p)}{lost}."
+        lost = (
+            f", so that a reversal loses {_mm(f.dead_band)}, {percent(f.dead_band / f.travel)} of the {f.travel_words}"
+        )
+    return f"This {'valve' if f.rate else 'plant'} {' and '.join(p for p in (friction, spring) if p)}{lost}."
 
 
 def _trust(identification: Identification, every: tuple[Run, ...]) -> str:
@@ -115,9 +117,23 @@ def _valve_cards(f: KeyFigures, weak: set[str]) -> list[Card]:
         share = "" if f.share is None else f"{percent(f.share)} of span: {_force(f.span)}, {f.span_words}"
         cards.append((("lugre.fc",), "Friction at speed", _force(f.friction), share))
     if f.friction and f.breakaway is not None:
-        cards.append((("lugre.fs",), "Break-away", _force(f.breakaway), f"{number(f.breakaway / f.friction)} times the friction at speed"))
+        cards.append(
+            (
+                ("lugre.fs",),
+                "Break-away",
+                _force(f.breakaway),
+                f"{number(f.breakaway / f.friction)} times the friction at speed",
+            )
+        )
     if f.rate:
-        cards.append((("spring.K",), "Spring rate", f"{number(f.rate / 1e3)} N/mm", f"{_force(f.rate * f.travel)} over the {f.travel_words}"))
+        cards.append(
+            (
+                ("spring.K",),
+                "Spring rate",
+                f"{number(f.rate / 1e3)} N/mm",
+                f"{_force(f.rate * f.travel)} over the {f.travel_words}",
+            )
+        )
     if f.preload is not None:
         cards.append((("spring.F0",), "Preload" if f.rate else "Constant force", _force(f.preload), _preload_words(f)))
     if f.dead_band is not None:
@@ -126,8 +142,10 @@ def _valve_cards(f: KeyFigures, weak: set[str]) -> list[Card]:
         cards.append((("lugre.fc", "spring.K"), "Dead band", _mm(f.dead_band), lost))
     if f.jump is not None:
         jump = f"{percent(f.jump / f.travel)} of the {f.travel_words}; (fs − fc) / K"
-        cards.append((("lugre.fs", "spring.K"), "Stick-slip jump, at least", _mm(f.jump), jump))
-    return [Card(label, value, below, "warn" if weak & set(names) else "neutral") for names, label, value, below in cards]
+        cards.append((("lugre.fc", "lugre.fs", "spring.K"), "Stick-slip jump, at least", _mm(f.jump), jump))
+    return [
+        Card(label, value, below, "warn" if weak & set(names) else "neutral") for names, label, value, below in cards
+    ]
 
 
 def _preload_words(f: KeyFigures) -> str:
@@ -148,7 +166,10 @@ def _trust_cards(identification: Identification, every: tuple[Run, ...]) -> list
     if check is None:
         return [residual, Card("Cross-check", "none", "the section below says why")]
     within = f"{sum(bool(row.agrees) for row in check.rows)} of {len(check.rows)} coefficients within their gates"
-    return [residual, Card("Cross-check", *(("agrees", within, "good") if check.agrees else ("disagrees", within, "bad")))]
+    return [
+        residual,
+        Card("Cross-check", *(("agrees", within, "good") if check.agrees else ("disagrees", within, "bad"))),
+    ]
 
 
 def _force(value: float) -> str:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from identification._result import Identification
-from identification.report._canvas import MEASURED, NARROW, REFERENCE, SIMULATED, WIDE, canvas, finish_legend
+from identification.report._canvas import INK, MEASURED, NARROW, REFERENCE, WIDE, canvas, finish_legend, inked
 from identification.report._decimate import extremes
 from identification.report._key_figures import KeyFigures, key_figures
 from identification.report._numbers import number
@@ -32,7 +32,7 @@ def _drawn(every: tuple[Run, ...], figures: KeyFigures) -> Any:
     plot = canvas("position [mm]", "actuator force [N]", 460)
     most = max(MOST_POINTS // len(every), 2000)
     for run in every:
-        _add(plot, run, most, labelled=len(every) <= LABELLED)
+        _add(plot, run, most, labelled=1 < len(every) <= LABELLED)
     if figures.rate is not None and figures.preload is not None:
         _add_spring(plot, every, figures)
     if figures.area:
@@ -48,8 +48,11 @@ def _add(plot: Any, run: Run, most: int, *, labelled: bool) -> None:
     measured = (1e3 * tr.measured, tr.force) if driven else (1e3 * tr.position, tr.measured)
     simulated = (1e3 * tr.simulated, tr.force) if driven else (1e3 * tr.position, tr.simulated)
     suffix = f" {run.place}" if labelled else ""
-    for (x, y), colour, width, name in ((measured, MEASURED, WIDE, "measured"), (simulated, SIMULATED, NARROW, "simulated")):
-        plot.line(x[kept].astype(np.float32), y[kept].astype(np.float32), color=colour, line_width=width, legend_label=name + suffix)
+    for (x, y), colour, width, name in ((measured, MEASURED, WIDE, "measured"), (simulated, INK, NARROW, "simulated")):
+        x, y = x[kept].astype(np.float32), y[kept].astype(np.float32)
+        line = plot.line(x, y, color=colour, line_width=width, legend_label=name + suffix)
+        if colour == INK:
+            inked(line)
 
 
 def _add_spring(plot: Any, every: tuple[Run, ...], f: KeyFigures) -> None:

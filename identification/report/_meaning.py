@@ -56,7 +56,9 @@ def _preload(p: Values, f: KeyFigures) -> str:
     if not f.rate:
         return f"A constant force of {number(p['spring.F0'])} N acts on the stem: weight, mean flow force or a sensor's offset."
     pressure = f", {number(p['spring.F0'] / f.area / 1e3)} kPa on the diaphragm" if f.area else ""
-    full = f"; at full stroke it is {number(f.bench_set[1] / 1e3)} kPa, which closes the bench set" if f.bench_set else ""
+    full = (
+        f"; at full stroke it is {number(f.bench_set[1] / 1e3)} kPa, which closes the bench set" if f.bench_set else ""
+    )
     return f"At x = 0 the spring already holds {number(p['spring.F0'])} N{pressure}{full}."
 
 

@@ -39,7 +39,9 @@ def write_report(path: str | os.PathLike[str], identification: Identification) -
     except OSError as error:
         with contextlib.suppress(OSError):
             part.unlink()
-        raise BadInput(str(target), f"cannot be written ({error.strerror})", "give a path in a writable folder") from error
+        raise BadInput(
+            str(target), f"cannot be written ({error.strerror})", "give a path in a writable folder"
+        ) from error
 
 
 def page(identification: Identification) -> str:
@@ -60,7 +62,7 @@ def page(identification: Identification) -> str:
         text = templates.get_template(f"{s.anchor}.html").render(s.words, plots=own)
         rendered.append((s.anchor, s.title, Markup(text)))
     return templates.get_template("page.html").render(
-        title=_title(identification), subtitle=_subtitle(identification), sections=rendered, bokeh_script=Markup(script),
+        title=_title(identification), subtitle=_subtitle(identification), heading=_heading(identification), sections=rendered, bokeh_script=Markup(script),
         bokeh=Markup(Resources(mode="inline", components=["bokeh"]).render_js()),
         style=_asset(templates, "style.css"), behaviour=_asset(templates, "page.js"),
     )  # fmt: skip
@@ -68,7 +70,12 @@ def page(identification: Identification) -> str:
 
 def _title(identification: Identification) -> str:
     names = ", ".join(t.name for t in identification.trajectories)
-    return f"Valve {identification.model.plant['tag']}" if identification.model.plant.get("tag") else names
+    return str(identification.model.plant.get("tag") or names)
+
+
+def _heading(identification: Identification) -> str:
+    tag = identification.model.plant.get("tag")
+    return f"Valve {tag}" if tag else "Fitted plant"
 
 
 def _subtitle(identification: Identification) -> str:

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification._result import Identification
-from identification.report._canvas import NEUTRAL, REFERENCE, RESIDUAL, SIMULATED, canvas, finish_legend
-from identification.report._headline import over_noise
+from identification.report._canvas import ALARM, INK, NEUTRAL, RESIDUAL, canvas, finish_legend, inked
+from identification.report._headline import AT_FLOOR, over_noise
 from identification.report._numbers import number, percent
 from identification.report._runs import Run, runs
 from identification.report._section import Section
@@ -38,10 +38,13 @@ def residual(identification: Identification) -> Section:
         "known": True, "ratio": number(over_noise(fitted)), "lags": len(correlation),
         "outside": int(round(outside * len(correlation))), "expected": number(0.01 * len(correlation), 2),
         "share": percent(outside), "structured": outside > MANY,
-        "tails": number(float(np.mean(np.abs(np.concatenate(errors))[np.isfinite(np.concatenate(errors))] > 4.0)) * 1e6, 2),
+        "large": over_noise(fitted) > AT_FLOOR,
     }  # fmt: skip
     lag_unit = _lag_unit(fitted)
-    plots = {"histogram": _histogram(np.concatenate(errors)), "autocorrelation": _correlogram(correlation, band, *lag_unit)}
+    plots = {
+        "histogram": _histogram(np.concatenate(errors)),
+        "autocorrelation": _correlogram(correlation, band, *lag_unit),
+    }
     return Section("residual", "Residual", words, plots)
 
 
@@ -84,8 +87,17 @@ def _histogram(errors: Array) -> Any:
     normal = np.exp(-0.5 * z**2) / np.sqrt(2 * np.pi)
     top = 1.2 * max(float(density.max()), min(0.4, 1.5 * float(density.max())))
     plot = canvas("residual [multiples of the noise level]", "density [1]", 300, y_range=(0, top))
-    plot.quad(left=edges[:-1], right=edges[1:], bottom=0, top=density, color=RESIDUAL, line_color=None, fill_alpha=0.7, legend_label="residual")
-    plot.line(z, normal, color=SIMULATED, line_width=2, legend_label="the noise alone")
+    plot.quad(
+        left=edges[:-1],
+        right=edges[1:],
+        bottom=0,
+        top=density,
+        color=RESIDUAL,
+        line_color=None,
+        fill_alpha=0.7,
+        legend_label="residual",
+    )
+    inked(plot.line(z, normal, color=INK, line_width=1.5, legend_label="the noise alone"))
     finish_legend(plot)
     return plot
 
@@ -98,7 +110,7 @@ def _correlogram(correlation: Array, band: float, step: float, label: str) -> An
     plot = canvas(label, "autocorrelation [1]", 300, y_range=(-min(reach, 1.05), min(reach, 1.05)))
     plot.add_layout(BoxAnnotation(bottom=-band, top=band, fill_color=NEUTRAL, fill_alpha=0.25, line_color=None))
     outside = np.abs(correlation) > band
-    for some, colour, name in ((~outside, REFERENCE, "inside the 99 % band"), (outside, SIMULATED, "outside")):
+    for some, colour, name in ((~outside, RESIDUAL, "inside the 99 % band"), (outside, ALARM, "outside")):
         if some.any():
             plot.segment(lag[some], 0.0, lag[some], correlation[some], color=colour, line_width=2, legend_label=name)
     finish_legend(plot)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from identification._result import Identification
-from identification.report._canvas import MEASURED, NARROW, NEUTRAL, RESIDUAL, SIMULATED, WIDE, canvas, finish_legend
+from identification.report._canvas import INK, MEASURED, NARROW, NEUTRAL, RESIDUAL, WIDE, canvas, finish_legend, inked
 from identification.report._decimate import extremes
 from identification.report._numbers import count, number
 from identification.report._runs import DRAWN, Run, error_unit, output_name, runs
@@ -33,12 +33,18 @@ def signals(identification: Identification) -> Section:
         "output": output_name(every[0]),
         "error_unit": scale[1],
         "blocks": [
-            {"run": r, "name": f"signal_{r.place}", "open": r.place in first.values() or len(every) <= OPEN} | _facts(r, most, scale)
+            {"run": r, "name": f"signal_{r.place}", "open": r.place in first.values() or len(every) <= OPEN}
+            | _facts(r, most, scale)
             for r in every
         ],
         "window": number(window) if np.isfinite(window) else None,
     }
-    return Section("signals", "Measured and simulated over time", words, {f"signal_{r.place}": _drawn(r, most, scale) for r in every})
+    return Section(
+        "signals",
+        "Measured and simulated over time",
+        words,
+        {f"signal_{r.place}": _drawn(r, most, scale) for r in every},
+    )
 
 
 def _facts(run: Run, most: int, scale: tuple[float, str]) -> dict[str, Any]:
@@ -66,7 +72,7 @@ def _drawn(run: Run, most: int, scale: tuple[float, str]) -> Any:
     top = canvas("", f"{output_name(run)} [{unit}]", 300)
     top.x_range.range_padding = 0.01
     top.line("t", "measured", source=source, color=MEASURED, line_width=WIDE, legend_label="measured")
-    top.line("t", "simulated", source=source, color=SIMULATED, line_width=NARROW, legend_label="simulated")
+    inked(top.line("t", "simulated", source=source, color=INK, line_width=NARROW, legend_label="simulated"))
     finish_legend(top)
     middle = canvas("", f"residual [{scale[1]}]", 170, x_range=top.x_range)
     band = BAND * scale[0] * tr.noise
@@ -75,7 +81,12 @@ def _drawn(run: Run, most: int, scale: tuple[float, str]) -> Any:
     middle.y_range.renderers = [drawn]
     bottom = canvas("time [s]", driving_name, 170, x_range=top.x_range)
     bottom.line("t", "input", source=source, color=MEASURED, line_width=1.5)
-    return gridplot([[top], [middle], [bottom]], sizing_mode="stretch_width", toolbar_location="above", toolbar_options={"logo": None})
+    return gridplot(
+        [[top], [middle], [bottom]],
+        sizing_mode="stretch_width",
+        toolbar_location="above",
+        toolbar_options={"logo": None},
+    )
 
 
 def _thin(values: Any, name: str) -> Any:

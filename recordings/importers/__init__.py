@@ -4,7 +4,8 @@
 >>> from pathlib import Path
 >>> table = Path(tempfile.mkdtemp()) / "rig.csv"
 >>> _ = table.write_text("time [ms],stem [mm],thrust [kN]\\n0,1.0,0.2\\n10,1.5,0.3\\n")
->>> mapping = with_changes(ImportMapping(), {"signals": {"position": {"column": "stem"}, "force": {"column": 3}}}, "example")
+>>> signals = {"position": {"column": "stem"}, "force": {"column": 3}}
+>>> mapping = mapping_of({"signals": signals}, "example")
 >>> recording = import_file(table, mapping).recording
 >>> recording["force"].values, recording["force"].unit, recording["force"].role
 (array([200., 300.]), 'N', 'input')
@@ -14,15 +15,17 @@ from __future__ import annotations
 
 import hashlib
 import shutil
+from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 from recordings._errors import BadInput
-from recordings._files import writing
+from recordings._files import check_free, writing
 from recordings._hdf5 import being_written, journal_path
 from recordings._header import RESERVED
 from recordings._reader import read
-from recordings._recover import recover
+from recordings._recover import Recovery, recover
 from recordings._writer import write
 from recordings.importers._assemble import Imported, assemble, text_columns
 from recordings.importers._clock import first_date
@@ -30,17 +33,22 @@ from recordings.importers._csv import read_text
 from recordings.importers._kind import kind_of
 from recordings.importers._mapping import ImportMapping, load_mapping, mapping_names, mapping_of, with_changes
 from recordings.importers._mat import read_mat, read_mat73
+from recordings.importers._options import clock_of, plant_of, signals_of
 from recordings.importers._parquet import read_parquet
 from recordings.importers._table import Table
 
 __all__ = [
     "ImportMapping",
     "Imported",
+    "clock_of",
     "import_file",
+    "import_to",
     "load_mapping",
     "mapping_names",
     "mapping_of",
+    "plant_of",
     "rescue",
+    "signals_of",
     "with_changes",
 ]
 
@@ -82,27 +90,60 @@ def _table(path: Path, mapping: ImportMapping) -> Table:
     return (read_mat if kind == "mat" else read_mat73)(path, variable)
 
 
-def rescue(path: str | Path, target: str | Path) -> tuple[str, ...]:
+def rescue(path: str | Path, target: str | Path, *, overwrite: bool = False) -> Recovery:
     """Copy a recording, put right from its journal if it was cut off while recording; the original is left alone.
-
-    Returns
-    -------
-    tuple of str
-        A sentence for each stretch that is lost.
 
     Raises
     ------
     BadInput
-        The recording is still being written, or is damaged and has no journal.
+        The recording is still being written, or is damaged and has no journal, or the target is there.
     """
     path, target = Path(path), Path(target)
     journal = journal_path(path)
     if not journal.exists():
-        write(target, read(path))
-        return ()
+        recording = read(path)
+        write(target, recording, overwrite=overwrite)
+        return Recovery(target, len(recording), merged=False)
     if being_written(path):
         raise BadInput(str(path), "it is still being recorded", "stop the recorder first")
+    check_free(target, overwrite)
     with writing(target):
         shutil.copyfile(path, target)
         shutil.copyfile(journal, journal_path(target))
-    return recover(target).lost
+    return recover(target)
+
+
+def import_to(
+    path: Path,
+    target: Path,
+    name: str | None = None,
+    changes: Mapping[str, Any] | None = None,
+    *,
+    overwrite: bool = False,
+) -> tuple[str, ...]:
+    """Import a file into a recording, or rescue a recording that was cut off.
+
+    Parameters
+    ----------
+    path, target : Path
+        The foreign file and the recording to make.
+    name : str, optional
+        A ready mapping or a TOML file.
+    changes : mapping, optional
+        What to say differently from it, section by section; values that are None or empty say nothing.
+    overwrite : bool
+        Whether the target may be replaced.
+
+    Returns
+    -------
+    tuple of str
+        Sentences on what was left out, repaired or lost.
+    """
+    check_free(target, overwrite)
+    if kind_of(path) == "recording":
+        rescued = rescue(path, target, overwrite=overwrite)
+        return rescued.lost
+    mapping = load_mapping(name) if name else ImportMapping()
+    imported = import_file(path, with_changes(mapping, changes or {}, "options"))
+    write(target, imported.recording, overwrite=overwrite)
+    return imported.notes

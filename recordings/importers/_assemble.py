@@ -68,7 +68,7 @@ def assemble(table: Table, mapping: ImportMapping, **about: Any) -> Imported:
     n_rows = _common_length(table, mapping, raw)
     rows, time = keep_rows(table, mapping.time, mapping.file, n_rows)
     left_out = n_rows - mapping.file.drop_rows - len(rows)
-    notes += [f"{left_out} of {n_rows} rows were left out: their time had to be repaired or was cut"] if left_out else []
+    notes += [f"{left_out} of {n_rows} rows were left out: time repaired or cut"] if left_out else []
     signals = [Signal("time", time, "s", "time")]
     for name, source in sources.items():
         role = source.role or _usual_role(name, set(sources))
@@ -127,9 +127,7 @@ def _common_length(table: Table, mapping: ImportMapping, raw: Mapping[str, _Raw]
     return next(iter(lengths.values()))
 
 
-def _signal(
-    name: str, source: SignalSource, raw: _Raw, values: Array, role: Role, plant: Plant, where: str
-) -> Signal:
+def _signal(name: str, source: SignalSource, raw: _Raw, values: Array, role: Role, plant: Plant, where: str) -> Signal:
     where = f"{where}: signal '{name}'"
     if not holds_number(values):
         raise BadInput(where, "its column holds no number", "leave the signal out, or name another column")

@@ -54,9 +54,7 @@ def keep_rows(table: Table, clock: Clock, layout: FileLayout, n_rows: int) -> tu
             rows, time = _repaired(rows, time, clock.repair)
     fault = time_fault(time)
     if fault is not None:
-        where = table.row(int(rows[fault[0]]))
-        missing = np.isnan(time[fault[0]])
-        raise BadInput(where, "the time is missing" if missing else fault[1].split(" at sample")[0] + _pair(time, fault[0]), _REPAIR)
+        raise BadInput(table.row(int(rows[fault[0]])), _fault_in_words(time, fault[0]), _REPAIR)
     inside = (time >= _or(clock.from_s, -np.inf)) & (time <= _or(clock.until_s, np.inf))
     if inside.sum() < 2:
         found = f"{inside.sum()} rows lie between the limits of time"
@@ -72,8 +70,11 @@ def first_date(table: Table, clock: Clock) -> datetime | None:
     return date if date is not None and date.tzinfo else None
 
 
-def _pair(time: Array, sample: int) -> str:
-    return f": {time[sample]:.9g} s after {time[sample - 1]:.9g} s"
+def _fault_in_words(time: Array, sample: int) -> str:
+    if np.isnan(time[sample]):
+        return "the time is missing"
+    how = "repeats" if time[sample] == time[sample - 1] else "goes backwards"
+    return f"time {how}: {time[sample]:.9g} s after {time[sample - 1]:.9g} s"
 
 
 def _or(value: float | None, other: float) -> float:

@@ -67,7 +67,8 @@ def read_text(path: Path, layout: FileLayout, texts: Iterable[str | int] = ()) -
             remedy = "copy it again from its origin"
             raise BadInput(str(path), f"the compressed file is damaged ({error})", remedy) from error
         except csv.Error as error:
-            raise BadInput(str(path), f"it is no table ({error})", "check quotes and separator (--separator)") from error
+            found, remedy = f"it is no table ({error})", "check the quotes and the separator (--separator)"
+            raise BadInput(str(path), found, remedy) from error
     raise BadInput(str(path), f"it is not text in {encodings[0]}", "give its encoding (--encoding utf-8, latin-1 ...)")
 
 
@@ -113,7 +114,8 @@ class _Parser:
         comment = self._layout.comment
         for number, line in enumerate(stream, start=1):
             line = line.rstrip("\n")
-            if number > self._layout.skip_lines and line.strip() and not (comment and line.lstrip().startswith(comment)):
+            blank = not line.strip() or (comment and line.lstrip().startswith(comment))
+            if number > self._layout.skip_lines and not blank:
                 yield number, line
 
     def _head(self, sample: list[Line], separator: str) -> tuple[list[str], dict[str, str], int]:
@@ -129,7 +131,8 @@ class _Parser:
         if not looks_like_units(second):
             return headers, {}, int(has_names)
         names, _ = named_columns(headers)
-        return headers, {name: cell.strip(" []()") for name, cell in zip(names, second, strict=False) if cell.strip()}, 2
+        units = {name: cell.strip(" []()") for name, cell in zip(names, second, strict=False) if cell.strip()}
+        return headers, units, 2
 
     def _blocks(self, lines: Iterable[Line], separator: str, width: int) -> Iterator[list[tuple[int, list[str]]]]:
         rows = self._rows(lines, separator, width)

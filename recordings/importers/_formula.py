@@ -39,7 +39,7 @@ Token = tuple[str, str]
 
 @dataclass(frozen=True)
 class Factor:
-    """One factor of a term: the column or constant `name`, in `unit` when one stands behind it, else the number `value`."""
+    """One factor of a term: the column or constant `name`, in `unit` if one is given, else the number `value`."""
 
     name: str | None = None
     value: float = 1.0

@@ -14,7 +14,7 @@ from recordings._problems import edge
 
 
 def kind_of(path: Path) -> str:
-    """``recording``, ``hdf5``, ``mat``, ``parquet`` or ``text``; `BadInput` when it cannot be read or is a spreadsheet."""
+    """``recording``, ``hdf5``, ``mat``, ``parquet`` or ``text``; `BadInput` for a spreadsheet or an unreadable file."""
     check_regular(path)
     with path.open("rb") as file:
         head = file.read(8)

@@ -18,6 +18,9 @@ from recordings._units import UNITS, find_unit
 _READY = Path(__file__).parent.parent / "mappings"
 _SEPARATORS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " "}
 
+_RIVALS: Mapping[str, tuple[str, ...]] = {"rate_hz": ("column", "unit"), "column": ("rate_hz", "unit")}
+"""What a new source of time replaces in the old one."""
+
 Column = Annotated[str | int, Field(description="name of a column, or its number from 1")]
 
 
@@ -182,10 +185,19 @@ def mapping_of(values: Mapping[str, Any], where: str) -> ImportMapping:
 
 
 def with_changes(base: ImportMapping, changes: Mapping[str, Any], where: str) -> ImportMapping:
-    """A mapping with some of its values replaced; signals are replaced whole, by name."""
+    """A mapping with some of its values replaced; signals are replaced whole, by name. None says nothing.
+
+    A column of time and a rate replace each other.
+    """
     values = base.model_dump(exclude_unset=True)
     for section, change in changes.items():
-        values[section] = values.get(section, {}) | change if isinstance(change, dict) else change
+        if isinstance(change, Mapping):
+            said = {key: value for key, value in change.items() if value is not None}
+            rivals = {rival for key in said for rival in _RIVALS.get(key, ())} if section == "time" else set()
+            kept = {key: value for key, value in values.get(section, {}).items() if key not in rivals}
+            values[section] = kept | said
+        elif change is not None:
+            values[section] = change
     return mapping_of(values, where)
 
 

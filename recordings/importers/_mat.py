@@ -43,7 +43,7 @@ def read_mat(path: Path, variable: str | None = None) -> Table:
 
 
 def read_mat73(path: Path, variable: str | None = None) -> Table:
-    """Read a MATLAB file of version 7.3, or any HDF5 file with datasets at its root or one group below; as `read_mat`."""
+    """Read a MATLAB file of version 7.3, or any HDF5 file with datasets at its root or a group below; as `read_mat`."""
     probe(path, lambda: _list_hdf5(path))
     with open_hdf5(path) as file, edge(str(path)):
         variables = {}

@@ -23,7 +23,9 @@ class BadCell:
 
     row: int
     text: str
-    remedy: str = "only numbers are allowed in a column that is used; correct the cell, or say what it means (--missing)"
+    remedy: str = (
+        "a column that is used holds only numbers; correct the cell, or say that it means no value (--missing)"
+    )
 
 
 @dataclass(frozen=True)

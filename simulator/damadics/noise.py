@@ -30,7 +30,8 @@ _HUM = np.array([0.0, _HALF, 1.0, _HALF, 0.0, -_HALF, -1.0, -_HALF])
 class Noise:
     """Noise of a seed. white : standard deviation per step of 2.5 ms; hum : amplitude at 50 Hz; in shares of a span.
 
-    The default white noise is that of the library: density 5e-9 over 2.5 ms. Raises `BadInput` for a negative seed.
+    The default white noise is that of the library: density 5e-9 over 2.5 ms. Raises `BadInput` for a negative
+    seed or size.
 
     >>> long, short = (Noise(seed=1).setpoint(np.arange(n)) for n in (5, 3))
     >>> bool((long[:3] == short).all())
@@ -44,6 +45,9 @@ class Noise:
     def __post_init__(self) -> None:
         if self.seed < 0:
             raise BadInput("noise", f"the seed is {self.seed}", "a seed is a whole number, not negative")
+        for name, value in (("standard deviation", self.white), ("amplitude of the hum", self.hum)):
+            if not (np.isfinite(value) and value >= 0):
+                raise BadInput("noise", f"the {name} is {value:g}", "it is a share of the span, not negative")
 
     def setpoint(self, steps: Steps) -> Array:
         """What is added to CV on its way into the actuator, shape (n,), for step numbers (n,)."""

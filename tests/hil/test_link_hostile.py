@@ -13,6 +13,8 @@ from random import Random
 
 import pytest
 from link_peers import Device, PtyPeer, TcpPeer, within
+from pymodbus import ModbusException
+from pymodbus.client import AsyncModbusSerialClient, AsyncModbusTcpClient
 
 from hil import FaultInjector, FaultSchedule, Send, parse_address
 from hil._checks import Request
@@ -148,11 +150,12 @@ def judge(tales: list[Tale], n_harmed: int) -> None:
     wrong = [text for tale in tales for text in tale.wrong]
     assert not wrong, f"{len(wrong)} wrong values taken for good: {wrong[:3]}"
     assert sum(tale.n_harmed for tale in tales) >= n_harmed
-    assert all(tale.good > 10 for tale in tales), "a link that refuses everything is no use either"
+    assert all(tale.good for tale in tales)
+    assert sum(tale.good for tale in tales) > n_harmed / 10, "a link that refuses everything is no use either"
 
 
 def test_twenty_thousand_harmed_replies_give_no_wrong_value():
-    tcp, rtu = asyncio.run(many(n_tcp=14_000, n_rtu=6_400, lines=16, seed=1))
+    tcp, rtu = asyncio.run(many(n_tcp=14_000, n_rtu=6_400, lines=40, seed=1))
     judge(tcp, 14_000)
     judge(rtu, 6_400)
     modes = sum((tale.harmed for tale in tcp + rtu), Counter())
@@ -171,3 +174,41 @@ def test_a_million_harmed_replies_give_no_wrong_value(seed):
     tcp, rtu = asyncio.run(many(n_tcp=80_000, n_rtu=20_000, lines=40, seed=10_000 * (seed + 1)))
     judge(tcp, 80_000)
     judge(rtu, 20_000)
+
+
+async def interrogate_bare(client: AsyncModbusTcpClient | AsyncModbusSerialClient, device: Device, seed: int) -> Tale:
+    """The same questions through pymodbus' client alone, believing what it returns without an error."""
+    tale, random = Tale(), Random(seed)
+    asked = [request for request in requests(seed) if request.function in (3, 4)]
+    for _ in range(400):
+        if not client.connected:
+            await client.connect()
+        request = random.choice(asked)
+        read = client.read_holding_registers if request.function == 3 else client.read_input_registers
+        try:
+            reply = await read(request.address, count=request.count, device_id=request.unit)
+        except ModbusException:
+            continue
+        if not reply.isError():
+            tale.good += 1
+            if tuple(reply.registers) != tuple(device.truth):
+                tale.wrong.append(str(request))
+    client.close()
+    return tale
+
+
+def test_the_same_harm_makes_a_bare_client_take_wrong_values():
+    """Otherwise the harm would prove nothing."""
+
+    async def both() -> tuple[Tale, Tale]:
+        async with TcpPeer(Numbered(), Harm("tcp", 0.5, 3, Tale())) as peer:
+            client = AsyncModbusTcpClient("127.0.0.1", port=peer.port, timeout=TIMEOUT, retries=0, reconnect_delay=0)
+            tcp = await interrogate_bare(client, peer, 3)
+        async with PtyPeer(Numbered(), Harm("rtu", 0.5, 3, Tale())) as line:
+            serial = AsyncModbusSerialClient(line.path, baudrate=115200, timeout=TIMEOUT, retries=0)
+            rtu = await interrogate_bare(serial, line, 3)
+        return tcp, rtu
+
+    tcp, rtu = asyncio.run(both())
+    assert tcp.wrong
+    assert rtu.wrong

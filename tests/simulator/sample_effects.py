@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import casadi as ca
 
-from simulator import Effect, Lag, Memory, Parameter, Quantities, Relaxation, Site
-from simulator import CATALOGUE as SHIPPED
-
+from simulator import Effect, Lag, Memory, Parameter, Relaxation, Site
 
 
 def played(s, drive, width):

@@ -124,16 +124,23 @@ class Shouting(Drag):
 
 
 @pytest.mark.parametrize(
-    ("broken", "caught"),
+    ("broken", "caught", "said"),
     [
-        (Pushing, "passive"), (Always, "neutral"), (Hidden, "derivative_at_neutral"), (Undifferentiable, "derivative"),
-        (Redundant, "recovery"), (Loose, "memory"), (Misplaced, "hooks"), (Unbounded, "parameters"), (Shouting, "words"),
+        (Pushing, "passive", "delivers energy"),
+        (Always, "neutral", "neutral changes the force-driven"),
+        (Hidden, "derivative_at_neutral", "vanishes"),
+        (Undifferentiable, "derivative", "derivative by c, force-driven"),
+        (Redundant, "recovery", "sample_drag.more"),
+        (Loose, "memory", "laws and jumps for"),
+        (Misplaced, "hooks", "an effect on the output has"),
+        (Unbounded, "parameters", "the scale lies inside"),
+        (Shouting, "words", "no capital"),
     ],
-    ids=lambda value: getattr(value, "__name__", value),
-)  # fmt: skip
-def test_the_contract_catches_a_broken_effect(broken, caught):
+    ids=lambda value: getattr(value, "__name__", ""),
+)
+def test_the_contract_catches_a_broken_effect(broken, caught, said):
     subject = Subject(broken(), CATALOGUE.extended(broken()))
-    with pytest.raises(AssertionError):
+    with pytest.raises(AssertionError, match=said):
         {check.__name__: check for check in CHECKS}[caught](subject)
 
 

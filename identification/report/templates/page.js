@@ -1,8 +1,9 @@
-// Plots are drawn on canvases, which no style sheet reaches: this gives them the colours of the page, dark or light,
-// opens every recording for printing and gives print the light colours.
+// Plots are drawn on canvases, which no style sheet reaches: this gives them the colours of the page, dark or light, wraps
+// their legends on a narrow page, opens every recording for printing and gives print the light colours.
 (() => {
   "use strict";
   const dark = window.matchMedia("(prefers-color-scheme: dark)");
+  const narrow = window.matchMedia("(max-width: 640px)");
   const inks = {
     light: { text: "#1c2127", soft: "#59626d", grid: "#e3e7eb" },
     dark: { text: "#e4e8ec", soft: "#a3adb8", grid: "#2d353f" },
@@ -13,7 +14,10 @@
       return { axis_label_text_color: ink.text, major_label_text_color: ink.soft, axis_line_color: ink.soft, major_tick_line_color: ink.soft };
     }
     if (model.type === "Grid") return { grid_line_color: ink.grid };
-    if (model.type === "Legend") return { label_text_color: ink.text };
+    if (model.type === "Legend") return { label_text_color: ink.text, ncols: narrow.matches ? 2 : 4 };
+    if (model.tags.includes("ink")) {
+      return model.type === "Line" ? { line_color: ink.text } : { fill_color: ink.text, hatch_color: ink.text };
+    }
     return null;
   }
 
@@ -37,6 +41,7 @@
 
   document.addEventListener("DOMContentLoaded", whenDrawn);
   dark.addEventListener("change", repaint);
+  narrow.addEventListener("change", repaint);
   window.addEventListener("beforeprint", () => {
     for (const block of document.querySelectorAll("details")) block.open = true;
     paint(inks.light);
