@@ -11,8 +11,19 @@ import typer
 
 from recordings._errors import BadInput, NegativeAnswer
 
-COMMANDS = {"demo": "demo", "fit": "fit", "record": "record", "serve": "serve", "simulate": "simulate"}
+COMMANDS = {
+    "demo": "demo",
+    "fit": "fit",
+    "import": "import_",
+    "record": "record",
+    "serve": "serve",
+    "show": "show",
+    "simulate": "simulate",
+}
 """Command name -> module in `bristle.commands`; each module has one function `command`."""
+
+SEVERAL = ("--holdout",)
+"""Options that take all words up to the next option."""
 
 INTERRUPTED = 130
 
@@ -37,7 +48,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code: 0 done, 1 negative answer, 2 bad input or usage, 130 interrupted."""
     command = typer.main.get_command(application())
     try:
-        code = command.main(args=list(sys.argv[1:] if arguments is None else arguments), standalone_mode=False)
+        code = command.main(args=_repeated(sys.argv[1:] if arguments is None else arguments), standalone_mode=False)
     except BadInput as error:
         return _say(str(error), 2)
     except NegativeAnswer as answer:
@@ -47,6 +58,19 @@ def run(arguments: Sequence[str] | None = None) -> int:
     except Exception as error:
         return _usage(error)
     return code if isinstance(code, int) else 0
+
+
+def _repeated(arguments: Sequence[str]) -> list[str]:
+    """``--holdout A B`` as ``--holdout A --holdout B``: the parser would silently take B for a recording to fit."""
+    spelled: list[str] = []
+    option = None
+    for word in arguments:
+        if word.startswith("-"):
+            option = word if word in SEVERAL else None
+        elif option is not None and spelled[-1] != option:
+            spelled.append(option)
+        spelled.append(word)
+    return spelled
 
 
 def _usage(error: Exception) -> int:

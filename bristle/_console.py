@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -51,6 +52,14 @@ def writable(path: Path | None) -> None:
     """Refuse an output path early, before the long work. Raises BadInput."""
     if path is not None and not path.parent.is_dir():
         raise BadInput(str(path), f"there is no folder {path.parent}", "create it or give another path")
+
+
+def working(what: str) -> AbstractContextManager[object]:
+    """A sign of life on a terminal while something takes its time; silent elsewhere."""
+    from rich.console import Console
+
+    console = Console(stderr=True)
+    return console.status(what) if console.is_terminal else nullcontext()
 
 
 def stdout() -> Console:

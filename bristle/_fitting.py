@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -23,6 +23,17 @@ def without_effects(names: Sequence[str]) -> dict[str, float]:
             raise BadInput(f"--without {name}", "it cannot be left out", f"there are {', '.join(LEFT_OUT)}")
         held |= LEFT_OUT[name]
     return held
+
+
+def free_parameters(names: Sequence[str], held: Mapping[str, float]) -> list[str]:
+    """The names to profile. Raises BadInput for one that the base model has not, or that is held."""
+    from simulator import BASE, CATALOGUE
+
+    free = [name for effect in BASE for name in CATALOGUE[effect].parameter_names() if name not in held]
+    for name in names:
+        if name not in free:
+            raise BadInput(f"--profile {name}", "it is no free parameter of this fit", f"there are {', '.join(free)}")
+    return list(names)
 
 
 def with_area(recordings: Sequence[Recording], area: float | None) -> list[Recording]:

@@ -2,6 +2,7 @@
 
 from hil._codec import Decoded, decode, encode
 from hil._fault_injector import FaultInjector, FaultSchedule
+from hil._fault_injector_frames import FrameCutter, crc
 from hil._fault_injector_io import RtuFaultInjector, TcpFaultInjector
 from hil._fault_injector_modes import MODES, Action, Close, Mode, Send
 from hil._link_state import BackOff, LinkState
@@ -14,7 +15,7 @@ from hil._recorder import Recorder, RecorderReport, ValveReport
 from hil._recorder_files import RecorderSettings
 from hil._recorder_session import SessionEnd, record_session
 from hil._register_map import ReadBlock, RegisterMap, WriteMap
-from hil._register_map_table import describe_register_map
+from hil._register_map_table import describe_register_map, register_map_page
 from hil._ring import Ring
 from hil._sample import LinkEvent, Quality, Reading, Sample
 from hil._server import Server, ServerSettings
@@ -44,6 +45,7 @@ __all__ = [
     "Decoded",
     "FaultInjector",
     "FaultSchedule",
+    "FrameCutter",
     "Lateness",
     "LatenessReport",
     "LinkEvent",
@@ -83,6 +85,7 @@ __all__ = [
     "Valve",
     "ValveReport",
     "WriteMap",
+    "crc",
     "decode",
     "describe_register_map",
     "encode",
@@ -91,6 +94,7 @@ __all__ = [
     "open_source",
     "parse_address",
     "record_session",
+    "register_map_page",
     "serve_session",
     "valves_of",
 ]

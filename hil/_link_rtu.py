@@ -9,8 +9,9 @@ repetition lags behind its original. Then:
 2. A reply counts only if the line stays silent behind it. If a stray frame took its place, the true reply follows
    within the device's usual time to answer, and both are dropped. So the silence is awaited until twice the longest
    usual time to the first byte, and at least the 3.5 characters of the standard: at ordinary speeds no loss of time.
-3. Behind each reply of a unit that has misbehaved the silence lasts `quiet` (or ten times its usual time to answer, if
-   that is less) until ten replies in a row were clean, so that no stray frame can reach the request after its own.
+3. Behind each reply of a unit that has misbehaved the silence lasts longer, until ten replies in a row were clean: ten
+   times its usual time to answer, at least 50 ms and at most `quiet`. No stray frame that is due by then can reach the
+   request after its own.
 
 What remains is a repetition that comes out of ten clean replies, lags by more than twice the usual time to answer, and
 meets a request whose own reply is lost. A heartbeat register among the values shows even that.
@@ -30,6 +31,7 @@ from hil._link_frames import check_rtu, rtu_frame
 from hil._link_wire import GONE, Lost
 
 CLEAN_REPLIES = 10
+SHORTEST_WATCH_S = 0.05
 
 
 @dataclass
@@ -43,7 +45,9 @@ class _Trust:
         """How long the line must be silent behind a reply [s]."""
         if self.first_byte == 0.0:
             return quiet
-        return shortest if self.clean >= CLEAN_REPLIES else max(shortest, min(quiet, 10 * self.first_byte))
+        if self.clean >= CLEAN_REPLIES:
+            return shortest
+        return max(shortest, min(quiet, max(10 * self.first_byte, SHORTEST_WATCH_S)))
 
     def learn(self, first_byte: float) -> None:
         self.first_byte = max(first_byte, 0.99 * self.first_byte)

@@ -50,14 +50,16 @@ _UNITS = {name: unit for name, (_, unit) in _MEASURED.items()}
 class ActuatorSetup:
     """What a served actuator is when it starts.
 
-    form : friction as play or as a force; stimulus : what the process does (inputs that are commanded leave it);
-    faults : occur whatever is commanded; noise : the benchmark's; seed : of the noise; parameters : of the actuator;
-    friction : LuGre parameters by symbol, where they deviate; hidden : effects of the catalogue, by id and symbol, that
-    nobody is told of, and hidden_on : whether they act from the start. Friction and effects need the form ``lugre``.
+    form : friction as play or as a force; stimulus : what the process does; inputs : what of it does not follow the
+    stimulus but has a value of its own, as commanded; faults : occur whatever is commanded; noise : the benchmark's;
+    seed : of the noise; parameters : of the actuator; friction : LuGre parameters by symbol, where they deviate;
+    hidden : effects of the catalogue, by id and symbol, that nobody is told of, and hidden_on : whether they act from
+    the start. Friction and effects need the form ``lugre``.
     """
 
     form: Form = "play"
     stimulus: Stimulus = field(default_factory=lambda: constant(0.5))
+    inputs: Mapping[str, float] = field(default_factory=dict)
     faults: tuple[Fault, ...] = ()
     noise: bool = False
     seed: int = 0
@@ -85,7 +87,7 @@ class ActuatorPlant:
     def __init__(self, setup: ActuatorSetup) -> None:
         self._setup = setup
         self._noise = Noise(setup.seed)
-        self._orders = Orders(setup.form, setup.noise, bool(setup.hidden) and setup.hidden_on)
+        self._orders = Orders(setup.form, setup.noise, bool(setup.hidden) and setup.hidden_on, dict(setup.inputs))
         self._actuator, self._faults = self._built(self._orders)
         self._now: dict[str, float] = {}
         self.reset()
@@ -99,7 +101,7 @@ class ActuatorPlant:
         o, values = self._orders, self._actuator.values
         friction = {name: values.get(name, math.nan) for name in FRICTION}
         switches = {"noise": o.noise, "lugre": o.form == "lugre", "hidden_effect": o.hidden}
-        inputs = dict(zip(INPUT_COMMANDS, self._inputs_now, strict=True))
+        inputs = {**dict(zip(INPUT_COMMANDS, self._inputs_now, strict=True)), **o.inputs}
         return {**inputs, **o.fault, **friction, **{name: float(on) for name, on in switches.items()}}
 
     def apply(self, changes: Mapping[str, float]) -> None:
@@ -133,14 +135,16 @@ class ActuatorPlant:
         return samples
 
     def _built(self, orders: Orders) -> tuple[Actuator, tuple[Fault, ...]]:
-        """The actuator and the faults that commands and setup make together."""
-        effects = {effect: self._hidden(effect, orders.hidden) for effect in self._setup.hidden}
+        """The actuator and the faults that setup and commands make together; play has no room for effects."""
+        setup, friction = self._setup, orders.friction
+        effects: dict[str, Mapping[str, float]] = {}
+        if orders.form == setup.form or orders.form == "lugre":
+            effects = {effect: self._hidden(effect, orders.hidden) for effect in setup.hidden}
+            friction = {**setup.friction, **friction}
         if orders.hidden and not effects:
-            raise BadInput("hidden_effect", "no effect was named when the server started", "start it with --effect")
-        friction = {**self._setup.friction, **orders.friction}
+            raise BadInput("hidden_effect", "there is none to switch on", "start with --effect and --friction lugre")
         if friction:
             effects["lugre"] = friction
-        setup = self._setup
         return Actuator(orders.form, setup.parameters, effects), (*setup.faults, *orders.ordered_fault())
 
     def _hidden(self, effect: str, on: bool) -> Mapping[str, float]:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, fields
 from hil._plant_actuator import ActuatorPlant, ActuatorSetup
 from hil._plant_orders import FRICTION, INPUT_COMMANDS
 from recordings import BadInput
+from simulator import BASE
 from simulator.damadics import FAULTS, FORMS, Fault, Form, Parameters, Stimulus, scenario
 from simulator.damadics.stimuli import constant
 
@@ -48,6 +49,7 @@ class ActuatorOptions:
         setup = ActuatorSetup(
             form=self._form(),
             stimulus=stimulus,
+            inputs=inputs,
             faults=(*faults, *(_fault(text) for text in self.faults)),
             noise=self.noise,
             seed=self.seed + number,
@@ -56,9 +58,7 @@ class ActuatorOptions:
             hidden=dict(_effect(text) for text in self.effects),
             hidden_on=self.effects_on,
         )
-        plant = ActuatorPlant(setup)
-        plant.apply(inputs)
-        return plant
+        return ActuatorPlant(setup)
 
     def _scenario(self) -> tuple[Stimulus, tuple[Fault, ...]]:
         if self.scenario is None:
@@ -100,6 +100,9 @@ def _fault(text: str) -> Fault:
 def _effect(text: str) -> tuple[str, Mapping[str, float]]:
     """``backlash`` in its typical size, or ``backlash:width=1e-4``."""
     name, _, rest = text.partition(":")
+    if name in BASE:
+        found = f"{name!r} belongs to every actuator"
+        raise BadInput("--effect", found, "change it with --set: lugre.fc, spring_rate, mass")
     return name, _numbers("--effect", [part for part in rest.split(",") if part])
 
 

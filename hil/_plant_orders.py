@@ -31,6 +31,8 @@ FAULT_FIELDS = {
 }
 """Fields of a fault and their units, in the order in which `Orders.ordered_fault` unpacks them."""
 
+_NO_FAULT = {**dict.fromkeys(FAULT_FIELDS, 0.0), "fault_strength": 1.0}
+
 FRICTION = {f"lugre.{p.symbol}": p.unit for p in CATALOGUE["lugre"].parameters}
 """Friction parameters and their units."""
 
@@ -54,20 +56,23 @@ class Orders:
     noise: bool
     hidden: bool
     inputs: Mapping[str, float] = field(default_factory=dict)
-    fault: Mapping[str, float] = field(default_factory=lambda: dict.fromkeys(FAULT_FIELDS, 0.0))
+    fault: Mapping[str, float] = field(
+        default_factory=lambda: dict.fromkeys(FAULT_FIELDS, 0.0) | {"fault_strength": 1.0}
+    )
     friction: Mapping[str, float] = field(default_factory=dict)
 
     def changed(self, changes: Mapping[str, float]) -> Orders:
         """With some commands carried out."""
         form: Form = ("lugre" if changes["lugre"] else "play") if "lugre" in changes else self.form
+        kept = self.friction if form == "lugre" else {}
         return replace(
             self,
             form=form,
             noise=bool(changes.get("noise", self.noise)),
-            hidden=bool(changes.get("hidden_effect", self.hidden)),
+            hidden=bool(changes.get("hidden_effect", self.hidden and form == "lugre")),
             inputs={**self.inputs, **{n: v for n, v in changes.items() if n in INPUT_COMMANDS}},
             fault={**self.fault, **{n: v for n, v in changes.items() if n in FAULT_FIELDS}},
-            friction={**self.friction, **{n.split(".")[1]: v for n, v in changes.items() if n in FRICTION}},
+            friction={**kept, **{n.split(".")[1]: v for n, v in changes.items() if n in FRICTION}},
         )
 
     def ordered_fault(self) -> tuple[Fault, ...]:

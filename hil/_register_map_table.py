@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from html import escape
 from pathlib import Path
 
 from rich.box import SIMPLE_HEAD
@@ -38,14 +39,25 @@ def describe_register_map(source: str | Path, width: int = 160) -> str:
     return "\n".join(line.rstrip() for line in text.splitlines())
 
 
+def register_map_page(source: str | Path) -> str:
+    """The same as a self-contained HTML page. Raises BadInput as `RegisterMap.load` does."""
+    title, text = escape(Path(source).name), escape(describe_register_map(source, width=200))
+    return f'<!doctype html>\n<html lang="en"><meta charset="utf-8"><title>{title}</title>\n<pre>{text}</pre></html>\n'
+
+
 def _summary(shown: RegisterMap | WriteMap) -> str:
     meant = sum(point.overlap for point in shown.points)
-    points = f"{len(shown.points)} points{f', {meant} overlapping on purpose' if meant else ' without overlap'}"
+    points = (
+        f"{_many(len(shown.points), 'point')}{f', {meant} overlapping on purpose' if meant else ' without overlap'}"
+    )
     if isinstance(shown, WriteMap):
         return f"{shown.name}: a map for writing, {points}"
-    requests = len(shown.reads())
-    read = f"read with {requests} request{'' if requests == 1 else 's'}"
+    read = f"read with {_many(len(shown.reads()), 'request')}"
     return f"{shown.name}: a map for reading, {points}, {read}, heartbeat {shown.heartbeat or 'none'}"
+
+
+def _many(n: int, thing: str) -> str:
+    return f"{n} {thing}{'' if n == 1 else 's'}"
 
 
 def _table(points: tuple[Point, ...]) -> Table:

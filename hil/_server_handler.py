@@ -1,7 +1,8 @@
-"""What the wire library's servers leave open: lines that lost the thread, and function codes that nobody needs.
+"""What the wire library's servers leave open: requests that arrive together, peers that lost the thread.
 
-After half a frame the library waits for the other half, swallowing good requests as if they were it. Here a serial line
-forgets what came before a silence, as the standard wants it, and a connection that speaks another protocol is closed.
+The library looks at one request per arrival and forgets the rest, and after half a frame it waits for the other half,
+swallowing good requests as if they were it. Here a connection's requests are cut apart and served in turn, a connection
+that does not speak Modbus is closed, and a serial line forgets what came before a silence, as the standard wants it.
 """
 
 from __future__ import annotations
@@ -21,38 +22,76 @@ ALLOWED = frozenset({1, 2, 3, 4, 5, 6, 15, 16, 22, 23})
 SILENCE = 0.05
 """A pause in a request on a serial line longer than this [s] is its end: 3.5 characters, and what adapters add."""
 
-LONGEST = 260
-"""Bytes of the longest frame on TCP."""
+HEADER, LONGEST = 6, 254
+"""Bytes before and, at most, after the length field of a frame on TCP."""
+
+PATIENCE = 1 << 16
+"""Bytes of unanswered requests or unread answers with which a peer is dropped."""
 
 
-class _Handler(ServerRequestHandler):
-    """One connection, or the serial line."""
+class _Guard(ServerRequestHandler):
+    """What a connection and a serial line have in common: whom they let through."""
 
-    def __init__(self, server: Any, units: Collection[int], clock: Callable[[], float], serial: bool) -> None:
+    def __init__(self, server: Any, units: Collection[int], clock: Callable[[], float]) -> None:
         super().__init__(server, None, self._look, None)  # type: ignore[no-untyped-call]
-        self._units, self._clock, self._serial = units, clock, serial
-        self._last = clock()
-
-    def data_received(self, data: bytes) -> None:
-        """Bytes from the peer, cut anywhere."""
-        now = self._clock()
-        if self._serial and now - self._last > SILENCE:
-            self.recv_buffer = b""
-        self._last = now
-        super().data_received(data)
-        if not self._serial and _lost(self.recv_buffer):
-            self.close()
-
-    def server_send(self, pdu: ModbusPDU | None, addr: Any) -> None:
-        """Answer, unless another device on the line was asked."""
-        if pdu is not None and not (self._serial and pdu.dev_id not in self._units):
-            super().server_send(pdu, addr)  # type: ignore[no-untyped-call]
+        self.units, self.clock = units, clock
 
     def _look(self, sending: bool, pdu: ModbusPDU) -> ModbusPDU:
         """Let through what a unit of ours is asked and may be asked."""
-        if sending or (pdu.dev_id in self._units and pdu.function_code in ALLOWED):
+        if sending or (pdu.dev_id in self.units and pdu.function_code in ALLOWED):
             return pdu
-        return _Refused(pdu, pdu.dev_id in self._units)
+        return _Refused(pdu, pdu.dev_id in self.units)
+
+
+class _Connection(_Guard):
+    """A connection on TCP or TLS: requests in turn, however they arrive."""
+
+    _waiting = b""
+    _busy = False
+
+    def data_received(self, data: bytes) -> None:
+        """Bytes from the peer, cut anywhere."""
+        self._waiting += data
+        unread = self.transport.get_write_buffer_size() if self.transport else 0  # type: ignore[attr-defined]
+        if max(len(self._waiting), unread) > PATIENCE:
+            self.close()
+        self._serve_next()
+
+    def server_send(self, pdu: ModbusPDU | None, addr: Any) -> None:
+        """Answer, and turn to the next request."""
+        super().server_send(pdu, addr)  # type: ignore[no-untyped-call]
+        self._busy = False
+        self.loop.call_soon(self._serve_next)
+
+    def _serve_next(self) -> None:
+        if self._busy or not self.transport or len(self._waiting) < HEADER:
+            return
+        protocol, length = self._waiting[2:4], int.from_bytes(self._waiting[4:6], "big")
+        if protocol != b"\0\0" or not 2 <= length <= LONGEST:
+            self.close()
+        elif len(self._waiting) >= HEADER + length:
+            frame, self._waiting = self._waiting[: HEADER + length], self._waiting[HEADER + length :]
+            self._busy = True
+            super().data_received(frame)
+
+
+class _Line(_Guard):
+    """A serial line: one request at a time, and what is said to and by other devices."""
+
+    _last = float("-inf")
+
+    def data_received(self, data: bytes) -> None:
+        """Bytes from the line, cut anywhere."""
+        now = self.clock()
+        if now - self._last > SILENCE:
+            self.recv_buffer = b""
+        self._last = now
+        super().data_received(data)
+
+    def server_send(self, pdu: ModbusPDU | None, addr: Any) -> None:
+        """Answer, unless another device on the line was asked."""
+        if pdu is not None and pdu.dev_id in self.units:
+            super().server_send(pdu, addr)  # type: ignore[no-untyped-call]
 
 
 class _Refused(ModbusPDU):
@@ -70,25 +109,18 @@ class _Refused(ModbusPDU):
         return ExceptionResponse(self.function_code, ExcCodes.ILLEGAL_FUNCTION)
 
 
-def _lost(pending: bytes) -> bool:
-    """Whether what is left over on a connection cannot be the beginning of a frame."""
-    if len(pending) < 6:
-        return pending[2:4].strip(b"\0") != b""
-    return pending[2:4] != b"\0\0" or not 2 <= int.from_bytes(pending[4:6], "big") <= LONGEST - 6
-
-
 class _Careful:
     """Goes in front of one of the library's servers. units : the ids that are served; clock : monotonic [s]."""
 
-    serial = False
+    handler: type[_Guard] = _Connection
 
     def __init__(self, *what: Any, units: Collection[int], clock: Callable[[], float], **more: Any) -> None:
         self._units, self._clock = units, clock
         super().__init__(*what, **more)
 
-    def callback_new_connection(self) -> _Handler:
+    def callback_new_connection(self) -> _Guard:
         """The library asks for a handler of a connection."""
-        return _Handler(self, self._units, self._clock, self.serial)
+        return self.handler(self, self._units, self._clock)
 
 
 class CarefulTcpServer(_Careful, ModbusTcpServer):
@@ -102,4 +134,4 @@ class CarefulTlsServer(_Careful, ModbusTlsServer):
 class CarefulSerialServer(_Careful, ModbusSerialServer):
     """Modbus RTU."""
 
-    serial = True
+    handler = _Line

@@ -55,7 +55,7 @@ class ServedUnit:
         self._last_advance = 1
         ring = layout.read_map.ring
         self._memory = SampleMemory(layout.ring_places, ring.samples) if ring else None
-        self._remember(0, {name: np.array([value]) for name, value in plant.signals().items()})
+        self._remember(0, self._present())
 
     def follow(self, clock: Callable[[], float]) -> int:
         """Simulate what is due by a monotonic clock [s], `MOST_AT_ONCE` samples at most; returns how many it was."""
@@ -109,12 +109,21 @@ class ServedUnit:
         n_samples = self._checked_advance(changes)
         self._apply({name: value for name, value in changes.items() if name in self.plant.commands})
         if changes.get("reset"):
-            self.plant.reset()
+            self._reset()
         if "run" in changes:
             self.run(bool(changes["run"]), now)
         if n_samples:
             self._last_advance = n_samples
             self.advance(n_samples)
+
+    def _reset(self) -> None:
+        """The plant at time 0 is a sample of its own: numbers never go back."""
+        self.plant.reset()
+        self.samples += 1
+        self._remember(self.samples, self._present())
+
+    def _present(self) -> Mapping[str, np.ndarray]:
+        return {name: np.array([value]) for name, value in self.plant.signals().items()}
 
     def _covered(self, table: str, address: int, count: int) -> list[Place]:
         """The places that a write covers; it must cover whole points, no hole, and nothing that is off limits."""

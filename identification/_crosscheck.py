@@ -9,7 +9,7 @@ Messenger, Bortz, MMS 19(3), 2021).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -85,14 +85,17 @@ class Crosscheck:
         )
 
 
-def crosscheck(fit: Fit, experiments: Sequence[Experiment]) -> Crosscheck | None:
+def crosscheck(
+    fit: Fit, experiments: Sequence[Experiment], std: Mapping[str, float] | None = None
+) -> Crosscheck | None:
     """Compare a fit of the base model with a sparse regression.
 
-    None where there is no LuGre friction to reconstruct, or too little sliding to reconstruct it from.
+    std : standard deviations of the fit by name; a parameter known worse than its gate decides nothing.
+    None where there is no LuGre friction to reconstruct, too little sliding to reconstruct it from, or nothing decides.
     """
     if "lugre" not in fit.kernel.effects or not fit.outcome.usable:
         return None
-    tables = [_table(s, fit, e.noise_position) for e in experiments for s in e.segments]
+    tables = [_table(s, fit, e) for e in experiments for s in e.segments]
     table, force = (np.concatenate(part) for part in zip(*tables, strict=True))
     if len(force) < 10 * len(TERMS):
         return None
@@ -105,10 +108,13 @@ def crosscheck(fit: Fit, experiments: Sequence[Experiment]) -> Crosscheck | None
     offset = np.mean(force - library[:, :-1] @ np.array(list(found.values())))
     error = force - library[:, :-1] @ np.array(list(found.values())) - offset
     unexplained = float(np.std(error) / np.std(force))
-    return Crosscheck(_rows(fit, found, spread, float(np.std(error))), kept, unexplained)
+    rows = _rows(fit, found, spread, float(np.std(error)), std or {})
+    return Crosscheck(rows, kept, unexplained) if any(row.counts for row in rows) else None
 
 
-def _rows(fit: Fit, found: dict[str, float], spread: dict[str, float], error: float) -> tuple[Row, ...]:
+def _rows(
+    fit: Fit, found: Mapping[str, float], spread: Mapping[str, float], error: float, std: Mapping[str, float]
+) -> tuple[Row, ...]:
     values = fit.values
     compared = (
         ("spring.K", "N/m", values.get("spring.K", 0.0), found["x"], spread["x"]),
@@ -117,14 +123,19 @@ def _rows(fit: Fit, found: dict[str, float], spread: dict[str, float], error: fl
         ("mass.m", "kg", values.get("mass.m", 0.0), found["a"], spread["a"]),
     )
     return tuple(
-        Row(name, unit, fitted, regressed, GATES[name], counts=fitted > 0 and share > 3 * error)
+        Row(name, unit, fitted, regressed, GATES[name], _decides(fitted, std.get(name, 0.0), GATES[name], share, error))
         for name, unit, fitted, regressed, share in compared
     )
 
 
-def _table(segment: Segment, fit: Fit, noise: float) -> tuple[Array, Array]:
+def _decides(fitted: float, std: float, gate: float, share: float, error: float) -> bool:
+    """Whether a coefficient's share of the force stands out of the error, and the fit knows it better than its gate."""
+    return fitted > 0 and std < gate * fitted and share > 3 * error
+
+
+def _table(segment: Segment, fit: Fit, experiment: Experiment) -> tuple[Array, Array]:
     """Candidate terms (n_samples, n_terms) and the measured force (n_samples,), both at measured samples."""
-    m, p = segment.motion, fit.values
+    m, p, noise = segment.motion, fit.values, experiment.noise_position
     alone = kernel(("lugre",), "motion")
     motion = np.column_stack([m.x, m.crept, m.a, np.zeros_like(m.x)])
     p_bristle = {name: p[name] for name in alone.parameters}
@@ -138,7 +149,8 @@ def _table(segment: Segment, fit: Fit, noise: float) -> tuple[Array, Array]:
     fast = sure & (np.abs(m.v) * WINDOW > SURE_TRAVEL * flip)
     if p["lugre.sigma0"] * noise > BLURRED * p["lugre.fc"] or fast.mean() > ENOUGH:
         sure = fast
-    return _weak(table, sure, segment.dt), _weak(segment.u[:, None], sure, segment.dt)[:, 0]
+    force = np.append(segment.u[:1], 0.5 * (segment.u[1:] + segment.u[:-1])) if experiment.hold else segment.u
+    return _weak(table, sure, segment.dt), _weak(force[:, None], sure, segment.dt)[:, 0]
 
 
 def _weak(table: Array, sure: NDArray[np.bool_], dt: float) -> Array:

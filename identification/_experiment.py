@@ -90,7 +90,7 @@ def experiment(recording: Recording, causality: Causality | None = None, *, hold
     force, force_step = _force(recording, name)
     causality = causality or ("motion" if recording["position"].role == "input" else "force")
     t = np.asarray(recording.time)
-    noise_x, noise_u = noise_std(position, position_step), noise_std(force, force_step)
+    noise_x, noise_u = noise_std(position, position_step, t), noise_std(force, force_step, t)
     driven, measured = (force, position) if causality == "force" else (position, force)
     segments = tuple(
         _segment(t[s], force[s], position[s], np.isfinite(measured[s]), noise_x)

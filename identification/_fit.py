@@ -9,7 +9,7 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-from identification._coordinates import Coordinates
+from identification._coordinates import Coordinates, parameters
 from identification._experiment import Experiment
 from identification._homotopy import Homotopy, Path
 from identification._imposed import fit_imposed
@@ -26,6 +26,9 @@ TRIES = 4
 GOOD_ENOUGH = 1.15
 """Normalised root mean square residual at which no further start is tried."""
 
+REAL_TRAVEL = 10.0
+"""Way, in standard deviations of the noise, from which a position counts as moved."""
+
 INTEGRATING_WINDOW = 0.01
 """Reset window [s] of the last stage for a plant without spring: it integrates every error of the model without limit,
 so that its free run says more about the model's smallest flaw than about its parameters."""
@@ -38,7 +41,7 @@ class Outcome(Enum):
     NOT_SETTLED = "the fit ran out of iterations before it settled; take the values as approximate"
     NO_MOTION = "the valve does not move in these recordings; excite it over a good part of its stroke"
     CONSTANT_INPUT = "the force is constant in these recordings; nothing can be learned from it"
-    NO_FRICTION = "the motion never reverses or stops; friction cannot be told from the spring: record reversals"
+    NO_FRICTION = "the motion never reverses; friction cannot be told from the spring's preload: record reversals"
     TOO_SHORT = "there are too few samples for the number of parameters; record longer"
     DIVERGED = "the simulation diverged from every start; check units and signs of force and position"
     NOT_EXPLAINED = "no start led to a model that follows the data; check units, signs and roles of force and position"
@@ -82,16 +85,14 @@ def fit(
 ) -> Fit:
     """Fit all free parameters of `effects` to all experiments at once.
 
-    given : parameters by full name that are held, SI units. Raises BadInput for a name no effect has, or for
-    experiments of different causality.
+    given : parameters by full name that are held, SI units. Raises BadInput for a name no effect has, for a value out
+    of its bounds, and for experiments of different causality.
     """
     causalities = {e.causality for e in experiments}
     if len(causalities) != 1:
         raise BadInput("recordings", "some are force-driven and some motion-driven", "fit them separately")
     valve = kernel(effects, causalities.pop())
-    for name in given or {}:
-        if name not in valve.parameters:
-            raise BadInput(f"--given {name}", "no such parameter", f"there are {', '.join(valve.parameters)}")
+    _check_given(given or {}, valve)
     force = np.concatenate([s.u for e in experiments for s in e.segments])
     coordinates = Coordinates.of(valve, given or {}, float(np.std(force)) or 1.0)
     obstacle = _obstacle(experiments, coordinates, force)
@@ -101,6 +102,16 @@ def fit(
         path, problem = fit_imposed(valve, coordinates, experiments)
         return _judged(valve, coordinates, problem, path)
     return _force_driven(valve, coordinates, experiments)
+
+
+def _check_given(given: Mapping[str, float], valve: Kernel) -> None:
+    known = parameters(valve)
+    for name, value in given.items():
+        if name not in known:
+            raise BadInput(f"--given {name}", "no such parameter", f"there are {', '.join(known)}")
+        if not known[name].lower <= value <= known[name].upper:
+            allowed = f"it is from {known[name].lower:g} to {known[name].upper:g} {known[name].unit}"
+            raise BadInput(f"--given {name}", f"no valve has {value:g}", allowed)
 
 
 def _force_driven(valve: Kernel, coordinates: Coordinates, experiments: Sequence[Experiment]) -> Fit:
@@ -139,10 +150,16 @@ def _obstacle(experiments: Sequence[Experiment], coordinates: Coordinates, force
         return Outcome.CONSTANT_INPUT
     if sum(e.samples for e in experiments) < 5 * coordinates.free.sum():
         return Outcome.TOO_SHORT
-    if regression(experiments) is None:
+    up, down = _travel(experiments)
+    if max(up, down) < REAL_TRAVEL or regression(experiments) is None:
         return Outcome.NO_MOTION
-    directions = {int(d) for e in experiments for s in e.segments for d in np.unique(np.sign(s.motion.crept))}
-    return Outcome.NO_FRICTION if not {-1, 1} <= directions and 0 not in directions else None
+    return Outcome.NO_FRICTION if min(up, down) < REAL_TRAVEL and _free(coordinates, "spring.F0") else None
+
+
+def _travel(experiments: Sequence[Experiment]) -> tuple[float, float]:
+    """The longest way up and the longest way down in one segment, in standard deviations of the position's noise."""
+    steps = [s.motion.crept[:-1] * np.diff(s.t) / e.noise_position for e in experiments for s in e.segments]
+    return max(float(d[d > 0].sum()) for d in steps), max(float(-d[d < 0].sum()) for d in steps)
 
 
 def _judged(valve: Kernel, coordinates: Coordinates, problem: Problem, path: Path | None) -> Fit:

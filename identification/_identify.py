@@ -43,7 +43,7 @@ def identify(
     runs = free_runs(found, experiments, fitted=True)
     others = [experiment(r, causality, hold=hold) for r in holdout]
     held_out = free_runs(found, others, fitted=False) if others else ()
-    checked = crosscheck(found, experiments) if check else None
+    checked = crosscheck(found, experiments, known.std) if check else None
     quality: dict[str, object] = {
         "correlated": [f"{a}, {b}: {c:+.3f}" for a, b, c in known.pairs()],
         "advice": list(advice(known)),

@@ -26,8 +26,8 @@ HELD = 10.0
 one residual of average size costs, which only matters where the data say nothing."""
 
 MEMORY_SCALE, MEMORY_STD = 1e-4, 1e-3
-"""Unit and prior standard deviation of an initial bristle deflection [m]. Break-away deflections, fs/sigma0, go from some
-micrometres to some millimetres, and a descent moves at most one unit in an iteration: a smaller unit cannot reach them."""
+"""Unit and prior standard deviation of an initial bristle deflection [m]. Deflections at break-away, fs/sigma0, go from
+micrometres to millimetres, and a descent moves at most one unit in an iteration: a smaller unit cannot reach them."""
 
 
 @dataclass(frozen=True)

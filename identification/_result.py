@@ -48,8 +48,8 @@ class Trajectory:
 
     @property
     def nrmse(self) -> float:
-        """rmse over the standard deviation of the measured signal."""
-        return self.rmse / float(np.nanstd(self.measured))
+        """rmse over the standard deviation of the measured signal; infinite where that never changes."""
+        return _relative(self.rmse, self.measured)
 
 
 @dataclass(frozen=True)
@@ -156,10 +156,19 @@ def valve_model(
 
 
 def error_of(runs: Sequence[Trajectory]) -> dict[str, float] | None:
-    """Free-run error over several recordings: ``rmse_m`` (``rmse_N`` where the motion is imposed) and ``nrmse``."""
+    """Free-run error over several recordings: ``rmse_m`` (``rmse_N`` where the motion is imposed) and ``nrmse``.
+
+    What is not finite is left out: a relative error where nothing moves, all of it where the free run diverges.
+    """
     if not runs:
         return None
     error = np.concatenate([r.measured - r.simulated for r in runs])
     measured = np.concatenate([r.measured for r in runs])
     rmse = float(np.sqrt(np.nanmean(error**2)))
-    return {f"rmse_{runs[0].unit}": rmse, "nrmse": rmse / float(np.nanstd(measured))}
+    found = {f"rmse_{runs[0].unit}": rmse, "nrmse": _relative(rmse, measured)}
+    return {name: value for name, value in found.items() if np.isfinite(value)} or None
+
+
+def _relative(rmse: float, measured: Array) -> float:
+    spread = float(np.nanstd(measured))
+    return rmse / spread if spread > 0 else float("inf")

@@ -18,7 +18,7 @@ from recordings._problems import edge
 from recordings._signal import Array, text_problem
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
-_IMPORT = "a recording is an HDF5 file; turn other files into one with 'bristle import'"
+_IMPORT = "turn other files into a recording with 'bristle import'"
 _RECOVER = "merge it first: 'bristle import {path} --to NEW.h5', or recordings.recover"
 _MOST_COMPRESSED = 1100
 """Deflate cannot shrink data further than about 1:1032; what declares more than this holds no data."""

@@ -92,6 +92,9 @@ class Excitation:
                 raise BadInput(f"excitation {item.strip()!r}", "no such shape", f"there are {', '.join(known)}")
             duration = _seconds(item, seconds or "20")
             parts += [(shape, duration / len(MIXED)) for shape in MIXED] if name == "mixed" else [(name, duration)]
+        if len(parts) > 1 and any(shape == "positioner" for shape, _ in parts):
+            found = "a positioner closes the loop over the whole recording"
+            raise BadInput(f"excitation {text!r}", found, "give positioner:SECONDS alone")
         return cls(tuple(parts))
 
     @property

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from recordings import BadInput, Plant, Recording, Signal
 from simulator._excitation import HIGH, LOW, Excitation, force_demand, staircase
 from simulator._kernel import Kernel, kernel
+from simulator.effects import CATALOGUE
 
 Array = NDArray[np.float64]
 
@@ -18,15 +19,30 @@ FINE_STEP = 5e-5
 """Sub-step of simulated recordings [s]: its error is far below any sensor noise."""
 
 
+MOST_SAMPLES = 20_000_000
+"""Longest recording that is simulated: about ten times the memory of its signals is needed on the way."""
+
+
 @dataclass(frozen=True)
 class Sensors:
-    """What sampling and sensors do: sampling rate [Hz], noise standard deviations and quantisation steps (0: none)."""
+    """What sampling and sensors do: sampling rate [Hz], noise standard deviations and quantisation steps (0: none).
+
+    Raises BadInput for a rate that is not positive, and for noise or a step that is negative or not finite.
+    """
 
     rate: float = 500.0
     position_noise: float = 0.0
     force_noise: float = 0.0
     position_step: float = 0.0
     force_step: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not 0 < self.rate < np.inf:
+            raise BadInput(f"sampling rate {self.rate:g}", "it is not a positive number", "give it in Hz, as in 500")
+        for name in ("position_noise", "force_noise", "position_step", "force_step"):
+            value = getattr(self, name)
+            if not 0 <= value < np.inf:
+                raise BadInput(f"{name.replace('_', ' ')} {value:g}", "it is negative or not finite", "give 0 or more")
 
 
 def random_valve(seed: int) -> tuple[dict[str, float], float]:
@@ -58,11 +74,12 @@ def simulate(
     """Simulate a recording. Returns it and the truth (parameters, effects, hidden position, velocity and force).
 
     values : parameters by full name, SI units; stroke [m]. The same seed gives the same recording.
-    Raises BadInput for a valve whose trajectory does not stay finite, KeyError for a missing parameter.
+    Raises BadInput for a parameter outside its bounds, for more than `MOST_SAMPLES` samples and for a valve whose
+    trajectory does not stay finite, KeyError for a missing parameter.
     """
     valve = kernel(effects)
-    p = valve.vector(values)
-    t = np.arange(round(excitation.duration * sensors.rate) + 1) / sensors.rate
+    p = _checked(valve, values)
+    t = _clock(excitation.duration, sensors.rate)
     run = _closed_loop if excitation.closed_loop else _open_loop
     force, position = run(valve, p, dict(values), excitation, t, stroke, seed)
     if not np.isfinite(position).all():
@@ -85,6 +102,25 @@ def simulate(
         "force": force,
     }
     return recording, truth
+
+
+def _checked(valve: Kernel, values: Mapping[str, float]) -> Array:
+    """The parameter vector of values that the physics allows."""
+    for effect in valve.effects:
+        for name, parameter in zip(CATALOGUE[effect].parameter_names(), CATALOGUE[effect].parameters, strict=True):
+            if name in values and not parameter.lower <= values[name] <= parameter.upper:
+                raise BadInput(
+                    f"{name} = {values[name]:g}", "no such valve can be",
+                    f"it is from {parameter.lower:g} to {parameter.upper:g} {parameter.unit}",
+                )  # fmt: skip
+    return valve.vector(values)
+
+
+def _clock(duration: float, rate: float) -> Array:
+    if duration * rate > MOST_SAMPLES:
+        found = f"that is {duration * rate:.3g} samples"
+        raise BadInput(f"{duration:g} s at {rate:g} Hz", found, f"at most {MOST_SAMPLES} are simulated at once")
+    return np.arange(round(duration * rate) + 1) / rate
 
 
 def _sensed(signal: Array, noise: float, quantum: float, rng: np.random.Generator) -> Array:

@@ -10,6 +10,7 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from recordings import BadInput
+from simulator.effects import CATALOGUE
 
 Status = Literal["identified", "weak", "at_bound", "given"]
 
@@ -17,7 +18,7 @@ Status = Literal["identified", "weak", "at_bound", "given"]
 class Value(BaseModel):
     """One parameter: value, standard deviation and bounds in `unit`; note : with what it is collinear."""
 
-    model_config = ConfigDict(frozen=True)
+    model_config = ConfigDict(frozen=True, allow_inf_nan=False)
     value: float
     std: float | None = None
     unit: str
@@ -30,7 +31,7 @@ class Value(BaseModel):
 class FittedTo(BaseModel):
     """A recording that a model was fitted to."""
 
-    model_config = ConfigDict(frozen=True)
+    model_config = ConfigDict(frozen=True, allow_inf_nan=False)
     file: str
     sha256: str
     samples: int
@@ -43,7 +44,7 @@ class ValveModel(BaseModel):
     (or ``rmse_N`` where the motion is imposed) and ``nrmse``; quality : condition number, outcome and the like.
     """
 
-    model_config = ConfigDict(frozen=True)
+    model_config = ConfigDict(frozen=True, allow_inf_nan=False)
     format: Literal["valve-model"] = "valve-model"
     version: Literal[1] = 1
     effects: tuple[str, ...]
@@ -67,6 +68,7 @@ class ValveModel(BaseModel):
             part.write_text(json.dumps(self.model_dump(mode="json"), indent=1, allow_nan=False) + "\n")
             part.replace(target)
         except OSError as error:
+            part.unlink(missing_ok=True)
             raise BadInput(
                 str(target), f"cannot be written ({error.strerror})", "give a path in a writable folder"
             ) from error
@@ -81,8 +83,28 @@ class ValveModel(BaseModel):
                 str(path), f"cannot be read ({error})", "give a model.json written by 'bristle fit'"
             ) from error
         try:
-            return cls.model_validate_json(text)
+            model = cls.model_validate_json(text)
         except ValidationError as error:
             first = error.errors()[0]
             place = ".".join(str(part) for part in first["loc"]) or "the whole file"
             raise BadInput(f"{path}: {place}", first["msg"], "give a model.json written by 'bristle fit'") from error
+        _check_complete(model, str(path))
+        return model
+
+
+def _check_complete(model: ValveModel, where: str) -> None:
+    """A model's effects exist, all their parameters are there and in their bounds, its plant is numbers. Or BadInput."""
+    for item, known in model.plant.items():
+        if isinstance(known, str) and item != "tag":
+            raise BadInput(f"{where}: plant.{item}", f"{known!r} is no number", "every item but the tag is a number")
+    for effect in model.effects:
+        if effect not in CATALOGUE:
+            found, remedy = f"there is no effect '{effect}'", f"there are {', '.join(CATALOGUE.ids)}"
+            raise BadInput(f"{where}: effects", found, remedy)
+        for name, parameter in zip(CATALOGUE[effect].parameter_names(), CATALOGUE[effect].parameters, strict=True):
+            if name not in model.parameters:
+                raise BadInput(f"{where}: parameters", f"there is no {name}", f"the effect {effect} needs it")
+            value = model.parameters[name].value
+            if not parameter.lower <= value <= parameter.upper:
+                allowed = f"it is from {parameter.lower:g} to {parameter.upper:g} {parameter.unit}"
+                raise BadInput(f"{where}: parameters.{name}", f"the value is {value:g}", allowed)

@@ -31,8 +31,17 @@ def command(
 
     Example: bristle fit bundled:mixed --out model.json --report fit.html
     """
-    from bristle._console import assignments, crosscheck_table, load, parameter_table, print_errors, stdout, writable
-    from bristle._fitting import checked_causality, with_area, without_effects
+    from bristle._console import (
+        assignments,
+        crosscheck_table,
+        load,
+        parameter_table,
+        print_errors,
+        stdout,
+        working,
+        writable,
+    )
+    from bristle._fitting import checked_causality, free_parameters, with_area, without_effects
     from identification import Outcome, identify
     from identification import profile as profile_of
     from recordings import NegativeAnswer
@@ -40,14 +49,16 @@ def command(
     for path in (out, report):
         writable(path)
     held = without_effects(without or []) | assignments(given or [], "--given")
+    profiled = free_parameters(profile or [], held)
     read, others = (with_area(load(paths), area) for paths in (recordings, holdout or []))
-    found = identify(
-        read, holdout=others, given=held, causality=checked_causality(causality), hold=hold, check=crosscheck
-    )
+    with working("fitting"):
+        found = identify(
+            read, holdout=others, given=held, causality=checked_causality(causality), hold=hold, check=crosscheck
+        )
     console = stdout()
     console.print(parameter_table(found))
     print_errors(console, found.model)
-    for name in profile or []:
+    for name in profiled:
         p = profile_of(found.fit, found.uncertainty, name)
         low, high = (f"{x:.6g}" if x is not None else "beyond 3 standard deviations" for x in (p.lower, p.upper))
         console.print(f"profile of {name}: 90 % interval from {low} to {high}")
@@ -56,6 +67,8 @@ def command(
     if found.crosscheck:
         console.print(crosscheck_table(found.crosscheck))
         console.print(found.crosscheck.sentence)
+    elif crosscheck:
+        console.print("no cross-check: these recordings show too little sliding for one")
     if out:
         found.model.write(out)
     if report:

@@ -54,7 +54,7 @@ def command(
 ) -> None:
     """Make a recording of a file that another program wrote.
 
-    Columns whose header says a known name and a unit, such as "position [mm]", need no option. Examples:
+    Columns whose header says a known name and a unit, such as "position (mm)", need no option. Examples:
 
     bristle import rig.csv --to rig.h5 --time t:ms --column position=stem:mm --column force=thrust:kN
 
@@ -64,7 +64,7 @@ def command(
 
     bristle import cut-off.h5 --to whole.h5 (puts a recording right whose recorder died)
     """
-    from recordings import importers
+    from recordings import importers, open_recording
 
     file_layout: dict[str, Any] = {"separator": separator, "decimal": decimal, "thousands": thousands, "header": header}
     file_layout |= {"comment": comment, "encoding": encoding, "skip_lines": skip_lines, "drop_rows": drop_rows}
@@ -74,4 +74,5 @@ def command(
     changes |= {"signals": importers.signals_of(column or ()), "plant": importers.plant_of(plant or ())}
     for note in importers.import_to(file, to, mapping, changes, overwrite=force):
         print(f"bristle: {note}", file=sys.stderr)
-    print(f"wrote {to}")
+    with open_recording(to) as made:
+        print(f"wrote {to}: {len(made)} samples of {', '.join(spec.label for spec in made.header.signals)}")

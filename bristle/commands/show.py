@@ -37,12 +37,27 @@ def _recording_picture(file: Path) -> str:
     return picture(file)
 
 
-KINDS: Mapping[str, Kind] = {"recording": Kind(_recording_words, _recording_picture)}
+def _map_words(file: Path) -> str:
+    from hil import describe_register_map
+
+    return describe_register_map(file)
+
+
+def _map_picture(file: Path) -> str:
+    from hil import register_map_page
+
+    return register_map_page(file)
+
+
+KINDS: Mapping[str, Kind] = {
+    "recording": Kind(_recording_words, _recording_picture),
+    "register-map": Kind(_map_words, _map_picture),
+}
 """By what `kind_of` says: the `format` that a JSON file names, `register-map` for TOML, else `recording`."""
 
 
 def command(
-    file: Annotated[Path, typer.Argument(help="A recording.")],
+    file: Annotated[Path, typer.Argument(help="A recording or a register map.")],
     plot: Annotated[Path | None, typer.Option(help="Write a picture to this HTML file.")] = None,
 ) -> None:
     """Say what is in a file; with --plot, draw it too.

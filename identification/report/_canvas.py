@@ -17,15 +17,27 @@ def canvas(x_label: str, y_label: str, height: int, **options: Any) -> Any:
 
     plot = figure(
         height=height, sizing_mode="stretch_width", min_width=260, x_axis_label=x_label, y_axis_label=y_label,
-        tools="xpan,box_zoom,wheel_zoom,reset,save", active_drag="box_zoom", active_scroll=None,
-        background_fill_color=None, border_fill_color=None, outline_line_color=None, toolbar_location="above", **options,
+        tools="pan,box_zoom,wheel_zoom,reset,save", active_drag="box_zoom", active_scroll=None,
+        toolbar_location="above", min_border_right=16, background_fill_color=None, border_fill_color=None,
+        outline_line_color=None, **options,
     )  # fmt: skip
     plot.toolbar.logo = None
+    unprinted(plot.toolbar)
     for axis in plot.axis:
-        axis.axis_label_text_font_style = "normal"
-        axis.axis_label_text_font_size = axis.major_label_text_font_size = "12px"
-        axis.minor_tick_line_color = None
+        dress(axis)
     return plot
+
+
+def unprinted(toolbar: Any) -> None:
+    """Tools do nothing on paper."""
+    toolbar.stylesheets = ["@media print { :host { visibility: hidden; } }"]
+
+
+def dress(axis: Any) -> None:
+    """The lettering of an axis."""
+    axis.axis_label_text_font_style = "normal"
+    axis.axis_label_text_font_size = axis.major_label_text_font_size = "12px"
+    axis.minor_tick_line_color = None
 
 
 def inked(renderer: Any) -> Any:
@@ -42,5 +54,5 @@ def finish_legend(plot: Any) -> None:
     legend.orientation, legend.click_policy = "horizontal", "hide"
     legend.background_fill_alpha, legend.border_line_color = 0.0, None
     legend.label_text_font_size, legend.padding, legend.margin = "12px", 2, 2
-    legend.ncols, legend.spacing, legend.label_standoff = 4, 18, 6
+    legend.ncols, legend.spacing, legend.label_standoff = 4, 10, 6
     plot.add_layout(legend, "above")

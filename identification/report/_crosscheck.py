@@ -28,7 +28,8 @@ def _row(row: Row) -> dict[str, Any]:
     difference = 100 * float(row.difference)
     shown = f"{'+' if difference > 0 else ''}{number(difference, 2)}{NARROW}%" if math.isfinite(difference) else "–"
     return {
-        "name": row.name, "unit": row.unit, "fitted": number(float(row.fitted), 4), "regressed": number(float(row.regressed), 4),
+        "name": row.name, "unit": row.unit,
+        "fitted": number(float(row.fitted), 4), "regressed": number(float(row.regressed), 4),
         "difference": shown, "gate": f"±{number(100 * row.gate, 2)}{NARROW}%",
         "verdict": verdict, "mood": {"agrees": "good", "disagrees": "bad"}.get(verdict, "neutral"),
     }  # fmt: skip
@@ -36,5 +37,8 @@ def _row(row: Row) -> dict[str, Any]:
 
 def _why_none(identification: Identification) -> str:
     if "lugre" not in identification.model.effects:
-        return "There is no cross-check: the model has no LuGre friction whose bristle force could be offered to the regression."
-    return "There is no cross-check: it was not asked for. Run 'bristle fit' with --crosscheck to get a second opinion."
+        return "There is no cross-check: the model has no LuGre friction, whose bristle force the regression needs."
+    return (
+        "There is no cross-check: it was switched off, or the stem slides too little in these recordings to tell the "
+        "bristle force that the regression needs. Long strokes in both directions make it possible."
+    )

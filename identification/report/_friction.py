@@ -20,6 +20,8 @@ Cloud = tuple[Array, Array]
 
 SLOW = 6.0
 """The second map shows speeds up to this many Stribeck velocities."""
+SHOWN = 1.6
+"""The force axes end at this many times the largest force in the data: a badly known fs may lie far beyond."""
 BLURRED = 0.03
 """Motion this near to missing samples [s] is smoothed from made-up ones and is left out."""
 NEEDED = ("lugre.fc", "lugre.fs", "lugre.vs", "lugre.sigma2")
@@ -88,7 +90,9 @@ def _near(cloud: Cloud, slow: float) -> Cloud:
 
 
 def _drawn(data: Cloud, model: Cloud, fastest: float, values: dict[str, float]) -> Any:
-    plot = canvas("velocity [mm/s]", "friction force [N]", 400)
+    largest = float(np.abs(data[1]).max(initial=0.0))
+    limits = {"y_range": (-SHOWN * largest, SHOWN * largest)} if largest > 0 else {}
+    plot = canvas("velocity [mm/s]", "friction force [N]", 400, **limits)
     _scatter(plot, data, MEASURED, 5, "measured")
     inked(_scatter(plot, model, INK, 2, "simulated"))
     slow = min(SLOW * values["lugre.vs"], fastest)
@@ -105,6 +109,6 @@ def _drawn(data: Cloud, model: Cloud, fastest: float, values: dict[str, float]) 
 def _scatter(plot: Any, cloud: Cloud, colour: str, size: int, label: str) -> Any:
     """A cloud thinned to one point per cell of a raster, the darker the more points it stands for."""
     kept, count = cells(*cloud, 240, 160)
-    alpha = np.clip(0.3 + 0.15 * np.log2(np.maximum(count, 1)), 0.3, 1.0).astype(np.float32)
+    alpha = np.clip(0.4 + 0.15 * np.log2(np.maximum(count, 1)), 0.4, 1.0).astype(np.float32)
     v, force = ((factor * z[kept]).astype(np.float32) for factor, z in zip((1e3, 1.0), cloud, strict=True))
     return plot.scatter(v, force, size=size, color=colour, line_color=None, alpha=alpha, legend_label=label)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from identification._result import Identification
+from identification.report._numbers import number, percent
 from identification.report._runs import runs
 
 
@@ -50,15 +51,24 @@ class KeyFigures:
 
     @property
     def bench_set(self) -> tuple[float, float] | None:
-        """Actuator pressures [Pa] that the spring asks for at x = 0 and at full travel; None without an area or stroke."""
+        """Pressures [Pa] that balance the spring at x = 0 and at full stroke; None without an area or a stroke."""
         if not self.area or self.rate is None or self.preload is None or not self.stroke_known:
             return None
         return self.preload / self.area, (self.preload + self.rate * self.travel) / self.area
 
     @property
+    def bench_set_words(self) -> str:
+        """The bench set in kPa; empty where there is none."""
+        return "" if self.bench_set is None else " to ".join(number(p / 1e3) for p in self.bench_set) + " kPa"
+
+    @property
     def swing(self) -> float | None:
         """Change of actuator pressure [Pa] that reverses the stem: 2 fc / A."""
         return 2 * self.friction / self.area if self.friction is not None and self.area else None
+
+    def of_travel(self, length: float) -> str:
+        """A length as a share of the travel, in words."""
+        return f"{percent(length / self.travel)} of the {self.travel_words}" if self.travel > 0 else "the stem is still"
 
     @property
     def span_words(self) -> str:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from identification._result import Identification
-from identification.report._canvas import INK, MEASURED, NARROW, REFERENCE, WIDE, canvas, finish_legend, inked
+from identification.report._canvas import INK, MEASURED, NARROW, REFERENCE, WIDE, canvas, dress, finish_legend, inked
 from identification.report._decimate import extremes
 from identification.report._key_figures import KeyFigures, key_figures
 from identification.report._numbers import number
@@ -22,9 +22,13 @@ LABELLED = 6
 def loop(identification: Identification) -> Section:
     """The section of the valve signature."""
     figures, every = key_figures(identification), runs(identification)
-    width = None if figures.friction is None else number(2 * figures.friction)
-    words = {"motion": every[0].trajectory.unit == "N", "spring": figures.rate is not None, "width": width,
-             "pressure": figures.area is not None, "slope": number(figures.rate / 1e3) if figures.rate else None}  # fmt: skip
+    words = {
+        "motion": every[0].trajectory.unit == "N",
+        "spring": figures.rate is not None,
+        "width": None if figures.friction is None else number(2 * figures.friction),
+        "pressure": figures.area is not None,
+        "slope": number(figures.rate / 1e3) if figures.rate else None,
+    }
     return Section("loop", "Valve signature: force against position", words, {"loop": _drawn(every, figures)})
 
 
@@ -74,8 +78,8 @@ def _add_pressure_axis(plot: Any, every: tuple[Run, ...], area: float) -> None:
     margin = 0.06 * (high - low) or 1.0
     plot.y_range = Range1d(low - margin, high + margin)
     plot.extra_y_ranges = {"pressure": Range1d((low - margin) / area / 1e3, (high + margin) / area / 1e3)}
-    axis = LinearAxis(y_range_name="pressure", axis_label="actuator pressure [kPa]", axis_label_text_font_style="normal",
-                      axis_label_text_font_size="12px", major_label_text_font_size="12px", minor_tick_line_color=None)  # fmt: skip
+    axis = LinearAxis(y_range_name="pressure", axis_label="actuator pressure [kPa]")
+    dress(axis)
     plot.add_layout(axis, "right")
 
 

@@ -45,7 +45,7 @@ def with_std(value: float, std: float | None) -> tuple[str, str]:
 
 
 def interval(value: float, std: float, positive: bool) -> tuple[str, str]:
-    """The 90 % interval; of a positive parameter in its logarithm, in which it was fitted, so that it stays positive."""
+    """The 90 % interval; of a positive parameter in its logarithm, in which it was fitted: it stays positive."""
     if positive and value > 0:
         factor = math.exp(min(NINETY * std / value, 50.0))
         low, high = value / factor, value * factor
@@ -68,6 +68,31 @@ def count(value: int) -> str:
     True
     """
     return _fixed(float(value), 0)
+
+
+def plain(value: float) -> str:
+    """A given value, without zeros that say nothing.
+
+    >>> plain(0.01), plain(3.87529)
+    ('0.01', '3.87529')
+    """
+    text, times, power = number(value, 6).partition("×")
+    return (text.rstrip("0").rstrip(".") if "." in text else text) + times + power
+
+
+def force_words(newtons: float) -> str:
+    """A force in N, a large one in kN."""
+    return f"{number(newtons)}{NARROW}N" if abs(newtons) < 1e4 else f"{number(newtons / 1e3)}{NARROW}kN"
+
+
+def mm_words(metres: float) -> str:
+    """A length in mm."""
+    return f"{number(1e3 * metres)}{NARROW}mm"
+
+
+def small_words(metres: float) -> str:
+    """A length in µm, in mm from a tenth of one up."""
+    return f"{number(1e6 * metres)}{NARROW}µm" if abs(metres) < 1e-4 else mm_words(metres)
 
 
 def _exponent(value: float, digits: int) -> int:

@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 
 from identification._result import Identification
-from identification.report._numbers import count, number
+from identification.report._numbers import count, number, plain
 from identification.report._section import Section
 
 PACKAGES = ("bristle", "numpy", "scipy", "casadi", "pysindy", "bokeh")
@@ -23,7 +23,7 @@ def origin(identification: Identification) -> Section:
         "held_out": [t.name for t in identification.holdout],
         "effects": ", ".join(model.effects),
         "causality": model.quality.get("causality"),
-        "given": [(n, number(p.value, 6), p.unit) for n, p in model.parameters.items() if p.status == "given"],
+        "given": [(n, plain(p.value), p.unit) for n, p in model.parameters.items() if p.status == "given"],
         "plant": [_constant(name, value) for name, value in model.plant.items()],
         "noise": _noise(model.noise),
         "versions": [(name, _version(name)) for name in PACKAGES] + [("Python", platform.python_version())],
@@ -35,8 +35,8 @@ def origin(identification: Identification) -> Section:
 def _constant(name: str, value: float | str) -> tuple[str, str, str]:
     for ending, unit in UNITS.items():
         if name.endswith(ending) and not isinstance(value, str):
-            return name.removesuffix(ending).replace("_", " "), number(float(value), 6), unit
-    return name.replace("_", " "), value if isinstance(value, str) else number(float(value), 6), ""
+            return name.removesuffix(ending).replace("_", " "), plain(float(value)), unit
+    return name.replace("_", " "), value if isinstance(value, str) else plain(float(value)), ""
 
 
 def _noise(noise: dict[str, float | None]) -> list[tuple[str, str, str]]:

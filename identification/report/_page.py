@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -27,6 +27,10 @@ SECTIONS: tuple[Callable[[Identification], Section], ...] = (
     headline, parameters, signals, residual, loop, friction, crosscheck, meaning, origin,
 )  # fmt: skip
 """The sections, in the order of the page."""
+TEMPLATES = Environment(
+    loader=PackageLoader("identification.report"), autoescape=True, undefined=StrictUndefined,
+    trim_blocks=True, lstrip_blocks=True,
+)  # fmt: skip
 
 
 def write_report(path: str | os.PathLike[str], identification: Identification) -> None:
@@ -50,22 +54,22 @@ def page(identification: Identification) -> str:
     from bokeh.resources import Resources
 
     sections = [section(identification) for section in SECTIONS]
-    plots = {f"{s.anchor}.{name}": plot for s in sections for name, plot in s.plots.items()}
-    script, divs = components(plots)
-    templates = Environment(
-        loader=PackageLoader("identification.report"), autoescape=True, undefined=StrictUndefined,
-        trim_blocks=True, lstrip_blocks=True,
+    script, places = components({f"{s.anchor}.{name}": plot for s in sections for name, plot in s.plots.items()})
+    return TEMPLATES.get_template("page.html").render(
+        title=_title(identification), heading=_heading(identification), subtitle=_subtitle(identification),
+        sections=[(s.anchor, s.title, _rendered(s, places)) for s in sections],
+        bokeh=Markup(Resources(mode="inline", components=["bokeh"]).render_js()), plots=Markup(script),
+        style=_asset("style.css"), behaviour=_asset("page.js"),
     )  # fmt: skip
-    rendered = []
-    for s in sections:
-        own = {name: Markup(divs[f"{s.anchor}.{name}"]) for name in s.plots}
-        text = templates.get_template(f"{s.anchor}.html").render(s.words, plots=own)
-        rendered.append((s.anchor, s.title, Markup(text)))
-    return templates.get_template("page.html").render(
-        title=_title(identification), subtitle=_subtitle(identification), heading=_heading(identification), sections=rendered, bokeh_script=Markup(script),
-        bokeh=Markup(Resources(mode="inline", components=["bokeh"]).render_js()),
-        style=_asset(templates, "style.css"), behaviour=_asset(templates, "page.js"),
-    )  # fmt: skip
+
+
+def _rendered(section: Section, places: Mapping[str, str]) -> Markup:
+    """The section's template, filled in; `places` are the elements that bokeh draws in, by anchor and name."""
+    plots = {
+        name: Markup('<div class="drawn">{}</div>').format(Markup(places[f"{section.anchor}.{name}"]))
+        for name in section.plots
+    }
+    return Markup(TEMPLATES.get_template(f"{section.anchor}.html").render(section.words, plots=plots))
 
 
 def _title(identification: Identification) -> str:
@@ -83,7 +87,6 @@ def _subtitle(identification: Identification) -> str:
     return f"fitted to {fitted}" + (f"; judged on {held}" if held else "")
 
 
-def _asset(templates: Environment, name: str) -> Markup:
-    """Our own style or script, which must go in as it is."""
-    assert templates.loader is not None
-    return Markup(templates.loader.get_source(templates, name)[0])
+def _asset(name: str) -> Markup:
+    """Our own style or script, which goes in as it is."""
+    return Markup((Path(__file__).with_name("templates") / name).read_text(encoding="utf-8"))

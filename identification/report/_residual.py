@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from identification._result import Identification
 from identification.report._canvas import ALARM, INK, NEUTRAL, RESIDUAL, canvas, finish_legend, inked
-from identification.report._headline import AT_FLOOR, over_noise
 from identification.report._numbers import number, percent
 from identification.report._runs import Run, runs
 from identification.report._section import Section
+from identification.report._verdict import AT_FLOOR, over_noise, verdict
 
 Array = NDArray[np.float64]
 
@@ -36,9 +36,9 @@ def residual(identification: Identification) -> Section:
     outside = float(np.mean(np.abs(correlation) > band)) if len(correlation) else 0.0
     words = {
         "known": True, "ratio": number(over_noise(fitted)), "lags": len(correlation),
-        "outside": int(round(outside * len(correlation))), "expected": number(0.01 * len(correlation), 2),
+        "outside": round(outside * len(correlation)), "expected": number(0.01 * len(correlation), 2),
         "share": percent(outside), "structured": outside > MANY,
-        "large": over_noise(fitted) > AT_FLOOR,
+        "large": over_noise(fitted) > AT_FLOOR, "windowed": verdict(identification).window is not None,
     }  # fmt: skip
     lag_unit = _lag_unit(fitted)
     plots = {

@@ -46,6 +46,13 @@ class Run:
         return rms(self.error)
 
     @property
+    def relative(self) -> float:
+        """Root mean square error over the standard deviation of the measured signal; NaN where that is zero."""
+        measured = self.trajectory.measured[np.isfinite(self.trajectory.measured)]
+        spread = float(np.std(measured)) if len(measured) else 0.0
+        return self.rms / spread if spread > 0 else float("nan")
+
+    @property
     def over_noise(self) -> float:
         """Root mean square error in multiples of the noise floor."""
         return self.rms / self.trajectory.noise if self.trajectory.noise > 0 else float("nan")

@@ -7,11 +7,23 @@ from typing import Any
 import numpy as np
 
 from identification._result import Identification
-from identification.report._canvas import INK, MEASURED, NARROW, NEUTRAL, RESIDUAL, WIDE, canvas, finish_legend, inked
+from identification.report._canvas import (
+    INK,
+    MEASURED,
+    NARROW,
+    NEUTRAL,
+    RESIDUAL,
+    WIDE,
+    canvas,
+    finish_legend,
+    inked,
+    unprinted,
+)
 from identification.report._decimate import extremes
-from identification.report._numbers import count, number
+from identification.report._numbers import count, number, plain
 from identification.report._runs import DRAWN, Run, error_unit, output_name, runs
 from identification.report._section import Section
+from identification.report._verdict import verdict
 
 MOST_POINTS = 60_000
 """Points drawn on the page in this section; a recording gets its share of them, at least `FEWEST_POINTS`."""
@@ -24,27 +36,20 @@ BAND = 2.576
 
 def signals(identification: Identification) -> Section:
     """The section of signals over time."""
-    every = runs(identification)
-    most = max(MOST_POINTS // len(every), FEWEST_POINTS)
+    every, judged = runs(identification), verdict(identification)
+    most, scale = max(MOST_POINTS // len(every), FEWEST_POINTS), error_unit(every)
     first = {role: next((r.place for r in every if r.role == role), 0) for role in ("fitted", "held out")}
-    scale = error_unit(every)
-    window = identification.fit.path.setting.window if identification.fit.path else np.inf
+    opened = {r.place for r in every} if len(every) <= OPEN else set(first.values())
     words = {
         "output": output_name(every[0]),
         "error_unit": scale[1],
         "blocks": [
-            {"run": r, "name": f"signal_{r.place}", "open": r.place in first.values() or len(every) <= OPEN}
-            | _facts(r, most, scale)
-            for r in every
+            {"run": r, "name": f"signal_{r.place}", "open": r.place in opened} | _facts(r, most, scale) for r in every
         ],
-        "window": number(window) if np.isfinite(window) else None,
+        "window": None if judged.window is None else plain(judged.window),
     }
-    return Section(
-        "signals",
-        "Measured and simulated over time",
-        words,
-        {f"signal_{r.place}": _drawn(r, most, scale) for r in every},
-    )
+    plots = {f"signal_{r.place}": _drawn(r, most, scale) for r in every}
+    return Section("signals", "Measured and simulated over time", words, plots)
 
 
 def _facts(run: Run, most: int, scale: tuple[float, str]) -> dict[str, Any]:
@@ -52,8 +57,8 @@ def _facts(run: Run, most: int, scale: tuple[float, str]) -> dict[str, Any]:
     n, missing = len(t), int(np.isnan(run.trajectory.measured[np.isfinite(t)]).sum())
     return {
         "samples": count(int(np.isfinite(t).sum())), "duration": number(float(np.nanmax(t) - np.nanmin(t))),
-        "rms": number(scale[0] * run.rms), "largest": number(scale[0] * float(np.abs(error).max())) if len(error) else "unknown",
-        "nrmse": number(100 * run.trajectory.nrmse), "over_noise": number(run.over_noise), "missing": missing,
+        "rms": number(scale[0] * run.rms), "largest": number(scale[0] * float(np.abs(error).max(initial=0.0))),
+        "nrmse": number(100 * run.relative), "over_noise": number(run.over_noise), "missing": missing,
         "stretches": int(np.isnan(t).sum()) + 1, "thinned": n > most,
     }  # fmt: skip
 
@@ -61,34 +66,38 @@ def _facts(run: Run, most: int, scale: tuple[float, str]) -> dict[str, Any]:
 def _drawn(run: Run, most: int, scale: tuple[float, str]) -> Any:
     """Three plots over one time axis: signal, residual, input."""
     from bokeh.layouts import gridplot
-    from bokeh.models import BoxAnnotation, ColumnDataSource
+    from bokeh.models import BoxAnnotation
 
-    tr, (factor, unit) = run.trajectory, DRAWN[run.trajectory.unit]
-    driving, driving_name = (tr.force, "force [N]") if tr.unit == "m" else (1e3 * tr.position, "position [mm]")
-    kept = extremes([tr.measured, tr.simulated, run.error], most)
-    data = {"t": tr.t, "measured": factor * tr.measured, "simulated": factor * tr.simulated,
-            "error": scale[0] * run.error, "input": driving}  # fmt: skip
-    source = ColumnDataSource({k: _thin(v[kept], k) for k, v in data.items()})
-    top = canvas("", f"{output_name(run)} [{unit}]", 300)
+    source, tr = _source(run, most, scale[0]), run.trajectory
+    top = canvas("", f"{output_name(run)} [{DRAWN[tr.unit][1]}]", 300)
     top.x_range.range_padding = 0.01
     top.line("t", "measured", source=source, color=MEASURED, line_width=WIDE, legend_label="measured")
     inked(top.line("t", "simulated", source=source, color=INK, line_width=NARROW, legend_label="simulated"))
     finish_legend(top)
-    middle = canvas("", f"residual [{scale[1]}]", 170, x_range=top.x_range)
-    band = BAND * scale[0] * tr.noise
+    middle, band = canvas("", f"residual [{scale[1]}]", 170, x_range=top.x_range), BAND * scale[0] * tr.noise
     middle.add_layout(BoxAnnotation(bottom=-band, top=band, fill_color=NEUTRAL, fill_alpha=0.25, line_color=None))
-    drawn = middle.line("t", "error", source=source, color=RESIDUAL, line_width=1.0)
-    middle.y_range.renderers = [drawn]
-    bottom = canvas("time [s]", driving_name, 170, x_range=top.x_range)
+    middle.line("t", "error", source=source, color=RESIDUAL, line_width=1.0)
+    driving = "force [N]" if tr.unit == "m" else "position [mm]"
+    bottom = canvas("time [s]", driving, 170, x_range=top.x_range)
     bottom.line("t", "input", source=source, color=MEASURED, line_width=1.5)
-    return gridplot(
-        [[top], [middle], [bottom]],
-        sizing_mode="stretch_width",
-        toolbar_location="above",
-        toolbar_options={"logo": None},
-    )
+    plots = [[top], [middle], [bottom]]
+    grid = gridplot(plots, sizing_mode="stretch_width", toolbar_location="above", toolbar_options={"logo": None})
+    unprinted(grid.toolbar)
+    return grid
 
 
-def _thin(values: Any, name: str) -> Any:
-    """Single precision is far finer than a pixel; the clock of a long recording needs double."""
-    return values if name == "t" else values.astype(np.float32)
+def _source(run: Run, most: int, error_factor: float) -> Any:
+    """The columns drawn, thinned to about `most` rows; single precision is far finer than a pixel, but not for a long
+    recording's clock.
+    """
+    from bokeh.models import ColumnDataSource
+
+    tr, factor = run.trajectory, DRAWN[run.trajectory.unit][0]
+    kept = extremes([tr.measured, tr.simulated, run.error], most)
+    columns = {
+        "measured": factor * tr.measured,
+        "simulated": factor * tr.simulated,
+        "error": error_factor * run.error,
+        "input": tr.force if tr.unit == "m" else 1e3 * tr.position,
+    }
+    return ColumnDataSource({"t": tr.t[kept]} | {k: v[kept].astype(np.float32) for k, v in columns.items()})

@@ -104,11 +104,12 @@ def rescue(path: str | Path, target: str | Path, *, overwrite: bool = False) -> 
         recording = read(path)
         write(target, recording, overwrite=overwrite)
         return Recovery(target, len(recording), merged=False)
-    if being_written(path):
+    if path.exists() and being_written(path):
         raise BadInput(str(path), "it is still being recorded", "stop the recorder first")
     check_free(target, overwrite)
     with writing(target):
-        shutil.copyfile(path, target)
+        if path.exists():
+            shutil.copyfile(path, target)
         shutil.copyfile(journal, journal_path(target))
     return recover(target)
 

@@ -15,6 +15,8 @@ from recordings._problems import edge
 
 def kind_of(path: Path) -> str:
     """``recording``, ``hdf5``, ``mat``, ``parquet`` or ``text``; `BadInput` for a spreadsheet or an unreadable file."""
+    if journal_path(path).exists():  # a recording that was cut off; its file may be damaged beyond recognition
+        return "recording"
     check_regular(path)
     with path.open("rb") as file:
         head = file.read(8)
@@ -30,8 +32,6 @@ def kind_of(path: Path) -> str:
 
 
 def _is_recording(path: Path) -> bool:
-    if journal_path(path).exists():
-        return True
     with open_hdf5(path) as file, edge(str(path)):
         return _plain(file) == FORMAT
 

@@ -83,6 +83,10 @@ class Actuator:
             _check_effect(self.catalogue, effect, values)
         object.__setattr__(self, "effects", {effect: dict(values) for effect, values in self.effects.items()})
 
+    def __reduce__(self) -> tuple[type[Actuator], tuple[Any, ...]]:
+        """Copy and send to other processes by what it was made from: the compiled machine stays where it is."""
+        return type(self), (self.form, self.parameters, self.effects, self.doc_sign, self.catalogue)
+
     @property
     def values(self) -> dict[str, float]:
         """Parameters of the effects by full name, as ``lugre.fc``; none in the form ``play``."""
@@ -108,13 +112,12 @@ class Actuator:
         (see `COLUMN`). The same steps in blocks of any size give the same numbers.
         Raises `BadInput` for inputs of another shape or not finite.
         """
-        u = _checked(inputs)
-        final, signals = self._run(state, np.concatenate([u, u[-1:]]))
-        return State(state.step + len(u), _frozen(final)), signals[:-1]
+        final, signals = self._run(state, _checked(inputs, 1))
+        return State(state.step + len(signals) - 1, _frozen(final)), signals[:-1]
 
     def observe(self, state: State, inputs: Array) -> Array:
         """The signals at a state under inputs (24,), shape (n_signals,); nothing moves."""
-        return self._run(state, _checked(np.atleast_2d(inputs))[:1])[1][0]
+        return self._run(state, _checked(np.atleast_2d(inputs)[:1], 0))[1][0]
 
     def _run(self, state: State, u: Array) -> tuple[Array, Array]:
         machine = self._machine
@@ -137,7 +140,7 @@ class Actuator:
 
     @functools.cached_property
     def _machine(self) -> _Machine:
-        return _machine(self.form, self.chosen, compiler())
+        return _built(self.form, self.chosen, compiler())
 
     @functools.cached_property
     def _vector(self) -> Array:
@@ -166,7 +169,7 @@ class _Machine:
 
 
 @functools.lru_cache(maxsize=32)
-def _machine(form: Form, effects: tuple[Effect, ...], _compiler: tuple[str, ...] | None) -> _Machine:
+def _built(form: Form, effects: tuple[Effect, ...], _compiler: tuple[str, ...] | None) -> _Machine:
     """One machine per form, choice of effects and way of compiling."""
     if form == "play":
         return _Machine(Scanner(_play_form.play_form()), _play_form.STATES)
@@ -200,17 +203,18 @@ def _check_effect(catalogue: Catalogue, name: str, values: Mapping[str, float]) 
             raise BadInput(where, found, f"it is a number from {lower:g} to {upper:g}")
 
 
-def _checked(inputs: Array) -> Array:
-    u = np.array(inputs, float)
-    if u.ndim != 2 or u.shape[1] != len(INPUTS) or not len(u):
-        raise BadInput(
-            "actuator inputs", f"their shape is {u.shape}", f"it is (n_steps, {len(INPUTS)}), one row at least"
-        )
+def _checked(inputs: Array, more: int) -> Array:
+    """The inputs as a new array with `more` rows like the last one, fault strengths within their limits."""
+    given = np.asarray(inputs, float)
+    if given.ndim != 2 or given.shape[1] != len(INPUTS) or not len(given):
+        found, allowed = f"their shape is {given.shape}", f"it is (n_steps, {len(INPUTS)}), one row at least"
+        raise BadInput("actuator inputs", found, allowed)
+    u = np.empty((len(given) + more, len(INPUTS)))
+    u[: len(given)], u[len(given) :] = given, given[-1]
     if not np.isfinite(u).all():
         row, column = np.argwhere(~np.isfinite(u))[0]
-        raise BadInput(
-            "actuator inputs", f"{INPUTS[column]} of step {row} is {u[row, column]:g}", "inputs are finite numbers"
-        )
+        found = f"{INPUTS[column]} of step {row} is {u[row, column]:g}"
+        raise BadInput("actuator inputs", found, "inputs are finite numbers")
     u[:, -len(FAULTS) :] = limited(u[:, -len(FAULTS) :])
     return u
 

@@ -24,9 +24,10 @@ from simulator.damadics._parameters import STEP, Parameters, symbols
 SUBSTEPS = 5
 """Sub-steps of a step of 2.5 ms."""
 
-FRONT = ("tick", "cvi", "lever", "q1", "q2", "air", "flow")
-"""States ahead of those of the stem, as in the published form, but: tick counts sub-steps, and flow is the air that the
-transducer lets in [kg/s], one sub-step late where the published form has the pressure one step late."""
+FRONT = ("tick", "cvi", "lever", "q1", "q2", "air", "flow", "load")
+"""States ahead of those of the stem, as in the published form, but: tick counts sub-steps, flow is the air that the
+transducer lets in [kg/s], and load is the force of the flow on the plug less the weight [N]. These two act one sub-step
+after the inputs that made them, where the published form is a whole step late; it keeps the equation to solve small."""
 
 LUGRE = {"fc": 116.0, "fs": 160.0, "vs": 1e-3, "sigma0": 3e6, "sigma1": 3.5e3, "sigma2": 1500.0}
 """Default friction. fc: half of the 8 kPa hysteresis of the measured valve signature times the diaphragm area; fs:
@@ -119,16 +120,13 @@ class _Instant:
 
     def advance(self, w: Expression) -> tuple[Expression, Expression]:
         """The state after the sub-step and the residual of the force balance, for velocity w at mid-step."""
-        p, stop = self.p, self.p.stroke * _servomotor.upper_stop(self.f)
+        stop = self.p.stroke * _servomotor.upper_stop(self.f)
         u = self._push(w, 0.5), self._push(w, 1.0)
         _, residual = self.stem.step(w, self.s, self.t, u, self.vector)
-        # Extrapolated from the start, which is as accurate as w itself: its table is the dearest part of the equation.
-        foreseen = _valve_flow.closing((self.x + SUBSTEP / 2 * self.v) / p.stroke, self.f)
-        plug = _valve_flow.plug_force(foreseen, self.water.drop, p)
         free = clip(w, -self.x / SUBSTEP, (stop - self.x) / SUBSTEP)
         stem, _ = self.stem.step(free, self.s, self.t, u, self.vector)
         stem[1] = ca.if_else(free == w, stem[1], 0.0)
-        return ca.vertcat(*self._front(), stem), residual + plug - self.weight
+        return ca.vertcat(*self._front(stem), stem), residual + self.front["load"]
 
     def _push(self, w: Expression, part: float) -> Expression:
         """Force of the diaphragm [N] a part of the sub-step later, when the rod has moved at w."""
@@ -136,7 +134,7 @@ class _Instant:
         air = self.front["air"] + part * SUBSTEP * self.front["flow"]
         return _servomotor.area(self.f, self.p) * self.pressure(air, x)
 
-    def _front(self) -> list[Expression]:
+    def _front(self, stem: Expression) -> list[Expression]:
         """The states of `FRONT` after the sub-step."""
         p, front = self.p, self.front
         rate1, rate2 = _positioner.filter_rates(front["q1"], front["q2"], self.inputs.setpoint, p)
@@ -144,7 +142,10 @@ class _Instant:
         air = clip(front["air"] + SUBSTEP * front["flow"], 0.0, _servomotor.MASS_LIMIT)
         flow = _servomotor.inflow(self.cvi, self.Ps, self.inputs, p)
         q1, q2 = front["q1"] + SUBSTEP * rate1, front["q2"] + SUBSTEP * rate2
-        return [tick, self.cvi, self.lever, q1, q2, air, flow]
+        # At the middle of the next sub-step, as far as position and velocity at its start tell.
+        closing = _valve_flow.closing((stem[0] + SUBSTEP / 2 * stem[1]) / p.stroke, self.f)
+        load = _valve_flow.plug_force(closing, self.water.drop, p) - self.weight
+        return [tick, self.cvi, self.lever, q1, q2, air, flow, load]
 
     def outputs(self) -> Expression:
         """The signals at this instant."""

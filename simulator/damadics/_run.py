@@ -112,7 +112,6 @@ def _blocks(what: Scenario, actuator: Actuator, noise: Noise | None, plan: _Plan
             inputs[:, 0] = np.clip(setpoint + noise.setpoint(steps), 0.0, 1.0)
         state, signals = actuator.advance(state, inputs)
         keep = slice(-first % plan.stride, None, plan.stride)
-        yield (
-            first,
-            Samples(steps[keep], setpoint[keep], signals[keep].copy(), measured(signals[keep], noise, steps[keep])),
-        )
+        # Copies: a view would keep the whole block in memory.
+        kept, at = signals[keep].copy(), steps[keep].copy()
+        yield first, Samples(at, setpoint[keep].copy(), kept, measured(kept, noise, at))

@@ -138,11 +138,13 @@ def strengths(faults: Iterable[Fault], t: Array) -> Array:
 
 
 def limited(columns: Array) -> Array:
-    """Signed strengths (n, 19) limited to what each fault can be."""
-    return np.clip(columns, _LOWER, 1.0)
-
-
-_LOWER = np.array([kind.lower for kind in _KINDS])
+    """Signed strengths (n, 19) limited to what each fault can be; the array itself when there is nothing to limit."""
+    if not columns.any():
+        return columns
+    limits = columns.copy()
+    for number in np.flatnonzero(columns.any(axis=0)):
+        limits[:, number] = np.clip(columns[:, number], _KINDS[number].lower, 1.0)
+    return limits
 
 
 def _number_problem(number: int) -> tuple[str, str] | None:

@@ -9,7 +9,6 @@ import casadi as ca
 from simulator._effect import Effect, Expression, Memory, Parameter, Quantities, Site, Values
 from simulator._relaxation import Relaxation
 
-
 LEAST_LEVEL = 1e-6
 """Friction level [N] that no combination of effects goes below: far under any valve's, and bristles yield at zero."""
 

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+import re
 import struct
+from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hil import Point, RegisterMap, WriteMap, decode, describe_register_map, encode
+from bristle._app import run
+from hil import Point, RegisterMap, Ring, WriteMap, decode, describe_register_map, encode
 from recordings import BadInput
 
 HEAD = 'kind = "read"\nname = "m"\n'
@@ -328,3 +331,30 @@ def test_showing_a_map_checks_it(tmp_path):
     (tmp_path / "m.toml").write_text(HEAD + A + A.replace('"a"', '"b"'))
     with pytest.raises(BadInput, match="overlaps"):
         describe_register_map(tmp_path / "m.toml")
+
+
+def test_the_show_command_prints_a_map_and_draws_it_as_a_page(tmp_path, capsys):
+    (tmp_path / "m.toml").write_text(HEAD + A + 'description = "a < b"\n')
+    assert run(["show", str(tmp_path / "m.toml"), "--plot", str(tmp_path / "m.html")]) == 0
+    assert "1 point without overlap" in capsys.readouterr().out
+    assert "a &lt; b" in (tmp_path / "m.html").read_text()
+    (tmp_path / "m.toml").write_text(HEAD + A + "scael = 2\n")
+    assert run(["show", str(tmp_path / "m.toml")]) == 2
+    assert "did you mean 'scale'" in capsys.readouterr().err
+
+
+DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "register-maps.md"
+
+
+def test_the_examples_of_the_documentation_load(tmp_path):
+    examples = re.findall(r"^```(toml|csv)\n(.*?)^```", DOCUMENT.read_text(), re.MULTILINE | re.DOTALL)
+    assert {kind for kind, _ in examples} == {"toml", "csv"}
+    for k, (suffix, text) in enumerate(examples):
+        kind = WriteMap if 'kind = "write"' in text else RegisterMap
+        assert load(tmp_path, text, kind, f"example{k}.{suffix}").points
+
+
+def test_the_documentation_has_every_key():
+    text = DOCUMENT.read_text()
+    keys = {*Point.model_fields, *RegisterMap.model_fields, *Ring.model_fields}
+    assert [key for key in sorted(keys) if f"`{key}`" not in text] == []

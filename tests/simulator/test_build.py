@@ -155,7 +155,9 @@ class TestCompiler:
     def test_a_truncated_library_is_compiled_again(self, cache, length):
         shared_library(compiler(), SOURCE)
         (library,) = cache.rglob("*.so")
-        library.write_bytes(library.read_bytes()[:length])
+        whole = library.read_bytes()
+        library.unlink()  # a new file: this process goes on with the old one
+        library.write_bytes(whole[:length])
         program = f"from simulator._build import *; print(shared_library(compiler(), {SOURCE!r}).answer())"
         done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
         assert (done.returncode, done.stdout) == (0, "42\n"), done.stderr
@@ -213,7 +215,8 @@ import sys
 import casadi as ca, numpy as np
 from simulator import Recurrence, Scanner
 s, e, p = ca.SX.sym("s"), ca.SX.sym("e", 3), ca.SX.sym("p")
-scan = Scanner(Recurrence(s, e, p, s + e[1] * p * e[2], s)).run(np.arange(4.0), np.ones(4), np.array([2.0]), np.zeros(1))
+scanner = Scanner(Recurrence(s, e, p, s + e[1] * p * e[2], s))
+scan = scanner.run(np.arange(4.0), np.ones(4), np.array([2.0]), np.zeros(1))
 print(scan.outputs[:, 0].tolist(), "numba" in sys.modules)
 """
 
@@ -241,7 +244,7 @@ def test_machine_code_of_numba_is_kept_for_the_next_process_and_made_again_when_
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "elsewhere"))
     assert works(scanner())
     kept = {path: path.stat().st_mtime_ns for path in cache.rglob("*") if path.is_file()}
-    assert {path.suffix for path in kept} >= {".py", ".nbi", ".nbc"}
+    assert {path.suffix for path in kept} == {"", ".py", ".nbi", ".nbc"}
     said, complained = start().communicate()
     assert said == "[0.0, 2.0, 4.0, 6.0] True\n", complained
     assert {path: path.stat().st_mtime_ns for path in cache.rglob("*") if path.is_file()} == kept

@@ -69,7 +69,9 @@ def reference(output_effects, t):
 
     def motion(now, state):
         x, v, z, u, rest = state
-        spot = 1 + p["sample_tight_spot.a"] * np.exp(-(((x - p["sample_tight_spot.x0"]) / p["sample_tight_spot.w"]) ** 2))
+        spot = 1 + p["sample_tight_spot.a"] * np.exp(
+            -(((x - p["sample_tight_spot.x0"]) / p["sample_tight_spot.w"]) ** 2)
+        )
         dwell = 1 + p["sample_dwell.a"] * (1 - np.exp(-rest / p["sample_dwell.tau"]))
         friction, dz = VALVE.friction(v, z, spot * dwell)
         drag = p["sample_drag.c"] * v * abs(v)

@@ -31,6 +31,7 @@ def test_a_parameter_that_is_no_number_fails(way, name, wrong):
         assert scan.outputs == pytest.approx(run({"lugre.fc": 200.0}).outputs, abs=1e-12)
         return
     assert scan.failed is not None
+    assert np.isinf(wrong) or run({name: wrong}).failed is not None
     assert np.isfinite(scan.outputs[: scan.failed]).all()
     assert np.isnan(scan.outputs[scan.failed :]).all()
     assert np.isnan(scan.jacobian[scan.failed :]).all()
@@ -80,6 +81,8 @@ ROOTS = {
     "flat": (lambda w: ca.atan(1e4 * (w - 7)), 7.0),
     "friction": (lambda w: w - 1 + 50 * ca.tanh((w - 1) * 1e6), 1.0),
     "falling at the start": (lambda w: w + 40 * ca.exp(-(w**2)) - 60, 60.0),
+    "falling root beside it": (lambda w: w**3 - w, 1.0),
+    "too steep for Newton": (lambda w: ca.exp(300 * (w + 2)) - 1, -2.0),
     "none above": (lambda w: ca.tanh(w) - 2, None),
     "none below": (lambda w: 2 + ca.tanh(w), None),
     "none at all": (lambda w: 1 + w * w, None),
