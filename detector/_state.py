@@ -14,6 +14,9 @@ from detector._sample import Verdict
 from recordings import BadInput
 
 
+_ESTIMATES = {"e1": kernel.E1, "b1": kernel.B1, "alpha1": kernel.A1, "alpha4": kernel.A4, "alpha5": kernel.A5}
+
+
 @dataclass(frozen=True)
 class State:
     """Everything an observer remembers, as numbers. core : errors, last sample, estimates, weights; screening and
@@ -48,8 +51,7 @@ class State:
     @property
     def estimates(self) -> dict[str, float]:
         """e1, b1, alpha1, alpha4, alpha5."""
-        places = {"e1": kernel.E1, "b1": kernel.B1, "alpha1": kernel.A1, "alpha4": kernel.A4, "alpha5": kernel.A5}
-        return {name: float(self.core[place]) for name, place in places.items()}
+        return {name: float(self.core[place]) for name, place in _ESTIMATES.items()}
 
     def as_dict(self) -> dict[str, Any]:
         """Plain numbers and lists, for JSON; `State.from_dict` gives the same bits back."""
@@ -121,6 +123,16 @@ class Decisions:
     def alarm(self) -> Array:
         """Whether there is an alarm."""
         return self.said[:, kernel.ALARMED] > 0
+
+    def past(self, name: str) -> Array:
+        """The course of xi1, xi2, e1, b1, alpha1, alpha4 or alpha5 after each sample, of a run with ``history=True``.
+
+        Raises BadInput for another name, or when the history was not kept.
+        """
+        places = _ESTIMATES | {"xi1": kernel.XI1, "xi2": kernel.XI2}
+        if name not in places or self.history is None:
+            raise BadInput(f"history of {name}", "it was not kept", f"run with history=True, and name one of {sorted(places)}")
+        return self.history[:, places[name]]
 
     @property
     def raised_s(self) -> Array:

@@ -62,7 +62,7 @@ class _Lane:
     report: ValveReport
     series: FileSeries | None = None
     rows: list[Row] = field(default_factory=list)
-    events: list[Event] = field(default_factory=list)
+    events: list[LinkEvent] = field(default_factory=list)
 
     def take(self, sample: Sample, origin: float) -> None:
         moment, report = sample.time - origin, self.report
@@ -71,16 +71,16 @@ class _Lane:
         report.first = report.first if report.samples else moment
         report.last, report.samples = moment, report.samples + 1
 
-    def batch(self) -> tuple[list[Row], list[Event]]:
+    def batch(self, origin: float) -> tuple[list[Row], list[Event]]:
         rows, events, self.rows, self.events = self.rows, self.events, [], []
-        return rows, events
+        return rows, [Event(event.time - origin, event.kind, event.text) for event in events]
 
 
 class Recorder:
     """Records a source until it ends or is told to stop.
 
-    The clock of the recordings is monotonic and begins with the first thing that the source says; `created` is the
-    wall-clock time of that moment, in every file of the session.
+    The clock of the recordings is monotonic and begins with the first sample of the session; `created` is the
+    wall-clock time of that moment, in every file. An event before it has a negative time.
 
     source : entered already; settings : see `RecorderSettings`. Raises BadInput when nothing can be written there.
     """
@@ -124,28 +124,23 @@ class Recorder:
 
     async def _collect(self) -> None:
         async for item in self._source:
-            if self._origin is None:
-                self._begin(item)
             lane = self._lanes[item.valve]
             if isinstance(item, LinkEvent):
-                lane.events.append(Event(item.time - self._clock_zero, item.kind, item.text))
+                lane.events.append(item)
                 if self._settings.tell:
                     self._settings.tell(item)
-            else:
-                lane.take(item, self._clock_zero)
-                self._n_waiting += 1
-                if self._n_waiting >= MOST_WAITING:
-                    await self._write()
+                continue
+            origin = self._begin(item) if self._origin is None else self._origin
+            lane.take(item, origin)
+            self._n_waiting += 1
+            if self._n_waiting >= MOST_WAITING:
+                await self._write()
 
-    @property
-    def _clock_zero(self) -> float:
-        assert self._origin is not None
-        return self._origin
-
-    def _begin(self, item: Sample | LinkEvent) -> None:
-        self._origin, created = item.time, datetime.fromtimestamp(item.wall, UTC)
+    def _begin(self, first: Sample) -> float:
+        self._origin, created = first.time, datetime.fromtimestamp(first.wall, UTC)
         for valve, lane in self._lanes.items():
             lane.series = FileSeries(valve, self._source.signals[valve], created, self._settings)
+        return self._origin
 
     async def _write_again_and_again(self) -> None:
         while True:
@@ -155,7 +150,10 @@ class Recorder:
     async def _write(self) -> None:
         """Everything that waits, onto the disk."""
         async with self._turn:
-            batches = [(lane.series, *lane.batch()) for lane in self._lanes.values() if lane.rows or lane.events]
+            if self._origin is None:
+                return  # nothing but events so far
+            lanes = [lane for lane in self._lanes.values() if lane.rows or lane.events]
+            batches = [(lane.series, *lane.batch(self._origin)) for lane in lanes]
             self._n_waiting = 0
             await asyncio.get_running_loop().run_in_executor(self._disk, _write_batches, batches)
 

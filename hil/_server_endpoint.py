@@ -34,7 +34,7 @@ class Endpoint:
 
     async def close(self) -> None:
         """Stop listening and drop the connections."""
-        await self._server.shutdown()  # type: ignore[no-untyped-call]
+        await self._server.shutdown()
         self._release()
 
 
@@ -116,15 +116,14 @@ async def _serve(server: _Server, where: str) -> None:
 def _try_network(address: NetworkAddress) -> None:
     """The wire library does not say why it cannot listen: ask the system first."""
     where, family = address.at(address.port), socket.AF_INET6 if ":" in address.host else socket.AF_INET
-    with socket.socket(family, socket.SOCK_STREAM) as attempt:
-        attempt.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        try:
+    try:
+        with socket.socket(family, socket.SOCK_STREAM) as attempt:
+            attempt.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             attempt.bind((address.host, address.port))
             attempt.listen()
-        except OSError as error:
-            raise BadInput(
-                where, *_REASONS.get(error.errno or 0, (f"{error.strerror}", "use another address"))
-            ) from None
+    except OSError as error:
+        reason = _REASONS.get(error.errno or 0, (f"{error.strerror}", "use another address"))
+        raise BadInput(where, *reason) from None
 
 
 _REASONS = {

@@ -7,6 +7,9 @@ that does not speak Modbus is closed, and a serial line forgets what came before
 
 from __future__ import annotations
 
+import asyncio
+import logging
+import termios
 from collections.abc import Callable, Collection
 from typing import Any
 
@@ -24,6 +27,11 @@ SILENCE = 0.05
 
 HEADER, LONGEST = 6, 254
 """Bytes before and, at most, after the length field of a frame on TCP."""
+
+REOPEN = 0.5
+"""How often a lost serial line is tried again [s]."""
+
+_LOG = logging.getLogger(__name__)
 
 PATIENCE = 1 << 16
 """Bytes of unanswered requests or unread answers with which a peer is dropped."""
@@ -88,6 +96,12 @@ class _Line(_Guard):
         self._last = now
         super().data_received(data)
 
+    def callback_disconnected(self, exc: Exception | None) -> None:
+        """The line went away (an adapter was unplugged); without a reason it is the server that stops."""
+        super().callback_disconnected(exc)
+        if exc is not None:
+            self.server.lost(exc)
+
     def server_send(self, pdu: ModbusPDU | None, addr: Any) -> None:
         """Answer, unless another device on the line was asked."""
         if pdu is not None and pdu.dev_id in self.units:
@@ -132,6 +146,30 @@ class CarefulTlsServer(_Careful, ModbusTlsServer):
 
 
 class CarefulSerialServer(_Careful, ModbusSerialServer):
-    """Modbus RTU."""
+    """Modbus RTU, on a line that may go away and come back."""
 
     handler = _Line
+    _reopening: asyncio.Task[None] | None = None
+
+    def lost(self, why: Exception) -> None:
+        """Open the line again as soon as that is possible."""
+        if self._reopening is None:
+            _LOG.warning("the serial line is lost (%s); trying again until it is back", why)
+            self._reopening = asyncio.create_task(self._reopen())
+
+    async def _reopen(self) -> None:
+        while not await self._listens():
+            await asyncio.sleep(REOPEN)
+        self._reopening = None
+
+    async def _listens(self) -> bool:
+        try:
+            return await self.listen()
+        except termios.error:  # a device that is half gone
+            return False
+
+    async def shutdown(self) -> None:
+        """Stop."""
+        if self._reopening is not None:
+            self._reopening.cancel()
+        await super().shutdown()  # type: ignore[no-untyped-call]

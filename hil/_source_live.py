@@ -120,7 +120,8 @@ class LiveSource:
         if isinstance(cause, BadInput):
             self._channel.finish(cause)
             return
-        text = f"the {task.get_name()} task ended: {type(cause).__name__}: {cause}" if cause else "it returned"
+        reason = f"{type(cause).__name__}: {cause}" if cause else "it returned"
+        text = f"the {task.get_name()} task ended: {reason}"
         for valve in self._valves:
             self._announce(valve.name, "link_down", text)
         death = PollingDied(f"{self.address.text}: {text}")

@@ -36,10 +36,11 @@ class Schedule:
 
     async def wait(self) -> None:
         """Wait for the next deadline."""
-        self._statistics.polls += 1
         if self._period is None:
+            self._statistics.polls += 1
             return
         await asyncio.sleep(self._due - self._loop.time())
+        self._statistics.polls += 1
         late = max(self._loop.time() - self._due, 0.0)
         missed = int(late / self._period)
         self._statistics.lateness.add(late)

@@ -82,7 +82,7 @@ class _Reader:
         self._heads = [BlockRead(block) for block in grouped(points, valve.map.max_hole, valve.map.max_read)]
         self._episodes = Episodes()
         self._clock: _Clock | None = None
-        self._next = 0  # number of the sample to fetch next
+        self._next = 0  # number of the sample to fetch next; it does not wrap around when the device's does
         self._last_time, self._moved_at, self._told_still = -math.inf, math.inf, False
 
     async def catch_up(self) -> None:
@@ -136,7 +136,7 @@ class _Reader:
 
     def _skip(self, n_samples: int, why: str) -> None:
         first = self._next
-        self._next = (first + n_samples) % _WRAP
+        self._next += n_samples
         self._tell("gap", f"{why}: samples {first} to {first + n_samples - 1} are lost, {n_samples} in all")
 
     def _watch_counter(self, newest: int) -> None:
@@ -162,7 +162,7 @@ class _Reader:
             units = {name: self._valve.map.point(name).unit for name in values}
             readings = {name: _reading(value, units[name]) for name, value in values.items()}
             self._yield(Sample(time, wall, self._valve.name, readings))
-            self._next, taken = (self._next + 1) % _WRAP, taken + 1
+            self._next, taken = self._next + 1, taken + 1
         return taken
 
     def _yield(self, sample: Sample) -> None:

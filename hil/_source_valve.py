@@ -52,26 +52,23 @@ class Valve:
     def signals(self, names: Sequence[str] | None = None) -> tuple[SignalSpec, ...]:
         """What a recording of the named points declares, of all when none are named, in their order, time first.
 
-        Raises BadInput when the map gives a point a name or a unit that the recording format refuses.
+        Raises BadInput when a point has the name of the recording's clock.
         """
         points = self.map.points if names is None else [self.map.point(name) for name in names]
         return (SignalSpec("time", "s", "time"), *(self._signal(point) for point in points))
 
     def _signal(self, point: Point) -> SignalSpec:
-        whole = point.type not in {"float32", "float64", "bit"}
-        where = f"register map '{self.map.name}': point '{point.name}'"
         if point.name == "time":
+            where = f"register map '{self.map.name}': point 'time'"
             raise BadInput(where, "'time' is the name of the recording's own clock", "rename the point")
-        try:
-            return SignalSpec(
-                point.name,
-                point.unit,
-                _ROLES.get(point.name, "extra"),
-                description=point.description or None,
-                resolution=abs(point.scale) if whole else None,
-            )
-        except BadInput as problem:
-            raise BadInput(where, problem.found, f"{problem.remedy}, or rename the point") from None
+        whole = point.type not in {"float32", "float64", "bit"}
+        return SignalSpec(
+            point.name,
+            point.unit,
+            _ROLES.get(point.name, "extra"),
+            description=point.description or None,
+            resolution=abs(point.scale) if whole else None,
+        )
 
 
 class BlockRead:

@@ -33,6 +33,9 @@ STEP_ERROR = 0.02
 """The sub-step of the last stage is halved until its error is below this share of the residual, rms."""
 SHARPENING = 1e-9
 """Damping of the last move; it grows where the move would not lower the cost."""
+INSIGNIFICANT = 0.2
+"""The last stages have settled when an iteration lowers the cost by less than this much of the residual's variance; one
+standard deviation of a parameter costs a whole one."""
 EARLY_SAMPLES = 15000
 """Early stages use at most about this many samples, in chunks spread over the recordings."""
 CHUNK = 2500
@@ -124,7 +127,8 @@ class Homotopy:
 
     def _plain(self, unknowns: Array, setting: Setting, iterations: int, level: float) -> Descent | None:
         evaluate = self.full.held(unknowns, setting, level)
-        return descend(evaluate, unknowns, iterations=iterations, tolerance=1e-6, damping=1e-3)
+        tolerance = max(1e-6, INSIGNIFICANT / self.full.samples)
+        return descend(evaluate, unknowns, iterations=iterations, tolerance=tolerance, damping=1e-3)
 
     def _stage(self, problem: Problem, theta: Array, setting: Setting) -> Descent | None:
         unknowns = problem.start(theta)

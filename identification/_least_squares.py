@@ -38,12 +38,12 @@ def weighted(r: Array, jacobian: Array, tuning: float) -> Normal:
 
     An infinite tuning means plain squares.
     """
-    if np.isinf(tuning):
-        return Normal(float(r @ r), jacobian.T @ r, jacobian.T @ jacobian)
-    ratio = (r / tuning) ** 2
-    weight = 1.0 / (1.0 + ratio)
-    heavy = jacobian * weight[:, None]
-    return Normal(float(tuning**2 * np.sum(np.log1p(ratio))), heavy.T @ r, heavy.T @ jacobian)
+    with np.errstate(over="ignore", invalid="ignore"):
+        if np.isinf(tuning):
+            return Normal(float(r @ r), jacobian.T @ r, jacobian.T @ jacobian)
+        ratio = (r / tuning) ** 2
+        heavy = jacobian / (1.0 + ratio)[:, None]
+        return Normal(float(tuning**2 * np.sum(np.log1p(ratio))), heavy.T @ r, heavy.T @ jacobian)
 
 
 @dataclass(frozen=True)
@@ -68,14 +68,14 @@ def descend(
     """Minimise. `evaluate` returns None where the model diverges; longest : largest move of a coordinate per iteration;
     tolerance : relative decrease of the cost below which the descent has settled. None when the start itself diverges.
     """
-    now = evaluate(theta)
-    if now is None or not np.isfinite(now.cost):
+    now = _sound(evaluate(theta))
+    if now is None:
         return None
     used, settled = 1, False
     for _ in range(iterations):
         for _ in range(7):
             moved = theta + np.clip(move(now, damping), -longest, longest)
-            trial = evaluate(moved)
+            trial = _sound(evaluate(moved))
             used += 1
             if trial is not None and trial.cost < now.cost:
                 break
@@ -89,6 +89,13 @@ def descend(
             settled = True
             break
     return Descent(theta, now, used, settled)
+
+
+def _sound(normal: Normal | None) -> Normal | None:
+    """None for normal equations that are not finite: sensitivities can overflow where the model itself does not."""
+    if normal is None or not np.isfinite(normal.cost) or not np.isfinite(normal.matrix).all():
+        return None
+    return normal if np.isfinite(normal.gradient).all() else None
 
 
 def move(normal: Normal, damping: float) -> Array:

@@ -18,7 +18,7 @@ from recordings._reader import RecordingFile, open_recording, read, validate
 from recordings._recording import Recording
 from recordings._recover import Recovery, recover
 from recordings._signal import UNDERSTOOD, Array, Role, Signal, SignalSpec
-from recordings._units import UNITS, Unit, convert, unit
+from recordings._units import UNITS, Unit, convert, find_unit, unit
 from recordings._writer import read_truth, write
 from recordings.library import bundled, bundled_names, bundled_path
 
@@ -45,6 +45,7 @@ __all__ = [
     "bundled_path",
     "convert",
     "describe",
+    "find_unit",
     "open_recording",
     "picture",
     "read",

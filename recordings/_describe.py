@@ -38,8 +38,9 @@ def _sampling(time: Array) -> str:
     median = float(np.median(steps))
     gaps = np.flatnonzero(steps > GAP_STEPS * median)
     even = steps.max() - steps.min() < 0.01 * median
+    step = float(steps.mean()) if even else median
     spread = "" if even else f", in fact {steps.min():.4g} to {steps.max():.4g} s"
-    lines = [f"time from {time[0]:.6g} s, every {median:.6g} s ({1 / median:.6g} Hz){spread}"]
+    lines = [f"time from {time[0]:.6g} s, every {step:.6g} s ({1 / step:.6g} Hz){spread}"]
     if len(gaps):
         longest = int(gaps[np.argmax(steps[gaps])])
         words = f"the longest {steps[longest]:.4g} s, after {time[longest]:.6g} s"

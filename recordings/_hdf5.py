@@ -14,7 +14,7 @@ import numpy as np
 
 from recordings._errors import BadInput
 from recordings._files import check_regular
-from recordings._problems import edge
+from recordings._problems import unreadable
 from recordings._signal import Array, text_problem
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
@@ -49,12 +49,10 @@ def open_hdf5(path: Path) -> h5py.File:
         return h5py.File(path, "r", locking=False)
     except OSError as error:
         cut = re.search(r"eof = (\d+).*stored_eof = (\d+)", str(error))
-        if cut:
-            found = f"it is truncated: {cut[1]} of {cut[2]} bytes are there"
-            raise BadInput(str(path), found, "copy it again from its origin") from error
-        with edge(str(path)):
-            raise
-        raise AssertionError from error
+        if cut is None:
+            raise unreadable(str(path), error) from error
+        found = f"it is truncated: {cut[1]} of {cut[2]} bytes are there"
+        raise BadInput(str(path), found, "copy it again from its origin") from error
 
 
 def being_written(path: Path) -> bool:

@@ -27,7 +27,7 @@ def picture(path: str | Path) -> str:
     recording = read(path)
     words = Div(text=f"<pre>{html.escape(describe(path))}</pre>")
     parts = [words, *_over_time(recording), *_loop(recording)]
-    title = html.escape(recording.title or Path(path).name)
+    title = recording.title or Path(path).name
     return file_html(column(*parts, sizing_mode="stretch_width"), INLINE, title=title)
 
 
@@ -92,4 +92,7 @@ def envelope(time: Array, values: Array, most: int = _MOST_POINTS) -> tuple[Arra
     starts = np.arange(n_stretches) * stretch
     ends = np.minimum(starts + stretch, len(time)) - 1
     low, high = np.fmin.reduce(blocks, axis=1), np.fmax.reduce(blocks, axis=1)
-    return np.column_stack((time[starts], time[ends])).ravel(), np.column_stack((low, high)).ravel()
+    rises = values[starts] <= values[ends]  # in this order a steady slope stays a line
+    pairs: Array = np.column_stack((np.where(rises, low, high), np.where(rises, high, low)))
+    times: Array = np.column_stack((time[starts], time[ends])).ravel()
+    return times, pairs.ravel()

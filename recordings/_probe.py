@@ -33,7 +33,10 @@ def probe(path: Path, look: Callable[[], object]) -> None:
     with warnings.catch_warnings():
         # A child of a process with threads may find a lock held; h5py releases its own, and nothing else is used there.
         warnings.simplefilter("ignore", DeprecationWarning)
-        child = os.fork()
+        try:
+            child = os.fork()
+        except OSError:  # no memory or no process left for a child: most files are not damaged
+            return
     if child == 0:
         _look_and_vanish(look)
     _, status = os.waitpid(child, 0)

@@ -31,11 +31,17 @@ def edge(where: str) -> Iterator[None]:
         yield
     except BadInput:
         raise
-    except MemoryError as error:
-        raise BadInput(where, "there is not enough memory to read it", "ask for fewer signals") from error
     except _H5PY_RAISES as error:
-        remedy = "the file is damaged here; copy it again from its origin"
-        raise BadInput(where, f"it cannot be read ({_one_line(error)})", remedy) from error
+        raise unreadable(where, error) from error
+
+
+def unreadable(where: str, error: Exception) -> BadInput:
+    """What h5py raised about `where`, in words."""
+    if isinstance(error, MemoryError):
+        return BadInput(where, "there is not enough memory to read it", "ask for fewer signals")
+    words = " ".join(str(error).split())[:150]
+    found = f"it cannot be read (HDF5: {words})" if words else f"it cannot be read ({type(error).__name__})"
+    return BadInput(where, found, "the file is damaged here; copy it again from its origin")
 
 
 class Problems:
@@ -65,8 +71,3 @@ class Problems:
         if not self._keep_going:
             raise problem
         self.found.append(problem)
-
-
-def _one_line(error: BaseException) -> str:
-    text = " ".join(str(error).split())
-    return f"HDF5: {text[:150]}" if text else type(error).__name__

@@ -11,7 +11,7 @@ import hashlib
 import platform
 import sys
 import threading
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from importlib import resources
 from importlib.machinery import SourceFileLoader
 from pathlib import Path
@@ -21,7 +21,7 @@ from typing import Any
 import casadi as ca
 
 from simulator._cache import artefact
-from simulator._compiled import Loop
+from simulator._compiled import Array, Loop
 from simulator._translate import python_source
 
 PRELUDE = """from __future__ import annotations
@@ -58,31 +58,57 @@ def scan(t, u, hold, h_max, p, s, y, S, Y, resets):
     return loop(t, u, hold, h_max, p, s, y, S, Y, resets, np.empty(EXO))
 """
 
+WITHOUT_DERIVATIVES = {
+    "step_jac": "def step_jac(w, s, e, p, new, A, B):\n    pass",
+    "output_jac": "def output_jac(s, e, p, y, C, D):\n    pass",
+}
+"""What stands for the derivatives in runs that do not call them."""
+
+LARGE = 1000
+"""Instructions of the derivatives from which on a simulation that never asks for them is not made to wait for them."""
+
 _LOCK = threading.Lock()
 """numba's settings and `sys.modules` are shared by all threads."""
 
 
 def loop(functions: Mapping[str, ca.Function], exo: int, scale: float) -> Loop:
-    """The loop compiled by numba; exo: length of that vector.
+    """The loop compiled by numba; exo: length of that vector. Large derivatives are compiled when first asked for.
 
     Raises NotImplementedError for an operation that has no translation.
     """
-    text = source(functions, exo, scale)
+    small = sum(functions[name].n_instructions() for name in WITHOUT_DERIVATIVES) < LARGE
+    texts = [source(functions, exo, scale, sensitive or small) for sensitive in (False, True)]
+    entry = functools.cache(_entry)
+    entry(texts[False])
+    return functools.partial(_call, entry, texts)
+
+
+def _call(
+    entry: Callable[[str], Loop], texts: Sequence[str], t: Array, u: Array, hold: bool, h_max: float, p: Array,
+    s: Array, y: Array, S: Array, Y: Array, resets: Array,
+) -> int:  # fmt: skip
+    return int(entry(texts[len(Y) > 0])(t, u, hold, h_max, p, s, y, S, Y, resets))
+
+
+def source(functions: Mapping[str, ca.Function], exo: int, scale: float, sensitive: bool) -> str:
+    """The text of the generated module; where it need not be `sensitive`, without derivatives."""
+    translated = [
+        python_source(function, scalars=("w",), returned=name in ("residual", "guess"))
+        if sensitive or name not in WITHOUT_DERIVATIVES
+        else WITHOUT_DERIVATIVES[name]
+        for name, function in functions.items()
+    ]
+    constants = f"SCALE = {float(scale)!r}\nEXO = {exo}\n"
+    return "\n\n@native\n".join((PRELUDE + constants, *translated)) + "\n\n\n" + _loop_text() + ENTRY
+
+
+def _entry(text: str) -> Loop:
+    """The entry point of a generated module, from the cache or compiled now."""
     key = "\0".join((text, _arithmetic_text(), *_machine()))
     name = f"bristle_kernel_{hashlib.sha256(key.encode()).hexdigest()[:16]}"
     with _LOCK:
         folder = artefact(key, functools.partial(_write, name, text))
         return _module(name, folder).scan
-
-
-def source(functions: Mapping[str, ca.Function], exo: int, scale: float) -> str:
-    """The text of the generated module."""
-    translated = [
-        "@native\n" + python_source(function, scalars=("w",), returned=name in ("residual", "guess"))
-        for name, function in functions.items()
-    ]
-    constants = f"SCALE = {float(scale)!r}\nEXO = {exo}\n"
-    return "\n\n".join((PRELUDE + constants, *translated, _loop_text())) + ENTRY
 
 
 def _write(name: str, text: str, folder: Path) -> None:

@@ -53,24 +53,26 @@ class Recurrence:
         """
         w = ca.SX.sym("w") if self.implicit is None else self.implicit
         residual = w if self.residual is None else self.residual
-        by_state, by_parameter = self._jacobian(w, residual)
-        derivatives = [self._derivative(self.output, z) for z in (self.state, self.parameters)]
+        by_output = [ca.jacobian(self.output, z) for z in (self.state, self.parameters)]
+        arguments = {"w": w, "s": self.state, "e": self.exo, "p": self.parameters}
         whole = {
-            "step": ([w], [self.step]),
-            "step_jac": ([w], [self.step, by_state, by_parameter]),
-            "output": ([], [self.output]),
-            "output_jac": ([], [self.output, *derivatives]),
-            "residual": ([w], [residual, ca.jacobian(residual, w)]),
-            "guess": ([], [ca.SX(0.0) if self.guess is None else self.guess]),
+            "step": ("wsep", [self.step]),
+            "step_jac": ("wsep", [self.step, *self._jacobian(w, residual)]),
+            "output": ("sep", [self.output]),
+            "output_jac": ("sep", [self.output, *by_output]),
+            "residual": ("wsep", [residual, ca.jacobian(residual, w)]),
+            "guess": ("sep", [ca.SX(0.0) if self.guess is None else self.guess]),
         }
-        arguments = [self.state, self.exo, self.parameters]
         return {
             name: ca.Function(
-                name, first + arguments, [ca.densify(x) for x in ca.cse(outputs)], [*"wsep"][-3 - len(first) :],
+                name,
+                [arguments[letter] for letter in letters],
+                [ca.densify(output) for output in ca.cse(outputs)],
+                list(letters),
                 [f"o{i}" for i in range(len(outputs))],
             )
-            for name, (first, outputs) in whole.items()
-        }  # fmt: skip
+            for name, (letters, outputs) in whole.items()
+        }
 
     def _jacobian(self, w: Expression, residual: Expression) -> tuple[Expression, Expression]:
         """Total derivatives of the step in the state and the parameters, by the implicit function theorem."""

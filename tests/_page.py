@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections import defaultdict
 from html.parser import HTMLParser
 
 ADDRESSES = ("src", "href", "action", "data", "poster", "srcset", "background", "formaction", "manifest", "ping")
 SILENT = ("script", "style")
+RAISED = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
+NARROW = "\N{NARROW NO-BREAK SPACE}"
 
 
 class Page(HTMLParser):
@@ -56,7 +59,7 @@ class Page(HTMLParser):
             self.title += data
         if self._open[-1] in SILENT:
             return
-        words = " ".join(data.split())
+        words = re.sub(r"[ \t\n]+", " ", data).strip(" ")
         self.sections[self._section] += f"{words} " if words else ""
         if self._in_cell:
             row = self.tables[self._section][-1]
@@ -64,5 +67,6 @@ class Page(HTMLParser):
 
 
 def as_number(text: str) -> float:
-    """The number that a page shows, with its narrow spaces and minus sign."""
-    return float(text.replace("\N{NARROW NO-BREAK SPACE}", "").replace("−", "-"))
+    """The number that a page shows, with its narrow spaces, minus sign and power of ten."""
+    digits, _, power = text.replace(NARROW, "").replace("−", "-").partition("×10")
+    return float(digits) * 10.0 ** int(power.translate(RAISED) or 0)

@@ -127,7 +127,8 @@ def _summary(report: RecorderReport) -> str:
     statistics = report.statistics
     late = " ".join(f"{word} {1e3 * statistics.lateness.quantile(q):.2f}" for word, q in (("p50", 0.5), ("p99", 0.99)))
     longest = 1e3 * statistics.lateness.maximum
-    lines.append(f"lateness [ms]: {late} max {longest:.2f}; {statistics.missed} of {statistics.polls} deadlines missed")
+    deadlines = f"{statistics.missed} of {statistics.polls + statistics.missed} deadlines missed"
+    lines.append(f"lateness [ms]: {late} max {longest:.2f}; {deadlines}")
     if statistics.faults:
         lines.append("refused: " + ", ".join(f"{n} x {fault}" for fault, n in statistics.faults.most_common()))
     return "\n".join(lines)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-MEASURED, RESIDUAL, REFERENCE, ALARM, NEUTRAL = "#56a9e6", "#8a63c4", "#e0701a", "#d0342c", "#8a8f98"
+MEASURED, RESIDUAL, REFERENCE, ALARM, NEUTRAL = "#3d97de", "#8a63c4", "#e0701a", "#d0342c", "#8a8f98"
 INK = "#1c2127"
 """What the model says: as dark as the text on a light page; the page's script makes it light on a dark one."""
 WIDE, NARROW = 4.5, 1.2

@@ -53,7 +53,7 @@ def _valve(f: KeyFigures) -> Iterator[Card]:
         yield Card("Dead band", mm_words(f.dead_band), lost, rests_on=("lugre.fc", "spring.K"))
     if f.jump is not None:
         lost = f"{f.of_travel(f.jump)}; (fs − fc) / K"
-        yield Card("Stick-slip jump, at least", mm_words(f.jump), lost, rests_on=("lugre.fc", "lugre.fs", "spring.K"))
+        yield Card("Stick-slip jump, about", mm_words(f.jump), lost, rests_on=("lugre.fc", "lugre.fs", "spring.K"))
 
 
 def _preload_words(f: KeyFigures, preload: float) -> str:

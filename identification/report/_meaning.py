@@ -85,7 +85,7 @@ def _static(f: Facts) -> str:
             f"Near rest the friction is {number(fs)} N, not above that at speed: this stem creeps, it does not stick."
         )
     more = f", {percent(fs / fc - 1)} more than to keep it moving" if fc > 0 else ""
-    jump = f"; once free it jumps by at least {number(1e3 * f.key.jump)} mm" if f.key.jump else ""
+    jump = f"; once free it jumps by about {number(1e3 * f.key.jump)} mm" if f.key.jump else ""
     return f"It takes {number(fs)} N to break the stem away{more}{jump}."
 
 

@@ -36,9 +36,11 @@ TEMPLATES = Environment(
 def write_report(path: str | os.PathLike[str], identification: Identification) -> None:
     """Write the report of a fit as one HTML file, all or nothing. Raises BadInput when the path cannot be written."""
     target, text = Path(path), page(identification)
+    if not target.name or target.is_dir():
+        raise BadInput(str(target), "cannot be written (it is a folder)", "give the path of a file")
     part = target.with_name(f".{target.name}.part")
     try:
-        part.write_text(text, encoding="utf-8")
+        part.write_text(text, encoding="utf-8", errors="replace")  # file names need not be text
         part.replace(target)
     except OSError as error:
         with contextlib.suppress(OSError):

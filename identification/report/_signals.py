@@ -76,7 +76,7 @@ def _drawn(run: Run, most: int, scale: tuple[float, str]) -> Any:
     finish_legend(top)
     middle, band = canvas("", f"residual [{scale[1]}]", 170, x_range=top.x_range), BAND * scale[0] * tr.noise
     middle.add_layout(BoxAnnotation(bottom=-band, top=band, fill_color=NEUTRAL, fill_alpha=0.25, line_color=None))
-    middle.line("t", "error", source=source, color=RESIDUAL, line_width=1.0)
+    middle.line("t", "error", source=source, color=RESIDUAL, line_width=1.2)
     driving = "force [N]" if tr.unit == "m" else "position [mm]"
     bottom = canvas("time [s]", driving, 170, x_range=top.x_range)
     bottom.line("t", "input", source=source, color=MEASURED, line_width=1.5)

@@ -135,10 +135,13 @@ def _signal(name: str, source: SignalSource, raw: _Raw, values: Array, role: Rol
         there = np.isfinite(values)
         values[there] = np.unwrap(values[there], period=source.period)
     target, factor, symbol = _target(name, raw.unit, plant)
+    with np.errstate(over="ignore"):
+        values = factor * _converted(values, raw.unit, target, where)
+    values[~np.isfinite(values)] = np.nan  # infinite is no measurement
     scale = factor * _step(raw.unit, target, where)
     return Signal(
         name=name,
-        values=factor * _converted(values, raw.unit, target, where),
+        values=values,
         unit=symbol,
         role=role,
         description=source.description,

@@ -203,7 +203,7 @@ class _Columns:
         """Values of the cells, and the index of the first that is neither a number nor missing."""
         if self._layout.decimal == "." and not self._layout.thousands:
             try:
-                return _finite(np.array(list(map(float, cells)))), None
+                return np.array(list(map(float, cells))), None
             except ValueError:
                 pass  # cell by cell then
         values = np.full(len(cells), np.nan)
@@ -212,7 +212,7 @@ class _Columns:
             if value is None:
                 return values, index
             values[index] = value
-        return _finite(values), None
+        return values, None
 
     def _number(self, cell: str) -> float | None:
         if cell.casefold() in self._missing:
@@ -233,9 +233,3 @@ class _Columns:
             other = "," if self._layout.decimal == "." else "."
             return f"the decimal sign is '{self._layout.decimal}' here; another one is chosen with --decimal '{other}'"
         return BadCell.remedy
-
-
-def _finite(values: Array) -> Array:
-    """Infinite is no measurement: it counts as missing."""
-    values[~np.isfinite(values)] = np.nan
-    return values

@@ -78,8 +78,9 @@ def evaluate(text: str, target: str, table: Table, constants: Mapping[str, float
         raise BadInput(where, f"'{text}' has no column", _REMEDY)
     values = {name: table.numbers(name) for name in columns}
     total = np.zeros(len(next(iter(values.values()))))
-    for term in terms:
-        total = total + _product(term, values, constants, f"{where}: '{text}'")
+    with np.errstate(over="ignore", invalid="ignore"):
+        for term in terms:
+            total = total + _product(term, values, constants, f"{where}: '{text}'")
     if any(factor.unit for term in terms for factor in term):
         total = convert(total, unit(target, where).si, target, where)
     return total

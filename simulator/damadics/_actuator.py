@@ -36,10 +36,11 @@ _LONGEST_SUBSTEP = 1.1 * _force_form.SUBSTEP
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """Where an actuator is: steps of 2.5 ms since its start, and its internal states, read-only, shape (n_states,)."""
+    """Where an actuator is: steps of 2.5 ms since its start, and internal states, read-only, (n_states,), by name."""
 
     step: int
     values: Array
+    names: tuple[str, ...]
 
     @property
     def time(self) -> float:
@@ -102,7 +103,8 @@ class Actuator:
         machine = self._machine
         x = position * self.parameters.stroke
         first = machine.first(self.parameters, x)
-        return State(0, _frozen(np.array([first.get(name, 0.0) for name in machine.states], float)))
+        values = np.array([first.get(name, 0.0) for name in machine.states], float)
+        return State(0, _frozen(values), machine.states)
 
     def advance(self, state: State, inputs: Array) -> tuple[State, Array]:
         """Advance by n steps of 2.5 ms.
@@ -113,7 +115,7 @@ class Actuator:
         Raises `BadInput` for inputs of another shape or not finite.
         """
         final, signals = self._run(state, _checked(inputs, 1))
-        return State(state.step + len(signals) - 1, _frozen(final)), signals[:-1]
+        return State(state.step + len(signals) - 1, _frozen(final), state.names), signals[:-1]
 
     def observe(self, state: State, inputs: Array) -> Array:
         """The signals at a state under inputs (24,), shape (n_signals,); nothing moves."""
@@ -121,8 +123,8 @@ class Actuator:
 
     def _run(self, state: State, u: Array) -> tuple[Array, Array]:
         machine = self._machine
-        if state.values.shape != (len(machine.states),):
-            found = f"it has {state.values.size} values, this actuator has {len(machine.states)}"
+        if state.names != machine.states:
+            found = f"it is that of another actuator: {', '.join(state.names)}"
             raise BadInput("actuator state", found, "go on with an actuator of the same form and effects")
         t = np.arange(state.step, state.step + len(u)) / STEPS_PER_SECOND
         scan = machine.scanner.run(

@@ -24,16 +24,20 @@ from simulator.damadics._parameters import STEP, Parameters, symbols
 SUBSTEPS = 5
 """Sub-steps of a step of 2.5 ms."""
 
-FRONT = ("tick", "cvi", "lever", "q1", "q2", "air", "flow", "load")
-"""States ahead of those of the stem, as in the published form, but: tick counts sub-steps, flow is the air that the
-transducer lets in [kg/s], and load is the force of the flow on the plug less the weight [N]. These two act one sub-step
-after the inputs that made them, where the published form is a whole step late; it keeps the equation to solve small."""
+FRONT = ("tick", "cvi", "lever", "q1", "q2", "air", "flow", "load", "w")
+"""States ahead of those of the stem, as in the published form, but: tick counts sub-steps; flow is the air that the
+transducer lets in [kg/s] and load the force of the flow on the plug less the weight [N], which act one sub-step after
+the inputs that made them, where the published form is a whole step late: it keeps the equation to solve small; w is the
+velocity in the middle of the last sub-step [m/s], from which the next one is looked for."""
 
 LUGRE = {"fc": 116.0, "fs": 160.0, "vs": 1e-3, "sigma0": 3e6, "sigma1": 3.5e3, "sigma2": 1500.0}
 """Default friction. fc: half of the 8 kPa hysteresis of the measured valve signature times the diaphragm area; fs:
 1.4 fc; sigma0: presliding of about 0.05 mm; sigma1: 0.7 of critical damping; sigma2: the library's viscous friction."""
 
 SUBSTEP = STEP / SUBSTEPS
+
+_SMALL_SPEED = 1e-2
+"""The equation is solved to 1e-10 of this [m/s], far below what any sensor sees."""
 
 
 def base_values(p: Parameters) -> dict[str, dict[str, float]]:
@@ -90,7 +94,16 @@ def force_form(effects: tuple[Effect, ...]) -> tuple[Recurrence, Layout]:
     measured = now.outputs()
     vector = ca.vertcat(*parameters, *given.values(), inputs.sense)
     recurrence = Recurrence(
-        ca.vertcat(front, s), inputs.exo, vector, new, measured, w, residual, guess=s[1], differentiable=False
+        ca.vertcat(front, s),
+        inputs.exo,
+        vector,
+        new,
+        measured,
+        w,
+        residual,
+        guess=now.front["w"],
+        scale=_SMALL_SPEED,
+        differentiable=False,
     )
     return recurrence, stem.layout
 
@@ -126,7 +139,7 @@ class _Instant:
         free = clip(w, -self.x / SUBSTEP, (stop - self.x) / SUBSTEP)
         stem, _ = self.stem.step(free, self.s, self.t, u, self.vector)
         stem[1] = ca.if_else(free == w, stem[1], 0.0)
-        return ca.vertcat(*self._front(stem), stem), residual + self.front["load"]
+        return ca.vertcat(*self._front(stem), w, stem), residual + self.front["load"]
 
     def _push(self, w: Expression, part: float) -> Expression:
         """Force of the diaphragm [N] a part of the sub-step later, when the rod has moved at w."""

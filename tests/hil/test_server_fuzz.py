@@ -121,13 +121,14 @@ async def turns(n):
         await asyncio.sleep(0)
 
 
-async def attack(server, clock, rtu, frames, burst=6):
+async def attack(server, clock, rtu, frames):
     """Send frames in bursts without waiting for replies; counts the exception codes that come back.
 
     A burst has a connection of its own on TCP, and half of the frames on the line follow a silence. After every burst
     the server must answer a good request: at once on a new connection, after a silence on the line.
     """
     peer, stream, replies = Peer(server.addresses[int(rtu)]), Frames(7, rtu), Counter()
+    burst = 30 if rtu else 6
     for _ in range(frames // burst):
         async with peer.line() as send:
             await turns(8)
@@ -149,13 +150,14 @@ def _refusal(heard, rtu):
 
 
 async def answered(peer, clock, send):
-    """Ask until the answer comes; what is still on its way to the server may spoil the first questions."""
-    for _ in range(20):
+    """Ask until the answer comes; what the line still has to deliver may spoil a question."""
+    for _ in range(50):
+        await asyncio.sleep(0.002)
         clock.now += 1.0
         peer.heard.clear()
         send(bytes.fromhex("010400160001d00e"))
-        for _ in range(100):
-            await asyncio.sleep(0.0002)
+        for _ in range(20):
+            await asyncio.sleep(0.0005)
             at = peer.heard.find(b"\x01\x04\x02")
             if at >= 0 and len(peer.heard) >= at + 7 and crc(peer.heard[at : at + 5]) == peer.heard[at + 5 : at + 7]:
                 return

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import os
 import socket
+import tty
 
 import pytest
 import serial
@@ -162,3 +164,34 @@ def test_stopping_frees_the_port_and_the_line():
             assert port_of(again.addresses[0]) == port
 
     asyncio.run(main())
+
+
+def test_a_line_that_goes_away_is_served_again_when_it_is_back(tmp_path, caplog):
+    async def main():
+        name, pairs = tmp_path / "line", [os.openpty(), os.openpty()]
+        name.symlink_to(os.ttyname(pairs[0][1]))
+        async with Server({1: Ramp()}, settings(f"rtu:{name}?parity=N", speed=None)):
+            assert await exchanged(pairs[0][0])
+            for end in pairs.pop(0):
+                os.close(end)
+            name.unlink()
+            name.symlink_to(os.ttyname(pairs[0][1]))
+            async with asyncio.timeout(10):
+                while not await exchanged(pairs[0][0]):
+                    pass
+        for end in pairs[0]:
+            os.close(end)
+
+    async def exchanged(near):
+        """Whether a request on a line is answered within half a second."""
+        tty.setraw(near)
+        os.set_blocking(near, False)
+        os.write(near, bytes.fromhex("010400160001d00e"))
+        for _ in range(50):
+            await asyncio.sleep(0.01)
+            with contextlib.suppress(BlockingIOError):
+                return os.read(near, 100) == bytes.fromhex("0104020003f931")
+        return False
+
+    asyncio.run(main())
+    assert "is lost" in caplog.text

@@ -4,25 +4,33 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+from report_samples import HOSTILE_TAG, HOSTILE_TITLE, recorded
 
 from identification import Identification, identify
+from identification.report import write_report
 from recordings import Plant, Recording, Signal
-from simulator import Excitation, Sensors, kernel, random_valve, simulate
-
-HOSTILE_TITLE = "mixed <script>alert(1)</script> $$x$$ {{ 7 * 7 }}"
-HOSTILE_TAG = 'LC74 "><img src=x onerror=alert(2)>'
-
-Recorder = Callable[..., Recording]
+from simulator import kernel, random_valve
 
 
-def recorded(excitation: str, *, valve: int = 4, seed: int = 1, rate: float = 250.0, **sensors: float) -> Recording:
-    """A simulated recording of a seeded valve."""
-    values, stroke = random_valve(valve)
-    seen = Sensors(rate, **({"position_noise": 3e-6} | sensors))
-    return simulate(values, Excitation.parse(excitation), seen, stroke=stroke, seed=seed)[0]
+@pytest.fixture(scope="session")
+def written(tmp_path_factory: pytest.TempPathFactory) -> Callable[[Identification], Path]:
+    """Writes the report of a fit and gives its path; of the same fit only once."""
+    folder, known = tmp_path_factory.mktemp("reports"), list[tuple[Identification, Path]]()
+
+    def write(identification: Identification) -> Path:
+        for one, path in known:
+            if one is identification:
+                return path
+        path = folder / f"{len(known)}.html"
+        write_report(path, identification)
+        known.append((identification, path))
+        return path
+
+    return write
 
 
 @pytest.fixture(scope="session")

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
 
 import h5py
 import numpy as np
 
-from recordings import Event, Plant, Recording, Signal, SignalSpec
+from recordings import BadInput, Event, Plant, Recording, Signal, SignalSpec
 
 N_SAMPLES = 40
 TIME = np.arange(N_SAMPLES) / 100
@@ -62,6 +63,14 @@ def recording() -> Recording:
         events=(Event(0.1, "note", "começo"),),
         attributes={"operator": "Ada", "run": 7, "ambient": 21.5},
     )
+
+
+def outcome(action: Callable[[], Recording]) -> Recording | BadInput:
+    """What an action on bad data comes to: the only two endings that are allowed."""
+    try:
+        return action()
+    except BadInput as error:
+        return error
 
 
 def assert_same(one: Recording, other: Recording) -> None:

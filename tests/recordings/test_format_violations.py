@@ -73,7 +73,10 @@ VIOLATIONS: dict[str, tuple[Change, str]] = {
     "no signals": (moved("signals", "other"), "/signals: the group is missing; a recording holds its signals there"),
     "signals no group": (dataset("signals", [1.0]), "/signals: it is not a group"),
     "no time": (moved("signals/time", "clock"), "/signals: no signal has the role 'time'; exactly one"),
-    "time renamed": (moved("signals/time", "signals/t"), "/signals/t: the signal with the role 'time' has another name"),
+    "time renamed": (
+        moved("signals/time", "signals/t"),
+        "/signals/t: the signal with the role 'time' has another name",
+    ),
     "two times": (attribute("signals/force", role="time"), "2 signals have the role 'time': force, time"),
     "time in ms": (attribute("signals/time", unit="ms"), "/signals/time: the unit of time is 'ms'; time is in 's'"),
     "time stands": (changed_time(9, TIME[8]), "/signals/time: time repeats at sample 9: 0.08 after 0.08"),
@@ -83,7 +86,10 @@ VIOLATIONS: dict[str, tuple[Change, str]] = {
     "no unit": (attribute("signals/force", unit=None), "/signals/force: the attribute unit is missing; every signal"),
     "unit a number": (attribute("signals/force", unit=1.0), "/signals/force: attribute unit is a number, not text"),
     "unit empty": (attribute("signals/gland_colour", unit=""), "/signals/gland_colour: the unit is empty; give"),
-    "unit unknown": (attribute("signals/force", unit="furlong"), "/signals/force: the unit 'furlong' is not known; allowed"),
+    "unit unknown": (
+        attribute("signals/force", unit="furlong"),
+        "/signals/force: the unit 'furlong' is not known; allowed",
+    ),
     "unit of else": (attribute("signals/force", unit="bar"), "/signals/force: 'bar' is not a unit of force; allowed"),
     "no role": (attribute("signals/force", role=None), "/signals/force: the attribute role is missing; every signal"),
     "role unknown": (attribute("signals/force", role="cause"), "/signals/force: the role is 'cause'; allowed: time"),
@@ -94,10 +100,16 @@ VIOLATIONS: dict[str, tuple[Change, str]] = {
         attribute("signals/position", description=np.zeros(3)),
         "/signals/position: attribute description is neither one text nor one number, not text",
     ),
-    "text values": (dataset("signals/force", ["a"] * N_SAMPLES), "/signals/force: its values are of type object; a signal"),
+    "text values": (
+        dataset("signals/force", ["a"] * N_SAMPLES),
+        "/signals/force: its values are of type object; a signal",
+    ),
     "complex values": (dataset("signals/force", np.zeros(N_SAMPLES, complex)), "its values are of type complex128"),
     "truth values": (dataset("signals/force", np.ones(N_SAMPLES, bool)), "/signals/force: its values are of type bool"),
-    "2-D": (dataset("signals/force", np.zeros((N_SAMPLES, 1))), "/signals/force: it has the shape (40, 1); a signal is"),
+    "2-D": (
+        dataset("signals/force", np.zeros((N_SAMPLES, 1))),
+        "/signals/force: it has the shape (40, 1); a signal is",
+    ),
     "scalar": (dataset("signals/force", 3.0), "/signals/force: it has the shape (); a signal is 1-D"),
     "group as signal": (lambda file: file.create_group("signals/x"), "/signals/x: it is not a dataset"),
     "short": (dataset("signals/force", TIME[1:]), "/signals/force: it has 39 samples, time has 40; all signals"),
@@ -250,5 +262,7 @@ def test_a_recording_that_grows_can_be_read_and_one_that_was_cut_off_cannot(tmp_
         writer.append({"time": [0.2], "position": [3.0]})
         assert len(read(path)) == 3
     (tmp_path / "live.h5.journal").write_bytes(b"left over")
-    with pytest.raises(BadInput, match=r"it was cut off while recording; .* merge it first: 'bristle import .*live.h5 "):
+    with pytest.raises(
+        BadInput, match=r"it was cut off while recording; .* merge it first: 'bristle import .*live.h5 "
+    ):
         read(path)

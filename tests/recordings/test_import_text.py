@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from recording_samples import outcome
 
 from recordings import BadInput, Recording, validate, write
 from recordings.importers import ImportMapping, import_file, mapping_of
@@ -35,7 +36,10 @@ SPELLINGS: dict[str, tuple[str | bytes, dict[str, Any]]] = {
     "blanks and decimal comma": ("0 1,5 0,2\n10 - 0,25\n20 2,5 -0,3\n", BY_NUMBER | {"file": {"decimal": ","}}),
     "comments and blank lines": ("# rig 4\n\nt,x,F\n0,1.5,0.2\n# pause\n10,,0.25\n\n20,2.5,-0.3\n", BY_NUMBER),
     "other comments": ("% rig\n0,1.5,0.2\n10,,0.25\n20,2.5,-0.3\n", BY_NUMBER | {"file": {"comment": "%"}}),
-    "lines before": ("Logger 7\nserial,12\nt,x,F\n0,1.5,0.2\n10,,0.25\n20,2.5,-0.3\n", BY_NUMBER | {"file": {"skip_lines": 2}}),
+    "lines before": (
+        "Logger 7\nserial,12\nt,x,F\n0,1.5,0.2\n10,,0.25\n20,2.5,-0.3\n",
+        BY_NUMBER | {"file": {"skip_lines": 2}},
+    ),
     "spreadsheet hint": ("sep=;\nt;x;F\n0;1.5;0.2\n10;;0.25\n20;2.5;-0.3\n", BY_NUMBER),
     "carriage returns": ("t,x,F\r\n0,1.5,0.2\r\n10,,0.25\r\n20,2.5,-0.3\r\n", BY_NUMBER),
     "byte order mark": (b"\xef\xbb\xbftime [ms],position [mm],force [kN]\n0,1.5,0.2\n10,,0.25\n20,2.5,-0.3\n", {}),
@@ -74,7 +78,10 @@ SPELLINGS: dict[str, tuple[str | bytes, dict[str, Any]]] = {
             }
         },
     ),
-    "rows dropped": ("t,x,F\n-9,0,0\n-8,0,0\n0,1.5,0.2\n10,,0.25\n20,2.5,-0.3\n", BY_NUMBER | {"file": {"drop_rows": 2}}),
+    "rows dropped": (
+        "t,x,F\n-9,0,0\n-8,0,0\n0,1.5,0.2\n10,,0.25\n20,2.5,-0.3\n",
+        BY_NUMBER | {"file": {"drop_rows": 2}},
+    ),
     "time sorted": (
         "20,2.5,-0.3\n0,1.5,0.2\n10,,0.25\n10,9,9\n",
         BY_NUMBER | {"time": {"column": 1, "unit": "ms", "repair": "sort"}},
@@ -107,46 +114,162 @@ def test_one_table_in_many_spellings(tmp_path: Path, name: str) -> None:
     assert validate(tmp_path / "rig.h5") == []
 
 
+def position(column: str | int, unit: str | None = None) -> dict[str, Any]:
+    return {"signals": {"position": {"column": column} | ({"unit": unit} if unit else {})}}
+
+
+def force(formula: str, unit: str = "N") -> dict[str, Any]:
+    return {"signals": {"force": {"formula": formula, "unit": unit}}}
+
+
+def text(**said: Any) -> dict[str, Any]:
+    return {"file": said}
+
+
 GOOD = "t,x,F\n0,1.5,0.2\n10,2,0.25\n20,2.5,-0.3\n"
 LONG = "t,x,F\n" + "".join(f"{k},{k},{k}\n" for k in range(1300))
 FAULTS: dict[str, tuple[str | bytes, dict[str, Any], str]] = {
-    "text in row 1234": (LONG.replace("\n1232,1232,", "\n1232,open,"), {}, "rig.csv: row 1234: 'open' in column 'x' is not"),
-    "uneven row": (LONG.replace("\n1000,1000,1000", "\n1000,1000"), {}, "row 1002: it has 2 cells, the first row has 3; every"),
+    "text in row 1234": (
+        LONG.replace("\n1232,1232,", "\n1232,open,"),
+        {},
+        "rig.csv: row 1234: 'open' in column 'x' is not",
+    ),
+    "uneven row": (
+        LONG.replace("\n1000,1000,1000", "\n1000,1000"),
+        {},
+        "row 1002: it has 2 cells, the first row has 3; every",
+    ),
     "too many cells": (GOOD + "30,1,1,1\n", {}, "rig.csv: row 5: it has 4 cells, the first row has 3"),
-    "decimal comma": ("t;x;F\n0;1;1\n1;1,5;1\n", {}, "row 3: '1,5' in column 'x' is not a number; the decimal sign is '.'"),
-    "decimal point": ("t;x;F\n0;1,5;1\n1;1.5;1\n", {"file": {"decimal": ","}}, "row 3: '1.5' in column 'x' is not a number; the"),
+    "decimal comma": (
+        "t;x;F\n0;1;1\n1;1,5;1\n",
+        {},
+        "row 3: '1,5' in column 'x' is not a number; the decimal sign is '.'",
+    ),
+    "decimal point": (
+        "t;x;F\n0;1,5;1\n1;1.5;1\n",
+        {"file": {"decimal": ","}},
+        "row 3: '1.5' in column 'x' is not a number; the",
+    ),
     "no number at all": ("t,x,F\n0,,1\n1,,1\n", {}, "rig.csv: signal 'position': its column holds no number; leave"),
-    "no such column": (GOOD, {"signals": {"position": {"column": "stem", "unit": "mm"}}}, "no column 'stem'; columns there: t, x, F"),
-    "no such number": (GOOD, {"signals": {"position": {"column": 9, "unit": "mm"}}}, "no column '9'; columns there: t, x, F"),
-    "no unit": (GOOD, {"signals": {"position": {"column": "x"}}}, "signal 'position': the unit of column 'x' is not known; write"),
-    "unit unknown": (GOOD, {"signals": {"position": {"column": "x", "unit": "ell"}}}, "signal 'position': the unit 'ell' is not known"),
-    "unit of else": (GOOD, {"signals": {"position": {"column": "x", "unit": "bar"}}}, "'bar' cannot be converted to 'm'; allowed"),
-    "time without unit": (GOOD, {"time": {"column": "t"}}, "column 't': the unit of the time is not known; write --time t:UNIT"),
+    "no such column": (
+        GOOD,
+        {"signals": {"position": {"column": "stem", "unit": "mm"}}},
+        "no column 'stem'; columns there: t, x, F",
+    ),
+    "no such number": (
+        GOOD,
+        {"signals": {"position": {"column": 9, "unit": "mm"}}},
+        "no column '9'; columns there: t, x, F",
+    ),
+    "no unit": (
+        GOOD,
+        {"signals": {"position": {"column": "x"}}},
+        "signal 'position': the unit of column 'x' is not known; write",
+    ),
+    "unit unknown": (
+        GOOD,
+        {"signals": {"position": {"column": "x", "unit": "ell"}}},
+        "signal 'position': the unit 'ell' is not known",
+    ),
+    "unit of else": (
+        GOOD,
+        {"signals": {"position": {"column": "x", "unit": "bar"}}},
+        "'bar' cannot be converted to 'm'; allowed",
+    ),
+    "time without unit": (
+        GOOD,
+        {"time": {"column": "t"}},
+        "column 't': the unit of the time is not known; write --time t:UNIT",
+    ),
     "no time": ("x,F\n1,2\n3,4\n", {"time": {}}, "rig.csv: nothing says what the time is; say which column is time"),
-    "time stands": (GOOD.replace("20,", "10,"), {}, "rig.csv: row 4: time repeats: 0.01 s after 0.01 s; the time of the rows"),
-    "time goes back": (GOOD.replace("20,", "5,"), {}, "rig.csv: row 4: time goes backwards: 0.005 s after 0.01 s; the time"),
-    "time missing": (GOOD.replace("10,", ","), {}, "rig.csv: row 3: the time is missing; the time of the rows must increase"),
-    "time cut away": (GOOD, {"time": {"column": 1, "unit": "ms", "from_s": 9.0}}, "0 rows lie between the limits of time; time runs"),
-    "date no date": ("t,x,F\n2026-11-21,1,1\nnoon,2,2\n", {"time": {"column": 1, "unit": "iso8601"}}, "row 3: 'noon' is not a date"),
+    "time stands": (
+        GOOD.replace("20,", "10,"),
+        {},
+        "rig.csv: row 4: time repeats: 0.01 s after 0.01 s; the time of the rows",
+    ),
+    "time goes back": (
+        GOOD.replace("20,", "5,"),
+        {},
+        "rig.csv: row 4: time goes backwards: 0.005 s after 0.01 s; the time",
+    ),
+    "time missing": (
+        GOOD.replace("10,", ","),
+        {},
+        "rig.csv: row 3: the time is missing; the time of the rows must increase",
+    ),
+    "time cut away": (
+        GOOD,
+        {"time": {"column": 1, "unit": "ms", "from_s": 9.0}},
+        "0 rows lie between the limits of time; time runs",
+    ),
+    "date no date": (
+        "t,x,F\n2026-11-21,1,1\nnoon,2,2\n",
+        {"time": {"column": 1, "unit": "iso8601"}},
+        "row 3: 'noon' is not a date",
+    ),
     "one row": ("t,x,F\n0,1,1\n", {}, "rig.csv: it holds 1 rows of data; a recording needs at least 2"),
     "only a header": ("t,x,F\n", {}, "rig.csv: it holds no data"),
     "only comments": ("# a\n# b\n", {}, "rig.csv: it holds no data"),
     "empty": ("", {}, "rig.csv: it is empty (0 bytes)"),
     "binary": (b"\x00\x01\x02" * 100, {}, "rig.csv: it is a binary file of an unknown kind"),
-    "spreadsheet": (b"PK\x03\x04" + b"x" * 100, {}, "rig.csv: it is a spreadsheet or an archive; save the table as CSV"),
+    "spreadsheet": (
+        b"PK\x03\x04" + b"x" * 100,
+        {},
+        "rig.csv: it is a spreadsheet or an archive; save the table as CSV",
+    ),
     "cut gzip": (gzip.compress(LONG.encode())[:-20], {}, "rig.csv: the compressed file is damaged"),
     "bad gzip": (b"\x1f\x8b" + b"nonsense" * 9, {}, "rig.csv: the compressed file is damaged"),
-    "wrong encoding": (GOOD.encode() + b"\xff", {"file": {"encoding": "ascii"}}, "it is not text in ascii; give its encoding"),
+    "wrong encoding": (
+        GOOD.encode() + b"\xff",
+        {"file": {"encoding": "ascii"}},
+        "it is not text in ascii; give its encoding",
+    ),
     "no such encoding": (GOOD, {"file": {"encoding": "klingon"}}, "it is not text in klingon; give its encoding"),
-    "open quote": ('t,x,F\n0,1,1\n1,"2,2\n' + "3,3,3\n" * 30_000, {}, "rig.csv: it is no table (field larger than field limit"),
-    "formula of two columns": (GOOD, {"signals": {"force": {"formula": "x*F", "unit": "N"}}}, "two columns are multiplied; a formula"),
-    "formula without column": (GOOD, {"signals": {"force": {"formula": "2*3", "unit": "N"}}}, "'2*3' has no column; a formula is"),
-    "formula of a stranger": (GOOD, {"signals": {"force": {"formula": "k*F", "unit": "N"}}}, "there is no column 'k'; columns there"),
-    "formula cut short": (GOOD, {"signals": {"force": {"formula": "2*F -", "unit": "N"}}}, "'2*F -' ends too early; a formula is a"),
-    "formula no formula": (GOOD, {"signals": {"force": {"formula": "2^F", "unit": "N"}}}, "'2^F' is not understood from '^F' on"),
-    "formula unlike its unit": (GOOD, {"signals": {"force": {"formula": "x[mm]", "unit": "rpm"}}}, "cannot be converted to 'N'"),
-    "formula of text": (GOOD + "30,a,1\n", {"signals": {"force": {"formula": "2*x", "unit": "N"}}}, "row 5: 'a' in column 'x' is"),
-    "a column that is a formula": (GOOD, {"signals": {"force": {"column": "2*F"}}}, "signal 'force': the unit of '2*F' is not known"),
+    "open quote": (
+        't,x,F\n0,1,1\n1,"2,2\n' + "3,3,3\n" * 30_000,
+        {},
+        "rig.csv: it is no table (field larger than field limit",
+    ),
+    "formula of two columns": (
+        GOOD,
+        {"signals": {"force": {"formula": "x*F", "unit": "N"}}},
+        "two columns are multiplied; a formula",
+    ),
+    "formula without column": (
+        GOOD,
+        {"signals": {"force": {"formula": "2*3", "unit": "N"}}},
+        "'2*3' has no column; a formula is",
+    ),
+    "formula of a stranger": (
+        GOOD,
+        {"signals": {"force": {"formula": "k*F", "unit": "N"}}},
+        "there is no column 'k'; columns there",
+    ),
+    "formula cut short": (
+        GOOD,
+        {"signals": {"force": {"formula": "2*F -", "unit": "N"}}},
+        "'2*F -' ends too early; a formula is a",
+    ),
+    "formula no formula": (
+        GOOD,
+        {"signals": {"force": {"formula": "2^F", "unit": "N"}}},
+        "'2^F' is not understood from '^F' on",
+    ),
+    "formula unlike its unit": (
+        GOOD,
+        {"signals": {"force": {"formula": "x[mm]", "unit": "rpm"}}},
+        "cannot be converted to 'N'",
+    ),
+    "formula of text": (
+        GOOD + "30,a,1\n",
+        {"signals": {"force": {"formula": "2*x", "unit": "N"}}},
+        "row 5: 'a' in column 'x' is",
+    ),
+    "a column that is a formula": (
+        GOOD,
+        {"signals": {"force": {"column": "2*F"}}},
+        "signal 'force': the unit of '2*F' is not known",
+    ),
 }
 
 
@@ -176,7 +299,9 @@ def test_columns_nobody_named_are_carried_or_said_to_be_left_out(tmp_path: Path)
 def test_a_table_without_known_signals_says_what_to_do(tmp_path: Path) -> None:
     path = tmp_path / "rig.csv"
     path.write_text("time [s],a,b\n0,1,2\n1,2,3\n")
-    with pytest.raises(BadInput, match="no column is known to be a signal; say --column position=COLUMN:UNIT .* time, a, b"):
+    with pytest.raises(
+        BadInput, match=r"no column is known to be a signal; say --column position=COLUMN:UNIT .* time, a, b"
+    ):
         import_file(path, ImportMapping())
 
 
@@ -219,9 +344,7 @@ def test_where_a_recording_came_from_is_kept(tmp_path: Path) -> None:
 @settings(max_examples=200, deadline=None)
 def test_any_bytes_make_a_recording_or_bad_input(tmp_path_factory: pytest.TempPathFactory, content: bytes) -> None:
     path = tmp_path_factory.getbasetemp() / "any.csv"
-    try:
-        made = imported(path, content, time={"rate_hz": 10.0}, signals={"position": {"column": 1, "unit": "mm"}})
-    except BadInput as error:
-        assert "\n" not in str(error)
-    else:
-        assert len(made) >= 2
+    signals = {"position": {"column": 1, "unit": "mm"}}
+    result = outcome(lambda: imported(path, content, time={"rate_hz": 10.0}, signals=signals))
+    assert "\n" not in str(result)
+    assert isinstance(result, BadInput) or len(result) >= 2

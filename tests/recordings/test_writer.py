@@ -56,7 +56,9 @@ def test_another_process_reads_while_it_grows(tmp_path: Path) -> None:
             seen = subprocess.run([sys.executable, "-c", script, str(path)], capture_output=True, check=True)
             assert int(seen.stdout) == len(writer)
         plain = subprocess.run(
-            [sys.executable, "-c", "import h5py, sys; h5py.File(sys.argv[1])", str(path)], capture_output=True, check=False
+            [sys.executable, "-c", "import h5py, sys; h5py.File(sys.argv[1])", str(path)],
+            capture_output=True,
+            check=False,
         )
         assert b"BlockingIOError" in plain.stderr  # a program that would keep a lock is told so
 
@@ -64,7 +66,10 @@ def test_another_process_reads_while_it_grows(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("batch", "words"),
     [
-        ({"time": [1.0], "position": [1.0]}, "a batch has the signals time, position; this recording takes exactly time,"),
+        (
+            {"time": [1.0], "position": [1.0]},
+            "a batch has the signals time, position; this recording takes exactly time,",
+        ),
         ({"time": [1.0], "position": [1.0], "force": [1.0], "flow": [1.0]}, "position, force, flow; this recording"),
         ({"time": [1.0, 2.0], "position": [1.0], "force": [1.0]}, r"columns of the shapes \(2,\), \(1,\), \(1,\)"),
         ({"time": [], "position": [], "force": []}, "all have one length of 1 or more"),
@@ -121,9 +126,14 @@ def test_a_closed_writer_takes_nothing_and_closes_twice(tmp_path: Path) -> None:
 
 def test_an_error_in_the_block_still_finishes_the_file(tmp_path: Path) -> None:
     path = tmp_path / "run.h5"
-    with pytest.raises(ZeroDivisionError), RecordingWriter(path, SPECS) as writer:
-        writer.append(values(5))
-        _ = 1 / 0
+
+    def record_and_fail() -> None:
+        with RecordingWriter(path, SPECS) as writer:
+            writer.append(values(5))
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        record_and_fail()
     assert len(read(path)) == 5
 
 

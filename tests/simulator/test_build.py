@@ -221,10 +221,12 @@ print(scan.outputs[:, 0].tolist(), "numba" in sys.modules)
 """
 
 
-def start(**environment):
+def start():
+    """A new process that makes and runs a kernel, and may write bytecode wherever Python likes to."""
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     return subprocess.Popen(
-        [sys.executable, "-c", PROGRAM], env=os.environ | environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-        text=True, cwd=Path(__file__).parents[2],
+        [sys.executable, "-c", PROGRAM], env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        cwd=Path(__file__).parents[2],
     )  # fmt: skip
 
 

@@ -118,9 +118,18 @@ def test_all_hooks_together_follow_an_independent_solution(effects, sensors):
 
 
 def test_all_effects_together_run_without_a_compiler(monkeypatch):
-    compiled = simulate(SAMPLES, 1e-3)
+    def run(sensitivities):
+        k = kernel((*BASE, *BY_ID), catalogue=CATALOGUE.extended(*SAMPLES))
+        start = k.start(REST, force=slow_force(0.0))
+        return k.run(T, slow_force(T), k.vector(VALUES), start, sensitivities=sensitivities)
+
+    compiled = run(sensitivities=True)
     monkeypatch.setenv("BRISTLE_NO_COMPILER", "1")
-    assert simulate(SAMPLES, 1e-3) == pytest.approx(compiled, rel=1e-12)
+    plain, full = run(sensitivities=False), run(sensitivities=True)
+    assert plain.outputs == pytest.approx(compiled.outputs, rel=1e-12)
+    assert full.outputs == pytest.approx(compiled.outputs, rel=1e-12)
+    largest = abs(compiled.jacobian).max(axis=(0, 1))
+    assert (abs(full.jacobian - compiled.jacobian).max(axis=(0, 1)) <= 1e-10 * largest).all()
 
 
 def test_effects_are_asked_in_the_order_of_what_they_shape():

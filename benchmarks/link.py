@@ -1,0 +1,230 @@
+"""How fast, how punctual and how small the source is, and how soon it is back after an outage.
+
+    python -m benchmarks.link                    everything (about six minutes)
+    python -m benchmarks.link --seconds 3        a look
+
+The device is another process that answers from memory and does as little as it can, so that the client is measured:
+10 float32 values in one read of 20 registers. The bare client is pymodbus' own, in this process, on the same device;
+`registers` takes what it returns and looks no further, `values` also converts the ten numbers. The source polls as fast
+as it can, with all its checks, and hands samples with ten judged readings to whoever iterates.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import statistics
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from pymodbus.client import AsyncModbusSerialClient, AsyncModbusTcpClient
+
+from benchmarks._link_device import Device
+from benchmarks._machine import machine
+from hil import LinkEvent, Polling, RegisterMap, Sample, Source, open_source, valves_of
+
+POINTS = [
+    {"name": f"v{k}", "table": "input", "address": 2 * k, "type": "float32", "unit": "1", "valid_range": [0.0, 50.0]}
+    for k in range(10)
+]
+MAP = RegisterMap.model_validate({"name": "bench", "points": POINTS})
+GOAL_RATIO, GOAL_RESUME_S, GOAL_SLIP = 0.8, 2.0, 0.01
+Client = AsyncModbusTcpClient | AsyncModbusSerialClient
+
+
+def tcp(device: Device, rate: float | None, units: range = range(1, 2)) -> Source:
+    return open_source(f"tcp://127.0.0.1:{device.port}", valves_of(MAP, units), Polling(rate))
+
+
+def rtu(device: Device, rate: float | None) -> Source:
+    return open_source(f"rtu:{device.path}?baud=115200&parity=N&quiet=0.02", valves_of(MAP), Polling(rate))
+
+
+async def source_rate(source: Source, seconds: float) -> float:
+    """Samples per second that come out of a source."""
+    n_samples, end = 0, 0.0
+    async with source:
+        begun = time.perf_counter()
+        async for item in source:
+            if isinstance(item, Sample):
+                if n_samples == 0:
+                    begun = time.perf_counter()  # connecting is not polling
+                n_samples += 1
+                end = time.perf_counter()
+                if end - begun > seconds:
+                    break
+    return (n_samples - 1) / (end - begun)
+
+
+async def bare_rate(client: Client, seconds: float, convert: bool) -> float:
+    """Reads per second of pymodbus' client."""
+    await client.connect()
+    n_reads, begun = 0, time.perf_counter()
+    while time.perf_counter() - begun < seconds:
+        reply = await client.read_input_registers(0, count=20, device_id=1)
+        n_reads += 1
+        if convert:
+            for k in range(10):
+                client.convert_from_registers(reply.registers[2 * k : 2 * k + 2], client.DATATYPE.FLOAT32)
+    elapsed = time.perf_counter() - begun
+    client.close()
+    return n_reads / elapsed
+
+
+def throughput(device: Device, seconds: float) -> list[str]:
+    """Our rate over the bare client's, in turns so that a busy machine is unkind to both."""
+
+    def tcp_client() -> Client:
+        return AsyncModbusTcpClient("127.0.0.1", port=device.port, timeout=1.0, retries=0)
+
+    def rtu_client() -> Client:
+        return AsyncModbusSerialClient(device.path, baudrate=115200, timeout=1.0, retries=0)
+
+    lines = []
+    for name, source, client in (("TCP", tcp, tcp_client), ("RTU, pty", rtu, rtu_client)):
+        runs: list[tuple[float, float, float]] = []
+        for _ in range(5):
+
+            async def turn(source: Callable[..., Source] = source, client: Callable[[], Client] = client) -> None:
+                ours = await source_rate(source(device, None), seconds / 5)
+                bare = [await bare_rate(client(), seconds / 5, convert) for convert in (False, True)]
+                runs.append((ours, bare[0], bare[1]))
+
+            asyncio.run(turn())
+        ours, registers, values = (statistics.median(column) for column in zip(*runs, strict=True))
+        ratios = [statistics.median(run[0] / run[k] for run in runs) for k in (1, 2)]
+        lines.append(
+            f"  {name:9} source {ours:7.0f}/s   bare: registers {registers:7.0f}/s, values {values:7.0f}/s   "
+            f"ratio {ratios[0]:.2f} and {ratios[1]:.2f} (goal {GOAL_RATIO})"
+        )
+    return lines
+
+
+def lateness(device: Device, seconds: float) -> str:
+    """How late rounds begin at 100 Hz."""
+
+    async def run() -> Source:
+        source = tcp(device, 100.0)
+        async with source:
+            async for item in source:
+                if isinstance(item, Sample) and source.statistics.polls >= 100 * seconds:
+                    break
+        return source
+
+    late = (told := asyncio.run(run()).statistics).lateness
+    p50, p99 = (1e3 * late.quantile(share) for share in (0.5, 0.99))
+    about = f"{told.missed} of {told.polls + told.missed} deadlines missed"
+    return f"  p50 {p50:.2f} ms   p99 {p99:.2f} ms   max {1e3 * late.maximum:.2f} ms   {about}"
+
+
+async def until(source: Source, wanted: Callable[[Sample | LinkEvent], bool]) -> float:
+    """The moment at which a source says what is wanted."""
+    async for item in source:
+        if wanted(item):
+            return time.perf_counter()
+    raise RuntimeError("the source ended")
+
+
+def resume(device: Device, outages: tuple[float, ...]) -> list[str]:
+    """From the moment the device serves again to the first good sample."""
+
+    async def outage(seconds: float) -> tuple[float, float]:
+        async with tcp(device, 100.0) as source:
+            await until(source, lambda item: isinstance(item, Sample))
+            killed = time.perf_counter()
+            device.kill()
+            noticed = await until(source, lambda item: isinstance(item, LinkEvent) and item.kind == "link_down")
+            await asyncio.sleep(seconds)
+            await asyncio.to_thread(device.start)
+            served = time.perf_counter()
+            back = await until(source, lambda item: isinstance(item, Sample) and item.good)
+            return noticed - killed, back - served
+
+    lines = []
+    for seconds in outages:
+        noticed, back = asyncio.run(outage(seconds))
+        lines.append(
+            f"  outage {seconds:5.1f} s: noticed after {1e3 * noticed:5.1f} ms, "
+            f"back {1e3 * back:6.1f} ms after the device (goal {GOAL_RESUME_S:g} s)"
+        )
+    return lines
+
+
+def memory(device: Device, polls: int) -> str:
+    """What a long run adds to this process."""
+
+    def resident_mb() -> float:
+        return int(Path("/proc/self/statm").read_text().split()[1]) * 4096 / 1e6
+
+    async def run() -> tuple[float, float]:
+        async with tcp(device, None) as source:
+            n_samples, before = 0, 0.0
+            async for item in source:
+                n_samples += isinstance(item, Sample)
+                if n_samples == polls // 10 and not before:
+                    before = resident_mb()
+                if n_samples >= polls + polls // 10:
+                    return before, resident_mb()
+        raise RuntimeError("the source ended")
+
+    before, after = asyncio.run(run())
+    return f"  {before:.1f} MB after {polls // 10} polls, {after - before:+.1f} MB after {polls} more"
+
+
+async def slip(sources: list[Source], seconds: float) -> float:
+    """The share of deadlines that were missed by sources that run together."""
+
+    async def consume(source: Source) -> None:
+        async with source:
+            async for _ in source:
+                pass
+
+    tasks = [asyncio.ensure_future(consume(source)) for source in sources]
+    await asyncio.sleep(2.0 + len(sources) / 200)  # until all are connected
+    before = [(source.statistics.missed, source.statistics.polls) for source in sources]
+    await asyncio.sleep(seconds)
+    missed = sum(source.statistics.missed - old for source, (old, _) in zip(sources, before, strict=True))
+    polls = sum(source.statistics.polls - old for source, (_, old) in zip(sources, before, strict=True))
+    for task in tasks:
+        task.cancel()
+    await asyncio.gather(*tasks, return_exceptions=True)
+    return missed / (missed + polls)
+
+
+def capacity(device: Device, seconds: float, sources: Callable[[int], list[Source]], largest: int) -> str:
+    """How many valves at 10 Hz fit, in steps of a quarter, before more than 1 % of the deadlines slip."""
+    n_valves, fits, tried = 40, 0, list[str]()
+    while n_valves <= largest:
+        share = asyncio.run(slip(sources(n_valves), seconds))
+        tried.append(f"{n_valves}: {100 * share:.2f} %")
+        if share >= GOAL_SLIP:
+            break
+        fits, n_valves = n_valves, n_valves * 5 // 4
+    return f"  {fits} valves   (missed: {', '.join(tried[-4:])})"
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seconds", type=float, default=20.0, help="how long each measurement takes")
+    parser.add_argument("--polls", type=int, default=100_000, help="polls of the memory measurement")
+    options = parser.parse_args()
+    print(machine("pymodbus", "pyserial"))
+    device = Device()
+    try:
+        print("polled reads per second, one after the other", *throughput(device, options.seconds), sep="\n")
+        print("lateness at 100 Hz over TCP", lateness(device, options.seconds), sep="\n")
+        print("back after an outage", *resume(device, (0.5, options.seconds / 4, options.seconds)), sep="\n")
+        print("memory", memory(device, options.polls), sep="\n")
+        seconds = options.seconds / 4
+        print("valves at 10 Hz in one process, each with a connection of its own")
+        print(capacity(device, seconds, lambda n: [tcp(device, 10.0) for _ in range(n)], 2000))
+        print("valves at 10 Hz in one process, all behind one connection")
+        print(capacity(device, seconds, lambda n: [tcp(device, 10.0, range(1, n + 1))], 247))
+    finally:
+        device.kill()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,66 @@
+"""Simulate, fit, recover: random valves without a start value, judged against what the simulator knows."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from seeded_valves import QUIET, fitted, floor_ratio, scores
+
+from identification import Outcome
+from simulator import random_valve
+
+pytestmark = pytest.mark.xdist_group("seeded valves")
+
+SEEDS = range(12)
+LONG = "mixed:40"
+
+
+def within_floor(seed: int, excite: str, rate: float) -> float:
+    prepared, found, _ = fitted(seed, excite, rate)
+    return floor_ratio(prepared, found, QUIET * random_valve(seed)[1])
+
+
+def all_scores(seeds: range) -> np.ndarray:
+    """Errors in standard deviations, (n_seeds, n_parameters)."""
+    each = [scores(*fitted(seed, LONG)[1:], random_valve(seed)[0]) for seed in seeds]
+    return np.array([list(one.values()) for one in each])
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_random_valve_is_recovered_at_the_noise_floor(seed):
+    prepared, found, known = fitted(seed, LONG)
+    assert found.outcome is Outcome.CONVERGED
+    assert found.rms == pytest.approx(1.0, abs=0.05)
+    assert within_floor(seed, LONG, 500.0) == pytest.approx(1.0, abs=0.05)
+    assert max(abs(z) for z in scores(found, known, random_valve(seed)[0]).values()) < 4.5
+    assert set(known.status.values()) == {"identified"}
+    assert prepared.causality == "force"
+
+
+def test_standard_deviations_say_how_far_off_the_parameters_are():
+    z = all_scores(SEEDS)
+    assert z.shape == (12, 9)
+    assert 0.82 < np.mean(np.abs(z) < 1.645) < 0.99
+    assert 0.6 < np.std(z) < 1.3
+    assert abs(np.mean(z)) < 0.3
+
+
+@pytest.mark.parametrize("seed", [1, 3, 10])
+def test_two_thousand_samples_at_a_hundred_hertz_are_enough(seed):
+    _, found, known = fitted(seed, "mixed:20", 100.0)
+    truth = random_valve(seed)[0]
+    assert found.outcome is Outcome.CONVERGED
+    assert within_floor(seed, "mixed:20", 100.0) == pytest.approx(1.0, abs=0.08)
+    assert max(abs(z) for z in scores(found, known, truth).values()) < 4.5
+    for name, share in (("spring.K", 1e-3), ("lugre.fc", 1e-3), ("mass.m", 0.01), ("lugre.sigma0", 0.02)):
+        assert found.values[name] == pytest.approx(truth[name], rel=share)
+
+
+@pytest.mark.long
+def test_a_hundred_random_valves_end_at_the_noise_floor_with_honest_intervals():
+    ratio = np.array([within_floor(seed, LONG, 500.0) for seed in range(100)])
+    right = np.flatnonzero(ratio < 1.05)
+    assert len(right) >= 97
+    z = all_scores(range(100))[right]
+    assert 0.86 < np.mean(np.abs(z) < 1.645) < 0.96
+    assert np.all(np.abs(np.mean(z, axis=0)) < 0.4)
