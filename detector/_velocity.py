@@ -154,6 +154,8 @@ class SteadyKalman:
 
 
 _OCTAVES, _PER_OCTAVE = 5, 4
+_LARGEST_INDEX = 1e9
+"""jerk dt^5 / noise^2 beyond which the filter follows the position, to nine digits."""
 
 
 @native
@@ -193,12 +195,13 @@ def steady_gain(noise: float, jerk: float, dt: float) -> Array:
     """
     from scipy.linalg import solve_discrete_are
 
-    f, h = transition(1.0), np.array([[1.0, 0.0, 0.0]])
-    index = jerk * dt**5 / noise**2
-    unit = max(index, 1e-30) ** 0.5
-    # the covariance is solved in units between the noise and the process, so that neither is lost in rounding
-    cov = solve_discrete_are(f.T, h.T, index / unit * jerk_covariance(1.0), np.array([[1.0 / unit]]))
-    return (cov @ h.T / (h @ cov @ h.T + 1.0 / unit)).ravel()
+    index = min(jerk * dt**5 / noise**2, _LARGEST_INDEX)
+    # In units of time in which the filter settles in about one, and of position in which its variance is about one.
+    step = min(index ** (1 / 6), 1.0)
+    noise_variance = 1.0 / step if index < 1.0 else 1.0 / index
+    h = np.array([[1.0, 0.0, 0.0]])
+    cov = solve_discrete_are(transition(step).T, h.T, jerk_covariance(step), np.array([[noise_variance]]))
+    return (cov @ h.T / (h @ cov @ h.T + noise_variance)).ravel() * step ** np.arange(3.0)
 
 
 def _motion(state: Array, dt: Array) -> Motion:

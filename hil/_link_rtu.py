@@ -50,7 +50,7 @@ class _Trust:
         return max(shortest, min(quiet, max(10 * self.first_byte, SHORTEST_WATCH_S)))
 
     def learn(self, first_byte: float) -> None:
-        self.first_byte = max(first_byte, 0.99 * self.first_byte)
+        self.first_byte = max(first_byte, 0.95 * self.first_byte)
 
 
 class RtuWire(asyncio.Protocol):

@@ -24,6 +24,8 @@ _MOST_COMPRESSED = 1100
 """Deflate cannot shrink data further than about 1:1032; what declares more than this holds no data."""
 _SLACK_BYTES = 1 << 20
 _LONGEST_TEXT = 1 << 16
+NOT_PLAIN = object()
+"""Stands for an attribute that is neither one text nor one number, and was not read for that reason."""
 
 
 def journal_path(path: Path) -> Path:
@@ -111,12 +113,12 @@ def number_attribute(item: h5py.HLObject, name: str, where: str) -> float | int 
 
 
 def raw_attribute(item: h5py.HLObject, name: str) -> Any:
-    """An attribute as a plain Python value where it is one text or number; None when it is not there."""
+    """An attribute as a plain Python value: one text or number, None when it is not there, else `NOT_PLAIN`."""
     if name not in item.attrs:
         return None
     low = item.attrs.get_id(name)
     if low.shape not in {(), (1,)} or low.get_storage_size() > _LONGEST_TEXT or not is_plain(low):
-        return _NOT_PLAIN
+        return NOT_PLAIN
     value = item.attrs[name]
     if isinstance(value, np.ndarray):
         value = value.reshape(())[()]  # MATLAB and others store a single value as an array of one
@@ -125,13 +127,6 @@ def raw_attribute(item: h5py.HLObject, name: str) -> Any:
     if isinstance(value, str) and text_problem(value):
         raise ValueError(f"attribute {name}: {text_problem(value)}")
     return value.item() if isinstance(value, np.generic) else value
-
-
-class _NotPlain:
-    """Stands for an attribute that is neither one text nor one number; not read, see `is_plain`."""
-
-
-_NOT_PLAIN = _NotPlain()
 
 
 def is_plain(low: Any) -> bool:
@@ -164,13 +159,18 @@ def check_size(dataset: h5py.Dataset, where: str) -> None:
     """Refuse a dataset that declares more values than its file can hold, or than fit the memory as float64."""
     n_values = math.prod(dataset.shape or (0,))
     declared, stored = n_values * dataset.dtype.itemsize, dataset.id.get_storage_size()
-    if declared > _MOST_COMPRESSED * stored + _SLACK_BYTES:
+    if declared > _MOST_COMPRESSED * stored + _SLACK_BYTES and not _is_filled(dataset, n_values):
         found = f"it declares {n_values} samples, but the file holds only {stored} bytes for them"
         raise BadInput(where, found, "the file is damaged or was never filled; write it again")
     memory = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     if 8 * n_values > memory:
         found = f"its {n_values} samples need {8 * n_values / 1e9:.3g} GB of memory"
         raise BadInput(where, found, f"this machine has {memory / 1e9:.3g} GB; cut the recording into parts")
+
+
+def _is_filled(dataset: h5py.Dataset, n_values: int) -> bool:
+    """Whether every chunk is there: a filter may have found that all values of a chunk are one."""
+    return bool(dataset.chunks) and dataset.id.get_num_chunks() * math.prod(dataset.chunks) >= n_values
 
 
 def numbers_of(dataset: h5py.Dataset) -> Array:

@@ -12,8 +12,17 @@ from typing import Any, cast
 
 import h5py
 
+from recordings._checks import value_problem
 from recordings._errors import BadInput
-from recordings._hdf5 import check_column, member, number_attribute, numbers_of, raw_attribute, text_attribute
+from recordings._hdf5 import (
+    NOT_PLAIN,
+    check_column,
+    member,
+    number_attribute,
+    numbers_of,
+    raw_attribute,
+    text_attribute,
+)
 from recordings._header import RESERVED, SOURCES, Header, attribute_problem, created_problem, signals_problem
 from recordings._plant import PLANT_NAMES, Event, Plant, plant_problem
 from recordings._problems import Problems
@@ -31,15 +40,16 @@ class Layout:
     events: tuple[Event, ...]
 
 
-def layout_of(file: h5py.File, name: str, problems: Problems) -> Layout | None:
+def layout_of(file: h5py.File, name: str, problems: Problems, *, values: bool = False) -> Layout | None:
     """What an open file declares; None when problems were found and collected.
 
-    name : the file, for messages. Every violation of the format is noted in `problems`.
+    name : the file, for messages; values : whether the samples are judged too, one signal after the other. Every
+    violation of the format is noted in `problems`.
     """
     with problems.within(name):
         _check_format(file, name)
         before = len(problems.found)
-        specs, n_samples = _signals(file, name, problems)
+        specs, n_samples = _signals(file, name, problems, values)
         plant, about, events = _plant(file, name, problems), _about(file, name, problems), _events(file, name, problems)
         if len(problems.found) == before:
             return Layout(Header(specs, plant, **about), n_samples, events)
@@ -60,7 +70,7 @@ def _check_format(file: h5py.File, name: str) -> None:
         raise BadInput(name, found, f"this program reads version {VERSION}; {remedy}")
 
 
-def _signals(file: h5py.File, name: str, problems: Problems) -> tuple[tuple[SignalSpec, ...], int]:
+def _signals(file: h5py.File, name: str, problems: Problems, values: bool) -> tuple[tuple[SignalSpec, ...], int]:
     where = f"{name}: /signals"
     if "signals" not in file:
         raise BadInput(where, "the group is missing", "a recording holds its signals there, one dataset each")
@@ -72,11 +82,13 @@ def _signals(file: h5py.File, name: str, problems: Problems) -> tuple[tuple[Sign
             dataset = member(group, signal, h5py.Dataset, item)
             lengths[signal] = _length(dataset, item)
             specs.append(_spec(dataset, signal, item))
+            problem = value_problem(specs[-1].role, numbers_of(dataset)) if values else None
+            if problem:
+                raise BadInput(item, *problem)
     _check_lengths(lengths, where, problems)
-    if len(specs) == len(group):
-        problem = signals_problem(specs)
-        if problem:
-            problems.add(f"{name}: {problem[0]}", *problem[1:])
+    clash = signals_problem(specs) if len(specs) == len(group) else None
+    if clash:
+        problems.add(f"{name}: {clash[0]}", *clash[1:])
     return tuple(specs), lengths.get("time", 0)
 
 
@@ -127,6 +139,8 @@ def _plant(file: h5py.File, name: str, problems: Problems) -> Plant:
             where = f"{name}: /plant: {key}"
             with problems.within(where):
                 value = raw_attribute(group, key)
+                if value is NOT_PLAIN:
+                    raise BadInput(where, "it is neither one text nor one number", "store it as one value")
                 problem = None if value is None else plant_problem(key, value)
                 if problem:
                     raise BadInput(where, *problem)

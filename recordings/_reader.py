@@ -132,13 +132,7 @@ def validate(path: str | Path) -> list[BadInput]:
     path = Path(path)
     problems = Problems(keep_going=True)
     with problems.within(str(path)), _opened(path) as file:
-        layout = layout_of(file, str(path), problems)
-        if layout is not None:
-            for spec in layout.header.signals:
-                with problems.within(f"{path}: /signals/{spec.name}"):
-                    problem = value_problem(spec.role, _values(file, spec.name, str(path)))
-                    if problem:
-                        raise BadInput(f"{path}: /signals/{spec.name}", *problem)
+        layout_of(file, str(path), problems, values=True)
     return problems.found
 
 

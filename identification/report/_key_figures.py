@@ -18,7 +18,7 @@ class KeyFigures:
     travel [m] : the stroke where it is known (`stroke_known`), else the travel recorded; span [N] : change of the
     actuator force over it against the spring, or without a spring the recorded range of the force; friction,
     breakaway, preload [N]; rate [N/m]; share : friction over span [1]; dead_band [m] : 2 fc / K, the lost motion at a
-    reversal, with its standard deviation; jump [m] : (fs - fc) / K, the jump after a slow break-away; inertia may double it;
+    reversal, with its standard deviation; jump [m] : (fs - fc) / K, after a slow break-away (inertia may double it);
     bench_set [Pa] : pressures at both ends of the travel, from the spring alone; swing [Pa] : 2 fc over the area.
     """
 

@@ -144,6 +144,7 @@ VIOLATIONS: dict[str, tuple[Change, str]] = {
     "area negative": (attribute("plant", diaphragm_area_m2=-0.1), "/plant: diaphragm_area_m2: the value is -0.1"),
     "spring negative": (attribute("plant", spring_constant_N_per_m=-1.0), "/plant: spring_constant_N_per_m: the value"),
     "preload infinite": (attribute("plant", spring_preload_N=np.inf), "/plant: spring_preload_N: the value is inf"),
+    "stroke a list": (attribute("plant", stroke_m=np.zeros(3)), "/plant: stroke_m: it is neither one text nor one"),
     "tag a number": (attribute("plant", tag=7), "/plant: tag: int is not text; the tag is"),
     "title a number": (attribute("/", title=7), "rec.h5: attribute title is a number, not text"),
     "source unknown": (attribute("/", source="lab"), "attribute source: it is 'lab'; allowed: plant, rig, simulated"),
@@ -190,12 +191,27 @@ def test_validate_tells_everything_that_is_wrong(tmp_path: Path) -> None:
     assert found.count("\n") >= 4
 
 
-def test_values_are_judged_once_the_declarations_are_right(tmp_path: Path) -> None:
+def test_values_are_judged_beside_the_declarations(tmp_path: Path) -> None:
     path = contract_file(tmp_path / "rec.h5")
     with h5py.File(path, "r+") as file:
-        for name in ("time stands", "no position", "no force"):
+        for name in ("time stands", "no position", "no force", "tag a number"):
             VIOLATIONS[name][0](file)
-    assert [problem.where.rsplit("/", 1)[-1] for problem in validate(path)] == ["force", "position", "time"]
+    places = [problem.where.rsplit("/", 1)[-1] for problem in validate(path)]
+    assert places == ["force", "position", "time", "plant: tag"]
+
+
+def test_many_equal_values_may_take_next_to_no_room(tmp_path: Path) -> None:
+    n_samples, path = 1_000_000, tmp_path / "rec.h5"
+    with h5py.File(path, "w") as file:
+        file.attrs.update({"format": "valve-recording", "version": 1})
+        time = file.create_dataset("signals/time", data=np.arange(n_samples))
+        still = {"chunks": (n_samples,), "scaleoffset": 0, "compression": "gzip"}
+        force = file.create_dataset("signals/force", data=np.ones(n_samples, "i8"), **still)
+        time.attrs.update({"unit": "s", "role": "time"})
+        force.attrs.update({"unit": "N", "role": "input"})
+        assert force.id.get_storage_size() < 1000
+    assert validate(path) == []
+    assert read(path)["force"].values.sum() == n_samples
 
 
 def cut(path: Path) -> None:
