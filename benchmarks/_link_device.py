@@ -1,6 +1,6 @@
 """A device for `benchmarks.link` in a process of its own: answers every read from memory, on TCP and a pseudo terminal.
 
-python -m benchmarks._link_device 0          prints the port and the pseudo terminal, and serves until killed
+python -m benchmarks._link_device 0          prints the port and the pseudo terminals, and serves until killed
 """
 
 from __future__ import annotations
@@ -20,10 +20,13 @@ REGISTERS = struct.pack(">62f", *[12.5] * 62)
 
 
 class Device:
-    """The device process; `kill` and `start` make outages."""
+    """The device process; `kill` and `start` make outages.
+
+    port : of TCP; path, slow_path : pseudo terminals that answer at once, and as a line of 19200 Bd would.
+    """
 
     def __init__(self) -> None:
-        self.port, self.path = 0, ""
+        self.port, self.path, self.slow_path = 0, "", ""
         self.start()
 
     def start(self) -> None:
@@ -31,7 +34,7 @@ class Device:
         command = [sys.executable, "-m", "benchmarks._link_device", str(self.port)]
         self._process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
         assert self._process.stdout is not None
-        port, self.path = self._process.stdout.readline().split()
+        port, self.path, self.slow_path = self._process.stdout.readline().split()
         self.port = int(port)
 
     def kill(self) -> None:
@@ -61,12 +64,12 @@ class Connection(asyncio.Protocol):
             self._transport.write(frame[:4] + (1 + len(answer)).to_bytes(2, "big") + frame[6:7] + answer)
 
 
-def serve_line() -> str:
-    """Answer on a pseudo terminal; returns its name."""
+def serve_line(baud: float | None) -> str:
+    """Answer on a pseudo terminal, as late as a line of so many Bd would, else at once; returns its name."""
     near, far = os.openpty()
     tty.setraw(near)
     tty.setraw(far)
-    pending = bytearray()
+    pending, loop = bytearray(), asyncio.get_running_loop()
 
     def on_request() -> None:
         with suppress(OSError):
@@ -74,16 +77,17 @@ def serve_line() -> str:
         while len(pending) >= 8:
             body = bytes(pending[:1]) + reply(bytes(pending[1:6]))
             del pending[:8]
-            os.write(near, body + FramerRTU.compute_CRC(body).to_bytes(2, "big"))
+            frame = body + FramerRTU.compute_CRC(body).to_bytes(2, "big")
+            loop.call_later(11 * (8 + len(frame)) / baud if baud else 0.0, os.write, near, frame)
 
-    asyncio.get_running_loop().add_reader(near, on_request)
+    loop.add_reader(near, on_request)
     return os.ttyname(far)
 
 
 async def main(port: int) -> None:
     """Serve until killed."""
     server = await asyncio.get_running_loop().create_server(Connection, "127.0.0.1", port)
-    print(server.sockets[0].getsockname()[1], serve_line(), flush=True)
+    print(server.sockets[0].getsockname()[1], serve_line(None), serve_line(19200.0), flush=True)
     await server.serve_forever()
 
 

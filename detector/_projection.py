@@ -7,7 +7,7 @@ Lipschitz (Pomet and Praly 1992); a rest beyond the border, due to the finite st
 
 from __future__ import annotations
 
-from math import sqrt
+from math import fabs, sqrt
 
 from detector._native import Array, native
 
@@ -46,9 +46,7 @@ def _fade(value: Array, step: Array, bound: float) -> None:
 
 @native
 def project_interval(value: float, step: float, lower: float, upper: float, kind: float) -> float:
-    """P{value + step} within lower..upper."""
-    if kind == SMOOTH:
-        layer = LAYER * (upper - lower)
-        near = upper - value if step > 0.0 else value - lower
-        step *= max(0.0, min(near / layer, 1.0))
+    """P{value + step} within lower..upper; the smooth form fades towards the far ends, abs(value) = upper."""
+    if kind == SMOOTH and value * step > 0.0:
+        step *= max(0.0, min((upper - fabs(value)) / (LAYER * upper), 1.0))
     return min(max(value + step, lower), upper)

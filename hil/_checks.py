@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import NamedTuple
 
@@ -79,7 +79,10 @@ class Request:
     """One read or write of neighbouring registers or bits.
 
     unit : device id 0..255; function : code; address : from 0; count : of items; words : what a write carries, empty
-    for a read. Raises ValueError for what the protocol cannot say.
+    for a read; pdu : function code and data as they go out; data_bytes : the byte count that the reply to a read must
+    declare; reply_length : bytes of a right reply, from the function code to the end of its data.
+
+    Raises ValueError for what the protocol cannot say.
     """
 
     unit: int
@@ -87,6 +90,9 @@ class Request:
     address: int
     count: int
     words: tuple[int, ...] = ()
+    pdu: bytes = field(init=False, repr=False, compare=False)
+    data_bytes: int = field(init=False, repr=False, compare=False)
+    reply_length: int = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         most = MOST.get(self.function)
@@ -96,33 +102,26 @@ class Request:
             raise ValueError(f"unit {self.unit}, address {self.address}..{self.address + self.count - 1} do not exist")
         if len(self.words) != (self.count if self.writes else 0):
             raise ValueError(f"function {self.function} of {self.count} items carries {len(self.words)} values")
+        # Worked out once: a poll sends the same request again and again.
+        n_bytes = 2 * self.count if self.function in READ_REGISTERS else (self.count + 7) // 8
+        object.__setattr__(self, "data_bytes", n_bytes)
+        object.__setattr__(self, "reply_length", 5 if self.writes else 2 + n_bytes)
+        object.__setattr__(self, "pdu", _pdu(self))
 
     @property
     def writes(self) -> bool:
         """Whether it changes something in the device."""
         return self.function in (WRITE_COILS, WRITE_REGISTERS)
 
-    @property
-    def pdu(self) -> bytes:
-        """Function code and data."""
-        head = struct.pack(">BHH", self.function, self.address, self.count)
-        if self.function == WRITE_REGISTERS:
-            return head + struct.pack(f">B{self.count}H", 2 * self.count, *self.words)
-        if self.function == WRITE_COILS:
-            packed = sum(bool(bit) << k for k, bit in enumerate(self.words))
-            n_bytes = (self.count + 7) // 8
-            return head + bytes([n_bytes]) + packed.to_bytes(n_bytes, "little")
-        return head
 
-    @property
-    def data_bytes(self) -> int:
-        """The byte count that the reply to a read must declare."""
-        return 2 * self.count if self.function in READ_REGISTERS else (self.count + 7) // 8
-
-    @property
-    def reply_length(self) -> int:
-        """Bytes of a right reply, from the function code to the end of its data."""
-        return 5 if self.writes else 2 + self.data_bytes
+def _pdu(request: Request) -> bytes:
+    head = struct.pack(">BHH", request.function, request.address, request.count)
+    if request.function == WRITE_REGISTERS:
+        return head + struct.pack(f">B{request.count}H", 2 * request.count, *request.words)
+    if request.function == WRITE_COILS:
+        packed = sum(bool(bit) << k for k, bit in enumerate(request.words))
+        return head + bytes([request.data_bytes]) + packed.to_bytes(request.data_bytes, "little")
+    return head
 
 
 def check_pdu(request: Request, pdu: bytes) -> Reply:

@@ -15,7 +15,6 @@ from collections.abc import Callable
 from typing import assert_never
 
 import serial
-from pymodbus.transport.serialtransport import create_serial_connection
 
 from hil._checks import Fault, Reply, Request
 from hil._link_frames import transactions
@@ -137,9 +136,7 @@ class Link:
                 return tcp
             case RtuAddress():
                 rtu = RtuWire(address.timeout, address.quiet, address.gap, self.tally, self._give_up)
-                line = {"baudrate": address.baud, "bytesize": 8, "parity": address.parity, "stopbits": address.stop}
-                await create_serial_connection(loop, lambda: rtu, str(address.device), **line, timeout=0)
-                await rtu.ready.wait()
+                await rtu.open(str(address.device), address.baud, address.parity, address.stop)
                 return rtu
             case _:
                 assert_never(address)

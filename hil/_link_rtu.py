@@ -20,6 +20,7 @@ meets a request whose own reply is lost. A heartbeat register among the values s
 from __future__ import annotations
 
 import asyncio
+import os
 from collections import Counter
 from dataclasses import dataclass
 from typing import cast
@@ -53,11 +54,33 @@ class _Trust:
         self.first_byte = max(first_byte, 0.95 * self.first_byte)
 
 
+class _SerialLine(SerialTransport):
+    """pymodbus' serial transport, reading the descriptor itself.
+
+    pyserial asks `select` first, which knows no descriptor above 1023: with many connections in the process a line
+    would be deaf, and its reader called again and again for ever.
+    """
+
+    def intern_read_ready(self) -> None:
+        """Called by the event loop when there are bytes, or the device has gone."""
+        try:
+            data = os.read(self.sync_serial.fileno(), 4096)
+        except (BlockingIOError, InterruptedError):
+            return
+        except OSError as error:
+            self.close(exc=error)
+            return
+        if data:
+            self.intern_protocol.data_received(data)
+        else:
+            self.close(exc=OSError("the device has gone"))
+
+
 class RtuWire(asyncio.Protocol):
     """Requests on a serial line.
 
     timeout : s to wait for a reply; quiet : s of silence that no stray reply exceeds; gap : s, the 3.5 characters of
-    the standard; tally, lost : as in `TcpWire`. The event `ready` is set when the line can be used.
+    the standard; tally, lost : as in `TcpWire`.
     """
 
     def __init__(self, timeout: float, quiet: float, gap: float, tally: Counter[str], lost: Lost) -> None:
@@ -68,8 +91,14 @@ class RtuWire(asyncio.Protocol):
         self._answer: asyncio.Future[Reply]
         self._silent_from = self._first_byte_at = 0.0  # the line may speak until then; when a reply began
         self._trust: dict[int, _Trust] = {}
-        self.ready = asyncio.Event()
+        self._ready = asyncio.Event()
         self._strayed = False  # since the request under way was sent
+
+    async def open(self, device: str, baud: int, parity: str, stop: int) -> None:
+        """Open the line. Raises OSError or termios.error."""
+        line = _SerialLine(self._loop, self, device, baud, 8, parity, stop, 0)
+        self._loop.call_soon(line.setup)
+        await self._ready.wait()
 
     async def exchange(self, request: Request) -> Reply:
         """Send one request and return the verdict on its reply, once the line has been silent behind it."""
@@ -96,7 +125,7 @@ class RtuWire(asyncio.Protocol):
         """Called by the event loop. What the line held before is not ours: it must fall silent first."""
         self._transport = cast(SerialTransport, transport)
         self._distrust()
-        self.ready.set()
+        self._ready.set()
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Called by the transport when the device has gone."""

@@ -104,12 +104,21 @@ def crosscheck(
     scale = np.std(table, axis=0)
     coefficients, kept = _sparse(table[::stride] / np.where(scale > 0, scale, 1.0), force, float(np.std(force)))
     found = dict(zip(TERMS, coefficients / np.where(scale > 0, scale, 1.0), strict=True))
-    spread = dict(zip(TERMS, scale * np.abs(coefficients / np.where(scale > 0, scale, 1.0)), strict=True))
+    spread = {term: abs(c) * size for (term, c), size in zip(found.items(), _own(library), strict=True)}
     offset = np.mean(force - library[:, :-1] @ np.array(list(found.values())))
     error = force - library[:, :-1] @ np.array(list(found.values())) - offset
     unexplained = float(np.std(error) / np.std(force))
     rows = _rows(fit, found, spread, float(np.std(error)), std or {})
     return Crosscheck(rows, kept, unexplained) if any(row.counts for row in rows) else None
+
+
+def _own(library: Array) -> list[float]:
+    """Standard deviation of what each term has for itself, apart from all others; the last column is the constant."""
+    sizes = []
+    for i in range(library.shape[1] - 1):
+        others = np.delete(library, i, axis=1)
+        sizes.append(float(np.std(library[:, i] - others @ np.linalg.lstsq(others, library[:, i], rcond=None)[0])))
+    return sizes
 
 
 def _rows(

@@ -89,9 +89,15 @@ class RecordingWriter:
         with writing(self.path), undisturbed():
             self._disk = Disk(self.path)
             self._file = self._create(header)
-            self._disk.sync()
-            sync(self.path.parent)
-            self._journal = Journal(self.path, self._run, chunk_rows, header)
+            try:
+                self._disk.sync()
+                sync(self.path.parent)
+                self._journal = Journal(self.path, self._run, chunk_rows, header)
+            except BaseException:
+                self._file.close()
+                self._disk.close()
+                self.path.unlink()
+                raise
         self._datasets = [self._file["signals"][name] for name in self._names]
 
     def __enter__(self) -> RecordingWriter:

@@ -1,8 +1,8 @@
 """Trying a damaged file on a child process first.
 
-The HDF5 library crashes the interpreter, or never returns, on some damaged files (about one in three thousand random
-damages did when this was written; its issue 1707 is one case). No exception can catch that, so what a file declares is
-looked at in a forked child before it is looked at here. That costs a few milliseconds.
+The HDF5 library crashes the interpreter, never returns, or takes gigabytes of memory on some damaged files (about one in
+a thousand random damages did when this was written; its issue 1707 is one case). No exception can catch that, so what a
+file declares is looked at in a forked child before it is looked at here. That costs a few milliseconds.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from pathlib import Path
 from recordings._errors import BadInput
 
 _PATIENCE_S = 2
+_MOST_KILOBYTES = 1 << 19
 
 
 def probe(path: Path, look: Callable[[], object]) -> None:
@@ -28,7 +29,7 @@ def probe(path: Path, look: Callable[[], object]) -> None:
     Raises
     ------
     BadInput
-        The child crashed, or used more than a few seconds of processor time.
+        The child crashed, or used more than a few seconds of processor time or half a gigabyte.
     """
     with warnings.catch_warnings():
         # A child of a process with threads may find a lock held; h5py releases its own, and nothing else is used there.
@@ -40,14 +41,20 @@ def probe(path: Path, look: Callable[[], object]) -> None:
     if child == 0:
         _look_and_vanish(look)
     _, status = os.waitpid(child, 0)
-    if os.WIFSIGNALED(status):
-        number = os.WTERMSIG(status)
-        what = "never comes to an end" if number in {signal.SIGXCPU, signal.SIGALRM, signal.SIGKILL} else "crashes"
-        found = f"it is damaged so badly that the HDF5 library {what} on it"
+    if status:
+        found = f"it is damaged so badly that the HDF5 library {_end(status)} on it"
         raise BadInput(str(path), found, "copy it again from its origin")
 
 
+def _end(status: int) -> str:
+    if os.WIFEXITED(status):
+        return "asks for gigabytes of memory"
+    slow = {signal.SIGXCPU, signal.SIGALRM, signal.SIGKILL}
+    return "never comes to an end" if os.WTERMSIG(status) in slow else "crashes"
+
+
 def _look_and_vanish(look: Callable[[], object]) -> None:
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     try:
         faulthandler.disable()
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
@@ -56,4 +63,5 @@ def _look_and_vanish(look: Callable[[], object]) -> None:
         signal.alarm(10 * _PATIENCE_S)
         look()
     finally:
-        os._exit(0)
+        grown = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
+        os._exit(int(grown > _MOST_KILOBYTES))

@@ -74,10 +74,10 @@ def test_the_steady_filter_follows_the_full_one_when_samples_come_irregularly():
     assert np.std((full - steady)[late]) < 0.2 * errors[0]
 
 
-def test_the_filter_beats_the_difference_quotient_a_hundred_times():
+def test_the_filter_beats_the_difference_quotient_fifty_times():
     t, x, v = noisy(4000, 1e-3, 1e-4)
     _, velocity = filtered(SteadyKalman(1e-4, 1.0, 1e-3), t, x)
-    assert np.std((velocity - v)[1000:]) < 0.01 * np.std(np.diff(x) / 1e-3 - v[1:])
+    assert np.std((velocity - v)[1000:]) < 0.02 * np.std(np.diff(x) / 1e-3 - v[1:])
 
 
 def test_high_pass_is_exact_for_ramps():

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import asyncio
+import os
+import resource
 from collections import Counter
 
 import pytest
@@ -172,3 +174,24 @@ def test_a_device_that_is_missing_or_busy_or_no_device_is_bad_input(tmp_path):
         Link(parse_address(f"rtu:{nothing}"), lambda happening, text: None)
     with pytest.raises(BadInput, match="cannot be opened"):
         Link(parse_address(f"rtu:{plain}"), lambda happening, text: None)
+
+
+def test_a_line_works_in_a_process_with_more_than_a_thousand_open_files():
+    """`select`, which pyserial uses, knows no descriptor above 1023."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    wanted = 1200
+    if resource.RLIM_INFINITY != hard < wanted:
+        pytest.skip(f"this system allows {hard} open files")
+    resource.setrlimit(resource.RLIMIT_NOFILE, (max(soft, wanted), hard))
+    files = [os.open(os.devnull, os.O_RDONLY) for _ in range(1100)]
+
+    async def story() -> Reply:
+        async with PtyPeer(of_address) as peer, Serial(peer) as link:
+            return await within(link.exchange(read(7)))
+
+    try:
+        assert asyncio.run(story()) == right(7)
+    finally:
+        for descriptor in files:
+            os.close(descriptor)
+        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))

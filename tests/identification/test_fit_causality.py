@@ -96,9 +96,10 @@ def drive() -> Recording:
 
 
 def test_a_drive_without_a_spring_is_fitted_from_its_force(drive):
+    """An integrator is fitted in windows of 10 ms, which tells little of what lives in milliseconds: mass and bristles."""
     found = identify([drive], given={"spring.K": 0.0})
     assert found.fit.outcome is Outcome.CONVERGED
-    for name, share in (("mass.m", 0.02), ("lugre.fc", 0.01), ("lugre.sigma2", 0.02), ("lugre.sigma0", 0.1)):
+    for name, share in (("lugre.fc", 0.01), ("lugre.sigma2", 0.01), ("mass.m", 0.1), ("lugre.sigma0", 0.1)):
         assert found.fit.values[name] == pytest.approx(TRUTH[name], rel=share)
     assert abs(found.fit.values["spring.F0"]) < 0.5
     assert found.model.parameters["spring.K"].status == "given"

@@ -118,6 +118,19 @@ def test_replaced_items(originals: list[bytes], tmp_path_factory: pytest.TempPat
     is_recording_or_bad_input(path)
 
 
+def test_a_file_that_makes_the_library_take_gigabytes_is_refused(originals: list[bytes], tmp_path: Path) -> None:
+    data = bytearray(originals[2])
+    length = struct.pack("<I", len("valve-recording"))  # a text is stored as its length and where it lies
+    place = data.find(length, data.find(b"format\0"))
+    struct.pack_into("<I", data, place, 2**31 - 1)
+    path = tmp_path / "rec.h5"
+    path.write_bytes(data)
+    with pytest.raises(
+        BadInput, match=r"that the HDF5 library (asks for gigabytes of memory|never comes to an end) on it"
+    ):
+        read(path)
+
+
 def test_a_file_on_which_the_library_never_returns_is_refused(originals: list[bytes], tmp_path: Path) -> None:
     data = bytearray(originals[1])
     heap = data.find(b"GCOL")  # where HDF5 keeps texts; a step of this size leads back to where it began

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from datetime import UTC, datetime
@@ -111,6 +112,18 @@ def test_a_run_makes_a_new_file(tmp_path: Path) -> None:
     with pytest.raises(BadInput, match="two signals share a name"):
         RecordingWriter(tmp_path / "new.h5", [*SPECS, SignalSpec("force", "kN", "input")])
     assert not (tmp_path / "new.h5").exists()
+
+
+def test_a_disk_that_is_full_from_the_start_is_left_as_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object) -> int:
+        raise OSError(28, "No space left on device")
+
+    for name in ("pwrite", "fsync"):
+        with monkeypatch.context() as patch:
+            patch.setattr(os, name, full)
+            with pytest.raises(BadInput, match="the disk is full; make room, or choose another folder"):
+                RecordingWriter(tmp_path / "run.h5", SPECS)
+        assert list(tmp_path.iterdir()) == []
 
 
 def test_a_closed_writer_takes_nothing_and_closes_twice(tmp_path: Path) -> None:

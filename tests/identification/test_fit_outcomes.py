@@ -1,0 +1,124 @@
+"""Failure is a value with a sentence: what recordings cannot teach, and what no model follows."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from seeded_valves import changed, made, moved, recorded
+
+from identification import Outcome, experiment, fit, identify
+from recordings import BadInput, NegativeAnswer, Recording, Signal
+from simulator import random_valve
+
+SEED = 2
+TRUTH, STROKE = random_valve(SEED)
+RNG = np.random.default_rng(7)
+
+
+@pytest.fixture(scope="module")
+def plain() -> Recording:
+    return recorded(SEED)
+
+
+def stuck(size: float) -> Recording:
+    """A force that moves nothing, and a position that is noise about one place."""
+    plain = recorded(SEED)
+    noise = size * np.random.default_rng(3).normal(size=len(plain))
+    return changed(plain, force=0.01 * plain["force"].values, position=0.01 + noise)
+
+
+def one_way() -> Recording:
+    """A slow push in one direction only, from motion to motion."""
+    t = np.arange(5000) / 500.0
+    force = TRUTH["spring.F0"] + 1.3 * TRUTH["lugre.fs"] + TRUTH["spring.K"] * STROKE * t / t[-1]
+    position = moved(TRUTH, t, force) + 1e-6 * np.random.default_rng(4).normal(size=len(t))
+    late = slice(2000, None)
+    return made(t[late] - t[2000], force[late], position[late])
+
+
+def first_samples(n: int) -> Recording:
+    plain = recorded(SEED)
+    keep = slice(2500, 2500 + n)
+    return made(plain.time[:n], plain["force"].values[keep], plain["position"].values[keep])
+
+
+REFUSED = {
+    "a stuck stem": (lambda: stuck(0.0), Outcome.NO_MOTION),
+    "a stuck stem and noise": (lambda: stuck(1e-6), Outcome.NO_MOTION),
+    "a stuck stem and a coarse sensor": (lambda: changed(stuck(0.0), position=np.tile([0.01, 0.0101], 5001)[:10001]), Outcome.NO_MOTION),
+    "a constant force": (lambda: changed(recorded(SEED), force=np.full(10001, 300.0)), Outcome.CONSTANT_INPUT),
+    "one way only": (one_way, Outcome.NO_FRICTION),
+    "forty samples": (lambda: first_samples(40), Outcome.TOO_SHORT),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_a_recording_cannot_teach_is_said_and_not_invented(name):
+    make, outcome = REFUSED[name]
+    found = fit([experiment(make())])
+    assert found.outcome is outcome
+    assert not found.outcome.usable
+    assert found.path is None
+    with pytest.raises(NegativeAnswer, match=outcome.value):
+        identify([make()])
+
+
+def test_one_way_is_enough_where_the_preload_is_known():
+    found = fit([experiment(one_way())], given={name: TRUTH[name] for name in ("mass.m", "spring.K", "spring.F0")})
+    assert found.outcome is not Outcome.NO_FRICTION
+
+
+def test_every_outcome_has_a_sentence_of_its_own():
+    sentences = [outcome.value for outcome in Outcome]
+    assert len(set(sentences)) == len(sentences)
+    for sentence in sentences:
+        assert len(sentence.split()) > 2
+        assert "\n" not in sentence
+    assert Outcome.CONVERGED.usable
+    assert not Outcome.DIVERGED.usable
+
+
+@pytest.mark.parametrize("sign", ["force", "position"])
+def test_an_opposite_sign_is_not_explained(plain, sign):
+    found = identify([changed(plain, **{sign: -plain[sign].values})])
+    assert found.fit.outcome is Outcome.NOT_EXPLAINED
+    assert "signs" in found.fit.outcome.value
+    assert all(np.isfinite(p.value) for p in found.model.parameters.values())
+    assert all(p.std is None or np.isfinite(p.std) for p in found.model.parameters.values())
+
+
+def test_swapped_force_and_position_are_not_explained(plain):
+    found = identify([made(plain.time, plain["position"].values, plain["force"].values)])
+    assert found.fit.outcome is Outcome.NOT_EXPLAINED
+    assert "roles" in found.fit.outcome.value
+
+
+def test_a_force_in_the_wrong_unit_does_not_pass_as_a_good_fit(plain):
+    found = identify([changed(plain, force=1e6 * plain["force"].values)])
+    agrees = found.crosscheck is not None and found.crosscheck.agrees
+    assert found.fit.outcome is not Outcome.CONVERGED or not agrees
+    assert found.fit.rms > 10
+
+
+def test_a_position_that_is_mostly_missing_is_refused(plain):
+    position = np.where(np.arange(len(plain)) < 5, plain["position"].values, np.nan)
+    with pytest.raises(BadInput, match="no stretch of 30 samples"):
+        fit([experiment(changed(plain, position=position))])
+
+
+def test_numbers_that_overflow_end_in_words(plain):
+    """Forces of 1e200 N: whatever comes out, it is an outcome and not an exception."""
+    found = fit([experiment(changed(plain, force=1e200 * plain["force"].values))])
+    assert found.outcome is not Outcome.CONVERGED
+
+
+def test_a_plant_that_only_runs_coarsely_sampled_ends_in_an_outcome():
+    """A valve signature of some dozen points, one a second, stem on its stops at both ends."""
+    x = np.clip(np.concatenate([np.linspace(-0.1, 1.1, 24), np.linspace(1.05, -0.15, 24)]), 0, 1) * STROKE
+    pressure = np.concatenate([np.linspace(0.0, 1.0, 24), np.linspace(0.9, -0.1, 24)])
+    force = Signal("force", 3000 * pressure, "N", "input")
+    signals = [Signal("time", np.arange(48.0), "s", "time"), force, Signal("position", x, "m", "output")]
+    found = fit([experiment(Recording.of(signals))], given={"mass.m": 2.0})
+    assert isinstance(found.outcome, Outcome)
+    if found.outcome.usable:
+        assert all(np.isfinite(list(found.values.values())))
