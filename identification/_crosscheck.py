@@ -139,7 +139,7 @@ def _rows(
 
 def _decides(fitted: float, std: float, gate: float, share: float, error: float) -> bool:
     """Whether a coefficient's share of the force stands out of the error, and the fit knows it better than its gate."""
-    return fitted > 0 and std < gate * fitted and share > 3 * error
+    return bool(fitted > 0 and std < gate * fitted and share > 3 * error)
 
 
 def _table(segment: Segment, fit: Fit, experiment: Experiment) -> tuple[Array, Array]:

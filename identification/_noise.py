@@ -11,6 +11,8 @@ _DIFFERENCE = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
 """Fourth difference: it removes every cubic, so that what stays of a smooth signal is its white noise."""
 
 
+ROUNDING = 4 * float(np.finfo(float).eps)
+"""Least noise, as a share of the largest value: what the arithmetic itself leaves."""
 UNEVEN = 0.01
 """Relative spread of the sampling intervals from which the difference takes the times into account."""
 
@@ -31,8 +33,9 @@ def noise_std(signal: Array, quantum: float = 0.0, t: Array | None = None) -> fl
     fourth = _fourth_difference(signal, t) if len(signal) >= len(_DIFFERENCE) else np.empty(0)
     fourth = fourth[np.isfinite(fourth)]
     white = float(np.median(np.abs(fourth)) / 0.6745) if len(fourth) else 0.0
-    span = float(np.nanmax(signal) - np.nanmin(signal)) if np.isfinite(signal).any() else 0.0
-    return max(white, (quantum or _smallest_step(signal)) / np.sqrt(12.0), 1e-9 * span)
+    known = signal[np.isfinite(signal)]
+    span, size = (float(np.ptp(known)), float(np.abs(known).max())) if len(known) else (0.0, 0.0)
+    return max(white, (quantum or _smallest_step(signal)) / np.sqrt(12.0), 1e-9 * span, ROUNDING * size)
 
 
 def _fourth_difference(signal: Array, t: Array | None) -> Array:

@@ -98,7 +98,7 @@ def open_recording(path: str | Path) -> RecordingFile:
         The file cannot be opened, or what it declares breaks a rule of the format.
     """
     path = Path(path)
-    file = _opened(path)
+    file = opened(path)
     try:
         layout = layout_of(file, str(path), Problems(keep_going=False))
         assert layout is not None  # the first problem is raised
@@ -131,12 +131,12 @@ def validate(path: str | Path) -> list[BadInput]:
     """Everything that is wrong with a recording; empty when nothing is. Holds one signal at a time in memory."""
     path = Path(path)
     problems = Problems(keep_going=True)
-    with problems.within(str(path)), _opened(path) as file:
+    with problems.within(str(path)), opened(path) as file:
         layout_of(file, str(path), problems, values=True)
     return problems.found
 
 
-def _opened(path: Path) -> h5py.File:
+def opened(path: Path) -> h5py.File:
     """Open a file on whose declarations the HDF5 library is known to survive."""
 
     def look() -> None:

@@ -20,12 +20,12 @@ from recordings._disk import new_hdf5
 from recordings._errors import BadInput
 from recordings._files import appearing, sync, writing
 from recordings._format import append_events, append_samples, create_events, create_signal, write_header
-from recordings._hdf5 import journal_path, open_hdf5, raw_attribute
+from recordings._hdf5 import journal_path, raw_attribute
 from recordings._journal import Contents, read_journal
 from recordings._layout import layout_of
 from recordings._plant import Event
 from recordings._problems import Problems
-from recordings._reader import open_recording
+from recordings._reader import open_recording, opened
 from recordings._signal import Array
 
 
@@ -93,7 +93,7 @@ def _alone_with(path: Path) -> Iterator[None]:
 def _finished(path: Path, run: str) -> int | None:
     """The samples of a file that its writer closed or an earlier recovery built; None for one still to be rebuilt."""
     try:
-        with open_hdf5(path) as file:
+        with opened(path) as file:
             if raw_attribute(file, "journal") in {f"closed {run}", f"merged {run}"}:
                 layout = layout_of(file, str(path), Problems(keep_going=False))
                 return layout.n_samples if layout else None

@@ -43,8 +43,6 @@ def keep_rows(table: Table, clock: Clock, layout: FileLayout, n_rows: int) -> tu
         Nothing says what the time is, or it does not increase and is not to be repaired, naming the row.
     """
     rows = _turned(table, layout, np.arange(n_rows)[layout.drop_rows :])
-    if len(rows) < 2:
-        raise BadInput(table.where, f"it holds {len(rows)} rows of data", "a recording needs at least 2 (--drop-rows)")
     column = time_column(table, clock)
     if column is None:
         time = np.arange(len(rows)) / float(clock.rate_hz or 1.0)
@@ -52,6 +50,9 @@ def keep_rows(table: Table, clock: Clock, layout: FileLayout, n_rows: int) -> tu
         time = _seconds(table, column, clock)[rows]
         if clock.repair != "refuse":
             rows, time = _repaired(rows, time, clock.repair)
+    if len(rows) < 2:
+        remedy = "a recording needs at least 2 (--drop-rows, --time-repair)"
+        raise BadInput(table.where, f"{len(rows)} rows of data are left", remedy)
     fault = time_fault(time)
     if fault is not None:
         raise BadInput(table.row(int(rows[fault[0]])), _fault_in_words(time, fault[0]), _REPAIR)
@@ -71,7 +72,7 @@ def first_date(table: Table, clock: Clock) -> datetime | None:
 
 
 def _fault_in_words(time: Array, sample: int) -> str:
-    if np.isnan(time[sample]):
+    if not np.isfinite(time[sample]):
         return "the time is missing"
     how = "repeats" if time[sample] == time[sample - 1] else "goes backwards"
     return f"time {how}: {time[sample]:.9g} s after {time[sample - 1]:.9g} s"

@@ -197,6 +197,12 @@ FAULTS: dict[str, tuple[str | bytes, dict[str, Any], str]] = {
         {},
         "rig.csv: row 3: the time is missing; the time of the rows must increase",
     ),
+    "no time left": (
+        "t,x,F\n,1,1\n,2,2\n",
+        {"time": {"column": 1, "unit": "ms", "repair": "sort"}},
+        "rig.csv: 0 rows of data are left; a recording needs at least 2",
+    ),
+    "time infinite": (GOOD.replace("20,", "inf,"), {}, "rig.csv: row 4: the time is missing"),
     "time cut away": (
         GOOD,
         {"time": {"column": 1, "unit": "ms", "from_s": 9.0}},
@@ -207,7 +213,7 @@ FAULTS: dict[str, tuple[str | bytes, dict[str, Any], str]] = {
         {"time": {"column": 1, "unit": "iso8601"}},
         "row 3: 'noon' is not a date",
     ),
-    "one row": ("t,x,F\n0,1,1\n", {}, "rig.csv: it holds 1 rows of data; a recording needs at least 2"),
+    "one row": ("t,x,F\n0,1,1\n", {}, "rig.csv: 1 rows of data are left; a recording needs at least 2"),
     "only a header": ("t,x,F\n", {}, "rig.csv: it holds no data"),
     "only comments": ("# a\n# b\n", {}, "rig.csv: it holds no data"),
     "empty": ("", {}, "rig.csv: it is empty (0 bytes)"),
@@ -340,11 +346,23 @@ def test_where_a_recording_came_from_is_kept(tmp_path: Path) -> None:
     assert dated.created.isoformat() == "2026-11-21T09:30:00+01:00"
 
 
-@given(st.binary(max_size=300) | st.text("0123456789.,;\t -+eE\n\r\"'#xNa", max_size=300).map(str.encode))
+CLOCKS: list[dict[str, Any]] = [
+    {"rate_hz": 10.0},
+    {"column": 1, "unit": "ms", "repair": "sort"},
+    {"column": 2, "unit": "s", "repair": "drop", "from_s": 0.0},
+    {"column": 1, "unit": "iso8601"},
+]
+ANY = st.binary(max_size=300) | st.text("0123456789.,;\t -+eE\n\r\"'#xNa", max_size=300).map(str.encode)
+ROWS = st.lists(st.lists(st.floats(), min_size=2, max_size=3).map(lambda row: ";".join(map(str, row))), max_size=9)
+
+
+@given(ANY | ROWS.map("\n".join).map(str.encode), st.sampled_from(CLOCKS))
 @settings(max_examples=200, deadline=None)
-def test_any_bytes_make_a_recording_or_bad_input(tmp_path_factory: pytest.TempPathFactory, content: bytes) -> None:
+def test_any_bytes_make_a_recording_or_bad_input(
+    tmp_path_factory: pytest.TempPathFactory, content: bytes, clock: dict[str, Any]
+) -> None:
     path = tmp_path_factory.getbasetemp() / "any.csv"
     signals = {"position": {"column": 1, "unit": "mm"}}
-    result = outcome(lambda: imported(path, content, time={"rate_hz": 10.0}, signals=signals))
+    result = outcome(lambda: imported(path, content, time=clock, signals=signals))
     assert "\n" not in str(result)
     assert isinstance(result, BadInput) or len(result) >= 2
