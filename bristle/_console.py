@@ -69,6 +69,20 @@ def stdout() -> Console:
     return Console(highlight=False, soft_wrap=True)
 
 
+def model_words(model: ValveModel) -> str:
+    """A model file in words: effects, parameters, noise, errors and what it was fitted to."""
+    lines = [f"valve model: {', '.join(model.effects)}"]
+    for name, p in model.parameters.items():
+        known = "given" if p.std is None else f"± {p.std:.2g}"
+        lines.append(f"  {name:14} {p.value:12.6g} {p.unit:6} {known:12} {p.status}{f', {p.note}' if p.note else ''}")
+    lines += [f"noise: {', '.join(f'{name} {value:.3g}' for name, value in model.noise.items() if value is not None)}"]
+    for kind, error in model.error.items():
+        if error:
+            lines.append(f"free-run error, {kind}: {', '.join(f'{k} {v:.4g}' for k, v in error.items())}")
+    lines += [f"fitted to {f.file} ({f.samples} samples, sha256 {f.sha256[:12]}...)" for f in model.fitted_to]
+    return "\n".join(lines)
+
+
 def parameter_table(found: Identification, truth: dict[str, float] | None = None) -> object:
     """The fitted parameters as a table, beside the truth where it is known."""
     from rich.table import Table

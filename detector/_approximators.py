@@ -23,7 +23,7 @@ _STEEPEST = 700.0
 
 
 class Table(NamedTuple):
-    """An approximator as numbers. base (n_base, 7): kind and constants of each base function; powers (n_terms, n_base)."""
+    """An approximator as numbers. base (n_base, 7): kind and constants of base functions; powers (n_terms, n_base)."""
 
     base: Array
     powers: Integers

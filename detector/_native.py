@@ -1,4 +1,4 @@
-"""The one arithmetic of the room: numba, without reassociation or fused operations, so that equal inputs give equal bits."""
+"""The one arithmetic of the room: numba, nothing reassociated or fused, so that equal inputs give equal bits."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ from typing import Literal
 import numpy as np
 
 from detector import _kernel as kernel
-from detector._approximators import Approximator, HighOrder
+from detector._approximators import Approximator, HighOrder, Table
 from detector._decision import ABSOLUTE, PRINTED, Rule
 from detector._projection import RADIAL, SMOOTH
 from detector._sample import Sample, Samples, Screening, screen
@@ -48,7 +48,7 @@ class Start:
 
 @dataclass(frozen=True)
 class Bounds:
-    """Radii of the sets of the projections in (4.20): Ma of w1, Mb of w2, Mc of e1, Md of b1, Me, Mf, Mg of alpha1, 4, 5."""
+    """Radii of the sets in (4.20): Ma of w1, Mb of w2, Mc of e1, Md of b1, Me, Mf, Mg of alpha1, alpha4, alpha5."""
 
     w1: float = 1000.0
     w2: float = 1000.0
@@ -128,7 +128,7 @@ class Observer:
         return after, Decisions(samples.time_s, said, verdict, past if history else None, state.n_first)
 
     @cached_property
-    def _tables(self) -> tuple:
+    def _tables(self) -> tuple[Table, Table]:
         if (self.s1.inputs, self.s2.inputs) != (2, 1):
             raise BadInput("observer", f"S1 has {self.s1.inputs} inputs and S2 {self.s2.inputs}",
                            "S1 takes x2 and abs(x2), S2 abs(x2) alone")  # fmt: skip
@@ -147,5 +147,3 @@ class Observer:
             {"absolute": ABSOLUTE, "printed": PRINTED}[self.rule.residual],
         )  # fmt: skip
         return kernel.Numbers(*map(float, numbers))
-
-

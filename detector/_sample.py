@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from enum import IntEnum
 from math import fabs, isfinite
 
@@ -86,15 +86,15 @@ class Samples:
     ) -> Samples:
         """From any numbers; without velocity it is missing, without quality all are good. Raises BadInput."""
         t = np.array(time_s, float)
-        given = {"position": position, "input": input}
-        given |= {"velocity": np.full(t.shape, math.nan) if velocity is None else velocity}
-        given |= {"quality": np.zeros(t.shape) if quality is None else quality}
-        for name, values in given.items():
-            if t.ndim != 1 or np.shape(values) != t.shape:
-                raise BadInput(f"samples: {name}", f"its shape is {np.shape(values)}, the time's {t.shape}",
-                               "give one row of equal length each")  # fmt: skip
-        arrays = {name: np.array(values, np.int64 if name == "quality" else float) for name, values in given.items()}
-        return cls(time_s=t, **arrays)
+        speed = np.full(t.shape, math.nan) if velocity is None else np.array(velocity, float)
+        trust = np.zeros(t.shape, np.int64) if quality is None else np.array(quality, np.int64)
+        made = cls(t, np.array(position, float), np.array(input, float), speed, trust)
+        for one in fields(cls):
+            shape = getattr(made, one.name).shape
+            if t.ndim != 1 or shape != t.shape:
+                found = f"its shape is {shape}, the time's {t.shape}"
+                raise BadInput(f"samples: {one.name}", found, "give one row of equal length each")
+        return made
 
     @classmethod
     def row(cls, samples: Sequence[Sample]) -> Samples:
@@ -107,7 +107,9 @@ class Samples:
         """From a recording: its position, and the signal named `input`. Raises BadInput when one is missing."""
         for name in ("position", input):
             if name not in recording:
-                raise BadInput(f"recording: {name}", "there is no such signal", f"name one of {sorted(recording.signals)}")
+                raise BadInput(
+                    f"recording: {name}", "there is no such signal", f"name one of {sorted(recording.signals)}"
+                )
         velocity = recording["velocity"].values if "velocity" in recording else None
         return cls.of(recording.time, recording["position"].values, recording[input].values, velocity)
 
@@ -115,8 +117,8 @@ class Samples:
         return len(self.time_s)
 
     def __getitem__(self, part: slice) -> Samples:
-        columns = (self.time_s, self.position, self.input, self.velocity, self.quality)
-        return Samples(*(column[part] for column in columns))
+        rows = (self.time_s[part], self.position[part], self.input[part], self.velocity[part])
+        return Samples(*rows, self.quality[part])
 
 
 @dataclass(frozen=True)
@@ -134,6 +136,10 @@ class Screening:
         """The six numbers as the compiled screen takes them."""
         return np.array([self.gap_s, *self.position, *self.input, self.top_speed])
 
+
+_USED, _START, _GAP, _NOT_FINITE, _BAD, _STALE, _OUTLIER = (int(verdict) for verdict in Verdict)
+_IS_GOOD, _IS_STALE = int(Quality.GOOD), int(Quality.STALE)
+"""Plain numbers of the verdicts and qualities, as compiled functions take them."""
 
 LAST_TIME, LAST_POSITION, RUNNING, RUN_OF_OUTLIERS = range(4)
 """Places in the state of the screen, which starts as zeros."""
@@ -153,12 +159,12 @@ def screen(
         x, v = position[i], velocity[i] if measured else 0.0
         judged = _judge(state, limits, time[i], x, u[i], v, quality[i])
         verdict[i] = judged
-        if judged == 6:
+        if judged == _OUTLIER:
             state[RUN_OF_OUTLIERS] += 1.0
-        if judged > 2:
+        if judged > _GAP:
             dt[i] = np.nan
             continue
-        dt[i] = time[i] - state[LAST_TIME] if judged == 0 else 0.0
+        dt[i] = time[i] - state[LAST_TIME] if judged == _USED else 0.0
         state[LAST_TIME], state[LAST_POSITION], state[RUNNING], state[RUN_OF_OUTLIERS] = time[i], x, 1.0, 0.0
 
 
@@ -166,19 +172,19 @@ def screen(
 def _judge(state: Array, limits: Array, t: float, x: float, u: float, v: float, quality: int) -> int:
     """The verdict on one sample, as a number of `Verdict`."""
     if not (isfinite(t) and isfinite(x) and isfinite(u) and isfinite(v)):
-        return 3
-    if quality != 0:
-        return 5 if quality == 1 else 4
+        return _NOT_FINITE
+    if quality != _IS_GOOD:
+        return _STALE if quality == _IS_STALE else _BAD
     plausible = limits[1] <= x <= limits[2] and limits[3] <= u <= limits[4]
     if not plausible or max(fabs(x), fabs(u), fabs(v)) > LARGEST:
-        return 6
+        return _OUTLIER
     if state[RUNNING] == 0.0:
-        return 1
+        return _START
     elapsed = t - state[LAST_TIME]
     if fabs(elapsed) > limits[0]:
-        return 2
+        return _GAP
     if elapsed < LEAST_STEP:
-        return 5
+        return _STALE
     if fabs(x - state[LAST_POSITION]) > limits[5] * elapsed:
-        return 2 if state[RUN_OF_OUTLIERS] >= PATIENCE else 6
-    return 0
+        return _GAP if state[RUN_OF_OUTLIERS] >= PATIENCE else _OUTLIER
+    return _USED

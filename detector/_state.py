@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from detector import _kernel as kernel
 from detector._native import Array, Integers
 from detector._sample import Verdict
 from recordings import BadInput
-
 
 _ESTIMATES = {"e1": kernel.E1, "b1": kernel.B1, "alpha1": kernel.A1, "alpha4": kernel.A4, "alpha5": kernel.A5}
 
@@ -91,7 +91,7 @@ class Decision:
 
 @dataclass(frozen=True)
 class Decisions:
-    """Many decisions, as arrays: said (n_samples, 5), verdict (n_samples,) of `Verdict`; history (n_samples, n_core)."""
+    """Many decisions, as arrays: said (n_samples, 5); verdict (n_samples,); history (n_samples, n_core)."""
 
     time_s: Array
     said: Array
@@ -115,12 +115,12 @@ class Decisions:
         return self.said[:, kernel.PHI]
 
     @property
-    def exceeded(self) -> Array:
+    def exceeded(self) -> NDArray[np.bool_]:
         """Whether each residual is above the threshold."""
         return self.said[:, kernel.OVER] > 0
 
     @property
-    def alarm(self) -> Array:
+    def alarm(self) -> NDArray[np.bool_]:
         """Whether there is an alarm."""
         return self.said[:, kernel.ALARMED] > 0
 
@@ -131,7 +131,9 @@ class Decisions:
         """
         places = _ESTIMATES | {"xi1": kernel.XI1, "xi2": kernel.XI2}
         if name not in places or self.history is None:
-            raise BadInput(f"history of {name}", "it was not kept", f"run with history=True, and name one of {sorted(places)}")
+            raise BadInput(
+                f"history of {name}", "it was not kept", f"run with history=True, and name one of {sorted(places)}"
+            )
         return self.history[:, places[name]]
 
     @property

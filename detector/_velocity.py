@@ -17,7 +17,7 @@ from detector._native import Array, native
 from recordings import BadInput
 
 _UNSURE = 1e6
-"""Initial variances of velocity and acceleration, in squares of what the jerk makes in one second: as good as unknown."""
+"""Initial variances of velocity and acceleration, over the intensity of the jerk: as good as unknown."""
 
 
 class Motion(NamedTuple):

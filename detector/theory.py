@@ -113,7 +113,7 @@ def detection_bound(
     *, b_least: float, a_most: float, phi: float, k2: float, alpha1: float, t1: float = 0.0, rate: float = inf,
     form: Form = "corrected",
 ) -> float:  # fmt: skip
-    """Upper bound of the detection time after the onset [s]: (4.35) for an abrupt, (4.33)-(4.34) for an incipient fault.
+    """Upper bound of the detection time after the onset [s]: (4.35) abrupt, (4.33)-(4.34) incipient.
 
     It holds when from t1 to the time returned B keeps its sign and abs(B) >= b_least, abs(A) <= a_most,
     abs(Phi) <= phi, and abs(xi2(t1)) <= rho. The corrected form uses kappa sup abs(Phi) where the print has abs(Phi),
@@ -127,7 +127,9 @@ def detection_bound(
     """
     least = min(b_least, k2, t1 + 1.0, rate)
     if least <= 0 or a_most < 0 or phi < 0:
-        raise BadInput("detection time", "a bound or rate is negative or zero", "give the sizes abs(B), abs(A), abs(Phi)")
+        raise BadInput(
+            "detection time", "a bound or rate is negative or zero", "give the sizes abs(B), abs(A), abs(Phi)"
+        )
     k, level = k2 + alpha1, phi * (kappa(k2, alpha1) if form == "corrected" else 1.0)
     if b_least - a_most <= level:
         return inf

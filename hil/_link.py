@@ -99,7 +99,7 @@ class Link:
         self._deaf_since = asked_at if self._deaf_since is None else self._deaf_since
         deaf = asyncio.get_running_loop().time() - self._deaf_since
         if deaf > max(DEAF_AFTER_S, 3 * self.address.timeout) and not isinstance(self.address, RtuAddress):
-            self._give_up(ConnectionError(f"no usable reply for {deaf:.1f} s"))
+            self._give_up(ConnectionError(f"no usable reply for {deaf:.1f} s, the last time: {reply.text}"))
 
     def _give_up(self, error: Exception | None) -> None:
         """The connection is gone, or as good as gone."""

@@ -7,14 +7,15 @@ repetition lags behind its original. Then:
 1. A request is sent only into silence. After a timeout or any other fault the line is left alone until nothing has come
    for `quiet`; bytes that came while nobody waited are such a fault, they are never skipped.
 2. A reply counts only if the line stays silent behind it. If a stray frame took its place, the true reply follows
-   within the device's usual time to answer, and both are dropped. So the silence is awaited until twice the longest
-   usual time to the first byte, and at least the 3.5 characters of the standard: at ordinary speeds no loss of time.
-3. Behind each reply of a unit that has misbehaved the silence lasts longer, until ten replies in a row were clean: ten
+   within the device's usual time to answer, and both are dropped. So the silence is awaited until the longest usual
+   time to the first byte and a quarter more has passed since the request, and at least for the 3.5 characters of the
+   standard: no loss of time where a reply takes longer than that anyway.
+3. Behind each reply of a unit that is new or has misbehaved the silence lasts longer, until ten in a row were clean: ten
    times its usual time to answer, at least 50 ms and at most `quiet`. No stray frame that is due by then can reach the
    request after its own.
 
-What remains is a repetition that comes out of ten clean replies, lags by more than twice the usual time to answer, and
-meets a request whose own reply is lost. A heartbeat register among the values shows even that.
+What remains is a repetition that comes after ten clean replies, lags by more than the usual time to answer, and meets
+a request whose own reply is lost. A heartbeat register among the values shows even that.
 """
 
 from __future__ import annotations
@@ -32,6 +33,7 @@ from hil._link_frames import check_rtu, rtu_frame
 from hil._link_wire import GONE, Lost
 
 CLEAN_REPLIES = 10
+MARGIN = 1.25
 SHORTEST_WATCH_S = 0.05
 
 
@@ -40,7 +42,7 @@ class _Trust:
     """One unit's manners: its longest usual time to a first byte [s], and its clean replies in a row."""
 
     first_byte: float = 0.0
-    clean: int = 0
+    clean: int = 0  # nobody is trusted at first
 
     def silence(self, shortest: float, quiet: float) -> float:
         """How long the line must be silent behind a reply [s]."""
@@ -97,8 +99,12 @@ class RtuWire(asyncio.Protocol):
     async def open(self, device: str, baud: int, parity: str, stop: int) -> None:
         """Open the line. Raises OSError or termios.error."""
         line = _SerialLine(self._loop, self, device, baud, 8, parity, stop, 0)
-        self._loop.call_soon(line.setup)
-        await self._ready.wait()
+        try:
+            self._loop.call_soon(line.setup)
+            await self._ready.wait()
+        except BaseException:
+            line.close()
+            raise
 
     async def exchange(self, request: Request) -> Reply:
         """Send one request and return the verdict on its reply, once the line has been silent behind it."""
@@ -167,7 +173,7 @@ class RtuWire(asyncio.Protocol):
         """The reply itself if the line stays silent behind it."""
         trust.learn(self._first_byte_at - sent)
         behind = trust.silence(self._gap, self._quiet)
-        until = max(self._loop.time() + behind, sent + 2 * trust.first_byte)
+        until = max(self._loop.time() + behind, sent + MARGIN * trust.first_byte)
         await asyncio.sleep(until - self._loop.time())
         if self._strayed or self._waiting():
             return Reply(fault=Fault.SURPLUS, text="more bytes came behind the reply: it may belong to another request")

@@ -2,9 +2,9 @@
 
     connecting   nothing has been heard since the start, the connection opened, or a back-off ended
     up           the last request was answered
-    silent       one request was not answered; the next may be
+    silent       one request was not answered, or not usably; the next may be
     down         the connection is lost, or cannot be opened
-    backoff      the device was silent twice: it rests, so that it does not cost its neighbours their time
+    backoff      two requests failed; a silent device rests, so that it does not cost its neighbours their time
 
 What is announced is coarser: `link_up` with the first answer, `link_down` when the device cannot be reached any more.
 One lost reply is neither.
@@ -36,7 +36,7 @@ class Input(Enum):
     OPENED = "the connection opened"
     LOST = "the connection is lost or cannot be opened"
     ANSWERED = "the device answered"
-    UNANSWERED = "the device did not answer"
+    UNANSWERED = "the device did not answer, or not usably"
     DUE = "the back-off is over"
 
 

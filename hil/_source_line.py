@@ -59,12 +59,14 @@ class Line:
         if unit.state.phase is Phase.BACKOFF:
             self._step(request.unit, unit, Input.DUE, "")
         reply = await self.link.exchange(request)
-        if reply.device_silent:
+        if reply.fault in (None, Fault.EXCEPTION) and not reply.device_silent:
+            if unit.state.phase is not Phase.UP:
+                self._step(request.unit, unit, Input.ANSWERED, "it answers")
+        elif reply.fault is not Fault.LOST:  # the link tells of a loss itself
             self._step(request.unit, unit, Input.UNANSWERED, reply.text)
-            rest = REST.delay(max(unit.state.unanswered, 1))
-            unit.rests_until, unit.reason = asyncio.get_running_loop().time() + rest, reply.text
-        elif reply.fault in (None, Fault.EXCEPTION) and unit.state.phase is not Phase.UP:
-            self._step(request.unit, unit, Input.ANSWERED, "it answers")
+            if reply.device_silent:
+                rest = REST.delay(max(unit.state.unanswered, 1))
+                unit.rests_until, unit.reason = asyncio.get_running_loop().time() + rest, reply.text
         return reply
 
     def _link_changed(self, happening: Input, text: str) -> None:

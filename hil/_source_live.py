@@ -40,8 +40,8 @@ class Plan(Protocol):
 class LiveSource:
     """Samples of one or several valves behind one address, and events about the link to them.
 
-    Use it as an asynchronous context manager and iterate over it: it yields `Sample`s and `LinkEvent`s and ends only
-    with an error. Between `link_down` and `link_up` of a valve it yields no samples of it.
+    Use it as an asynchronous context manager and iterate over it: it yields `Sample`s and `LinkEvent`s until it is
+    left. Between `link_down` and `link_up` of a valve it yields no samples of it.
 
     address : of the peer; valves : what to read, each name once; plan : how; write_map, allow_write : both must be
     given before `write` changes anything; without them not one write request can leave.
@@ -83,6 +83,7 @@ class LiveSource:
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
+        self._channel.finish(StopAsyncIteration())  # whoever still waits for a sample
 
     def __aiter__(self) -> Self:
         return self

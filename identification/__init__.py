@@ -1,6 +1,6 @@
 """What does a recording teach us? Fit, uncertainty, cross-check and report."""
 
-from identification._crosscheck import Crosscheck, Row
+from identification._crosscheck import Crosscheck, Row, crosscheck
 from identification._experiment import Experiment, Segment, experiment
 from identification._fit import Fit, Outcome, fit
 from identification._identify import identify
@@ -20,6 +20,7 @@ __all__ = [
     "Segment",
     "Trajectory",
     "Uncertainty",
+    "crosscheck",
     "experiment",
     "fit",
     "identify",

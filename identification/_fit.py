@@ -151,7 +151,8 @@ def _obstacle(experiments: Sequence[Experiment], coordinates: Coordinates, force
     if sum(e.samples for e in experiments) < 5 * coordinates.free.sum():
         return Outcome.TOO_SHORT
     up, down = _travel(experiments)
-    if max(up, down) < REAL_TRAVEL or regression(experiments) is None:
+    still = all(np.ptp(s.y) == 0.0 for e in experiments for s in e.segments)
+    if still or max(up, down) < REAL_TRAVEL or regression(experiments) is None:
         return Outcome.NO_MOTION
     return Outcome.NO_FRICTION if min(up, down) < REAL_TRAVEL and _free(coordinates, "spring.F0") else None
 

@@ -11,8 +11,8 @@ _DIFFERENCE = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
 """Fourth difference: it removes every cubic, so that what stays of a smooth signal is its white noise."""
 
 
-ROUNDING = 4 * float(np.finfo(float).eps)
-"""Least noise, as a share of the largest value: what the arithmetic itself leaves."""
+ROUNDING = 64 * float(np.finfo(float).eps)
+"""Least noise, as a share of the largest value: what arithmetic itself may leave."""
 UNEVEN = 0.01
 """Relative spread of the sampling intervals from which the difference takes the times into account."""
 

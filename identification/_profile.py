@@ -47,40 +47,50 @@ def profile(fit: Fit, known: Uncertainty, name: str, points: int = 7, reach: flo
             f"--profile {name}", "it is no free parameter of this fit", f"there are {', '.join(known.names)}"
         )
     assert fit.path is not None
-    assert fit.problem is not None
-    best, std = fit.values[name], known.std[name]
+    place = known.names.index(name)
+    width = known.std[name] / fit.coordinates.slope(fit.p)[place]
     scale = max(fit.rms, 1e-12) ** 2 * max(known.inflation, 1.0) ** 2
     sides = []
     for sign in (-1.0, 1.0):
         unknowns, side = fit.path.unknowns, []
         for k in range(1, points + 1):
-            value = best + sign * reach * std * k / points
-            if value <= 0 and best > 0:
-                value = best * 0.7**k
-            found = _held_at(fit, name, value, unknowns)
+            found = _held_at(fit, place, fit.path.unknowns[place] + sign * reach * width * k / points, unknowns)
             if found is None:
                 break
             cost, unknowns = found
-            side.append((value, (cost - fit.path.normal.cost) / scale))
+            side.append((_value(fit, name, unknowns), (cost - fit.path.normal.cost) / scale))
         sides.append(side)
+    best = fit.values[name]
     table = np.array([*reversed(sides[0]), (best, 0.0), *sides[1]])
     values, rise = table[:, 0], np.maximum(table[:, 1], 0.0)
-    at = int(np.flatnonzero(values == best)[0])
+    at = len(sides[0])
     return Profile(name, values, rise, _crossing(values[at::-1], rise[at::-1]), _crossing(values[at:], rise[at:]))
 
 
-def _held_at(fit: Fit, name: str, value: float, unknowns: Array) -> tuple[float, Array] | None:
-    """Cost with one parameter held, the others refitted from `unknowns`; and the unknowns there, in the full order."""
+def _value(fit: Fit, name: str, unknowns: Array) -> float:
+    c = fit.coordinates
+    return float(c.p(unknowns[: int(c.free.sum())])[c.names.index(name)])
+
+
+def _held_at(fit: Fit, place: int, theta: float, unknowns: Array) -> tuple[float, Array] | None:
+    """Cost with one coordinate held at `theta`, the others refitted; and all unknowns there.
+
+    The refit starts from `unknowns` moved along the valley that the Gauss-Newton matrix knows: from a place beside it,
+    where two parameters trade off, a descent would not find back.
+    """
     assert fit.path is not None
     assert fit.problem is not None
-    c = fit.coordinates
-    place = int(np.flatnonzero(np.flatnonzero(c.free) == c.names.index(name))[0])
+    c, matrix = fit.coordinates, fit.path.normal.matrix
+    others = np.delete(np.arange(len(unknowns)), place)
+    along = -np.linalg.lstsq(matrix[np.ix_(others, others)], matrix[others, place], rcond=None)[0]
+    moved = unknowns + (theta - unknowns[place]) * np.insert(along, place, 1.0)
+    index = int(np.flatnonzero(c.free)[place])
     base, free = c.base.copy(), c.free.copy()
-    base[c.names.index(name)], free[c.names.index(name)] = value, False
+    base[index], free[index] = c.p(moved[: int(c.free.sum())])[index], False
     problem = Problem(fit.kernel, replace(c, base=base, free=free), fit.problem.experiments)
     setting = fit.path.setting
-    end = descend(lambda x: problem.evaluate(x, setting), np.delete(unknowns, place), iterations=10, damping=1e-4)
-    return None if end is None else (end.normal.cost, np.insert(end.theta, place, unknowns[place]))
+    end = descend(lambda x: problem.evaluate(x, setting), moved[others], iterations=10, damping=1e-4)
+    return None if end is None else (end.normal.cost, np.insert(end.theta, place, theta))
 
 
 def _crossing(values: Array, rise: Array) -> float | None:

@@ -54,12 +54,6 @@ def check_regular(path: Path) -> None:
         raise BadInput(name, "it is empty (0 bytes)", "copy it again from its origin")
 
 
-def check_free(path: Path, overwrite: bool) -> None:
-    """Refuse to replace a file unless told; `BadInput` when it is there."""
-    if not overwrite and path.exists():
-        raise BadInput(str(path), "it exists already", "choose another name, or allow overwriting (--force)")
-
-
 @contextmanager
 def writing(path: Path) -> Iterator[None]:
     """Turn an error of the disk while writing `path` into a `BadInput` in words."""

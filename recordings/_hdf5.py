@@ -69,6 +69,20 @@ def being_written(path: Path) -> bool:
     return False
 
 
+def check_vacant(path: Path, overwrite: bool, remedy: str) -> None:
+    """Refuse to take the place of a recording that is being written, or of any that is there unless told.
+
+    A journal counts as a recording, whose file may be lost; `remedy` ends the message.
+    """
+    if path.exists() and being_written(path):
+        raise BadInput(str(path), "another process is recording into it", "choose another name")
+    if not overwrite and path.exists():
+        raise BadInput(str(path), "it exists already", remedy)
+    if not overwrite and journal_path(path).exists():
+        found = "the journal of an interrupted run is there"
+        raise BadInput(str(journal_path(path)), found, "recover that run, or choose another name")
+
+
 def starts_like_hdf5(path: Path) -> bool:
     """Whether a file carries the HDF5 signature: at its start, or after a user block of 512, 1024, 2048 ... bytes."""
     check_regular(path)

@@ -19,7 +19,7 @@ from recordings._disk import Disk, undisturbed
 from recordings._errors import BadInput
 from recordings._files import sync, writing
 from recordings._format import append_events, append_samples, create_events, create_signal, write_header
-from recordings._hdf5 import being_written, journal_path
+from recordings._hdf5 import check_vacant, journal_path
 from recordings._header import Header, Source
 from recordings._journal import Chunk, Journal
 from recordings._plant import Event, Plant
@@ -85,8 +85,10 @@ class RecordingWriter:
         self._names = [spec.name for spec in header.signals]
         self._n_rows, self._last_time, self._n_chunks, self._chunk_rows = 0, -np.inf, 0, chunk_rows
         self._run, self._failed, self._closed = secrets.token_hex(8), False, False
-        _make_way(self.path, overwrite)
+        check_vacant(self.path, overwrite, "a run makes a new file: choose another name")
         with writing(self.path), undisturbed():
+            self.path.unlink(missing_ok=True)
+            journal_path(self.path).unlink(missing_ok=True)
             self._disk = Disk(self.path)
             self._file = self._create(header)
             try:
@@ -232,17 +234,3 @@ def _place(dataset: h5py.Dataset, first_row: int, n_rows: int) -> tuple[int, int
     """Byte offset and checksum of a full chunk."""
     offset = dataset.id.get_chunk_info_by_coord((first_row,)).byte_offset
     return offset, zlib.crc32(dataset[first_row : first_row + n_rows].tobytes())
-
-
-def _make_way(path: Path, overwrite: bool) -> None:
-    journal = journal_path(path)
-    if path.exists() and being_written(path):
-        raise BadInput(str(path), "another process is recording into it", "choose another name")
-    if not overwrite and path.exists():
-        raise BadInput(str(path), "it exists already", "a run makes a new file: choose another name")
-    if not overwrite and journal.exists():
-        found, remedy = "the journal of an interrupted run is there", "recover that run, or choose another name"
-        raise BadInput(str(journal), found, remedy)
-    with writing(path):
-        path.unlink(missing_ok=True)
-        journal.unlink(missing_ok=True)

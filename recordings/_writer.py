@@ -10,9 +10,9 @@ import numpy as np
 
 from recordings._disk import new_hdf5
 from recordings._errors import BadInput
-from recordings._files import appearing, check_free
+from recordings._files import appearing
 from recordings._format import append_events, create_events, create_signal, write_header
-from recordings._hdf5 import member, open_hdf5, raw_attribute
+from recordings._hdf5 import check_vacant, journal_path, member, open_hdf5, raw_attribute
 from recordings._problems import edge
 from recordings._recording import Recording
 from recordings._signal import Array, text_problem
@@ -43,18 +43,24 @@ def write(path: str | Path, recording: Recording, truth: Truth | None = None, *,
         The file exists and may not be replaced, the disk refused, or a truth cannot be stored.
     """
     path = Path(path)
-    check_free(path, overwrite)
+    check_vacant(path, overwrite, "choose another name, or allow overwriting")
     _check_truth(truth or {}, path)
-    with appearing(path) as draft, new_hdf5(draft) as file:
-        write_header(file, recording.header)
-        for signal in recording.signals.values():
-            chunks = (min(len(recording), _CHUNK_ROWS),)
-            create_signal(file, signal.spec, data=signal.values, chunks=chunks, shuffle=True, compression="gzip")
-        if recording.events:
-            create_events(file)
-            append_events(file, recording.events)
-        if truth is not None:
-            _write_truth(file.create_group("truth", track_order=True), truth)
+    with appearing(path) as draft:
+        with new_hdf5(draft) as file:
+            _fill(file, recording, truth)
+        journal_path(path).unlink(missing_ok=True)  # of the recording that is replaced
+
+
+def _fill(file: h5py.File, recording: Recording, truth: Truth | None) -> None:
+    write_header(file, recording.header)
+    for signal in recording.signals.values():
+        chunks = (min(len(recording), _CHUNK_ROWS),)
+        create_signal(file, signal.spec, data=signal.values, chunks=chunks, shuffle=True, compression="gzip")
+    if recording.events:
+        create_events(file)
+        append_events(file, recording.events)
+    if truth is not None:
+        _write_truth(file.create_group("truth", track_order=True), truth)
 
 
 def read_truth(path: str | Path) -> dict[str, float | str | Array]:

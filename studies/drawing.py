@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +34,7 @@ def envelope(t: NDArray[np.float64], y: NDArray[np.float64], most: int = 600) ->
     if len(t) <= most:
         return t, y
     cuts = np.linspace(0, len(t), most // 2 + 1).astype(int)
-    ends = [(a + int(np.argmin(y[a:b])), a + int(np.argmax(y[a:b]))) for a, b in zip(cuts[:-1], cuts[1:], strict=True)]
+    ends = [(a + int(np.argmin(y[a:b])), a + int(np.argmax(y[a:b]))) for a, b in pairwise(cuts)]
     places = np.array([i for pair in ends for i in sorted(pair)])
     return t[places], y[places]
 

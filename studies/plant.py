@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import exp, fabs, sin, sqrt
-from typing import Literal
+from typing import Any, Literal
 
 import numba
 import numpy as np
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from detector import Decisions, Observer, Samples, State
 
 Array = NDArray[np.float64]
+compiled: Callable[[Any], Any] = numba.njit
 FaultName = Literal["none", "friction", "spring"]
 FAULTS: dict[FaultName, int] = {"none": 0, "friction": 1, "spring": 2}
 
@@ -42,7 +44,7 @@ class Run:
         return Samples.of(self.t, self.x1, self.u, self.x2)
 
     def __getitem__(self, part: slice) -> Run:
-        return Run(*(row[part] for row in (self.t, self.x1, self.x2, self.z, self.b)))
+        return Run(self.t[part], self.x1[part], self.x2[part], self.z[part], self.b[part])
 
     @property
     def final(self) -> Array:
@@ -57,15 +59,16 @@ def simulate(
     """From start to stop, a fault being there all the time. sigma2_printed : (4.2) as printed, with xdot for
     sigma2 xdot, that is sigma2 = 1. The faults are factors on F and K, not additions: F (1 + dF1), K (1 + dF2).
     """
-    t = start_s + dt * np.arange(round((stop_s - start_s) / dt) + 1)
-    states = np.zeros((len(t), 3))
+    t: Array = start_s + dt * np.arange(round((stop_s - start_s) / dt) + 1).astype(np.float64)
+    states: Array = np.zeros((len(t), 3))
     states[0] = np.zeros(3) if state is None else state
-    b = np.zeros(len(t))
+    b: Array = np.zeros(len(t))
     _run(t, dt, FAULTS[fault], 1.0 if sigma2_printed else 0.4, states, b)
-    return Run(t, *np.ascontiguousarray(states.T), b)
+    x1, x2, z = (np.ascontiguousarray(column) for column in states.T)
+    return Run(t, x1, x2, z, b)
 
 
-@numba.njit
+@compiled
 def _rates(t: float, x1: float, x2: float, z: float, fault: int, sigma2: float) -> tuple[float, float, float, float]:
     bristle = fabs(x2) * 2.0 / (1.0 + 0.5 * exp(-((x2 / 0.001) ** 2)))
     friction = (sqrt(2.0) * bristle - 2.0) * z - (sqrt(2.0) + sigma2) * x2
@@ -73,7 +76,7 @@ def _rates(t: float, x1: float, x2: float, z: float, fault: int, sigma2: float) 
     return x2, friction - x1 + 3.0 * sin(0.2 * t) + b, x2 - bristle * z, b
 
 
-@numba.njit
+@compiled
 def _run(t: Array, dt: float, fault: int, sigma2: float, states: Array, b: Array) -> None:
     for i in range(t.shape[0]):
         x1, x2, z = states[i]

@@ -21,8 +21,8 @@ from pathlib import Path
 from typing import Any
 
 from recordings._errors import BadInput
-from recordings._files import check_free, writing
-from recordings._hdf5 import being_written, journal_path
+from recordings._files import writing
+from recordings._hdf5 import being_written, check_vacant, journal_path
 from recordings._header import RESERVED
 from recordings._reader import read
 from recordings._recover import Recovery, recover
@@ -51,6 +51,9 @@ __all__ = [
     "signals_of",
     "with_changes",
 ]
+
+
+_OVERWRITE = "choose another name, or allow overwriting (--force)"
 
 
 def import_file(path: str | Path, mapping: ImportMapping | None = None) -> Imported:
@@ -106,12 +109,17 @@ def rescue(path: str | Path, target: str | Path, *, overwrite: bool = False) -> 
         return Recovery(target, len(recording), merged=False)
     if path.exists() and being_written(path):
         raise BadInput(str(path), "it is still being recorded", "stop the recorder first")
-    check_free(target, overwrite)
-    with writing(target):
-        if path.exists():
-            shutil.copyfile(path, target)
-        shutil.copyfile(journal, journal_path(target))
-    return recover(target)
+    check_vacant(target, overwrite, _OVERWRITE)
+    try:
+        with writing(target):
+            if path.exists():
+                shutil.copyfile(path, target)
+            shutil.copyfile(journal, journal_path(target))
+        return recover(target)
+    except BadInput:
+        target.unlink(missing_ok=True)
+        journal_path(target).unlink(missing_ok=True)
+        raise
 
 
 def import_to(
@@ -140,7 +148,9 @@ def import_to(
     tuple of str
         Sentences on what was left out, repaired or lost.
     """
-    check_free(target, overwrite)
+    if target.exists() and path.exists() and target.samefile(path):
+        raise BadInput(str(target), "it is the file to import", "choose another name for the recording")
+    check_vacant(target, overwrite, _OVERWRITE)
     if kind_of(path) == "recording":
         rescued = rescue(path, target, overwrite=overwrite)
         return rescued.lost

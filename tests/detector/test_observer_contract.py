@@ -115,8 +115,9 @@ def test_a_state_survives_json(observer):
 wild = st.one_of(
     st.floats(-2.0, 2.0), st.floats(allow_nan=True, allow_infinity=True), st.sampled_from([0.0, 1e9, -1e9, 1e-300])
 )
+odd_steps = st.sampled_from([0.0, -1.0, 1e-9, 5.0, 1e12, math.nan])
 streams = st.lists(
-    st.tuples(st.one_of(st.floats(1e-4, 1.0), st.sampled_from([0.0, -1.0, 1e-9, 5.0, 1e12, math.nan])), wild, wild, wild),
+    st.tuples(st.one_of(st.floats(1e-4, 1.0), odd_steps), wild, wild, wild),
     min_size=1, max_size=40,
 )  # fmt: skip
 
@@ -146,7 +147,7 @@ def test_any_sampling_time_is_stable(observer, dt, k2):
     _, decisions = fast.run(fast.initial(), Samples.of(t, x, u, v))
     quiet = np.abs(decisions.xi2[n // 2 :])
     assert quiet.max() < 20.0 * (0.3 * w * w + 0.3 * w + 1.3) / k2
-    assert 0.0 < quiet.max()
+    assert quiet.max() > 0.0
 
 
 @every_observer
@@ -201,7 +202,12 @@ def test_the_smooth_form_slows_down_before_the_border():
     radial, smooth = (one.past("b1") for one in course)
     apart = np.flatnonzero(radial != smooth)
     assert radial[apart[0]] > smooth[apart[0]] > (1 - 0.1) * bounds.b1
-    assert smooth[-1] < radial[-1] == bounds.b1
+    assert radial.max() == bounds.b1
+    assert np.argmax(radial >= 0.999 * bounds.b1) < np.argmax(smooth >= 0.999 * bounds.b1)
+
+
+def used(observer):
+    return observer.run(observer.initial(), ride())
 
 
 @pytest.mark.parametrize(
@@ -218,8 +224,7 @@ def test_the_smooth_form_slows_down_before_the_border():
 )
 def test_constants_that_cannot_be_are_refused_in_words(change, said):
     with pytest.raises(BadInput, match=said):
-        observer = replace(Observer(), **change)
-        observer.run(observer.initial(), ride())
+        used(replace(Observer(), **change))
 
 
 def test_other_peoples_states_and_rows_are_refused():

@@ -221,6 +221,14 @@ def test_one_lost_reply_is_a_bad_sample_and_no_outage():
     assert seen[seen.index("bad") - 1] == "bad_value"
 
 
+def test_a_device_that_only_ever_answers_wrongly_is_down_and_the_reason_is_told():
+    async def story(wrong: list[int]) -> LinkEvent:
+        async with TcpPeer(lambda *request: wrong) as peer, live(peer) as source:
+            return await event(source, "link_down")
+
+    assert "the reply has 4 bytes, 10 are right for this request" in asyncio.run(story([1])).text
+
+
 # Nothing ends in silence
 
 
@@ -265,6 +273,22 @@ def test_a_slow_reader_loses_nothing():
 
     counters = asyncio.run(story())
     assert counters == list(range(1, 202))
+
+
+def test_who_waits_for_a_sample_is_let_go_when_the_source_is_left():
+    async def story() -> list[object]:
+        async with TcpPeer(lambda *request: None) as peer:
+            source = live(peer)
+
+            async def consume() -> list[object]:
+                return [item async for item in source]
+
+            async with source:
+                waiting = asyncio.create_task(consume())
+                await within(peer.asked.wait())
+            return await within(waiting)
+
+    assert asyncio.run(story()) == []
 
 
 # Reads only

@@ -96,7 +96,7 @@ def drive() -> Recording:
 
 
 def test_a_drive_without_a_spring_is_fitted_from_its_force(drive):
-    """An integrator is fitted in windows of 10 ms, which tells little of what lives in milliseconds: mass and bristles."""
+    """An integrator is fitted in windows of 10 ms, which say little of what lives in milliseconds: mass, bristles."""
     found = identify([drive], given={"spring.K": 0.0})
     assert found.fit.outcome is Outcome.CONVERGED
     for name, share in (("lugre.fc", 0.01), ("lugre.sigma2", 0.01), ("mass.m", 0.1), ("lugre.sigma0", 0.1)):

@@ -1,4 +1,4 @@
-"""What recordings are like: several at once, gaps, missing samples, uneven time, pressure, other units, known constants."""
+"""What recordings are like: several at once, gaps, missing samples, uneven time, pressure, other units, constants."""
 
 from __future__ import annotations
 

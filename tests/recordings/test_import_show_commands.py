@@ -102,7 +102,12 @@ def test_a_recording_that_was_cut_off_is_rescued_into_another_file(
         np.testing.assert_array_equal(read("new.h5")["force"].values, np.arange(100))
         assert Path("run.h5").read_bytes() == content
         assert Path("run.h5.journal").exists()
+    assert run(["import", "run.h5", "--to", "run.h5", "--force"]) == 2
+    assert "run.h5: it is the file to import; choose another name" in said(capsys)[1]
     assert run(["show", "run.h5"]) == 2
+    Path("run.h5.journal").write_bytes(b"torn")
+    assert run(["import", "run.h5", "--to", "none.h5"]) == 2
+    assert not list(Path().glob("none*"))
     Path("run.h5.journal").unlink()
     Path("run.h5").write_bytes(files["run.h5"])
     assert run(["import", "run.h5", "--to", "copy.h5"]) == 0

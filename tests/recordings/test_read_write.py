@@ -23,6 +23,7 @@ from recordings import (
     Event,
     Plant,
     Recording,
+    RecordingWriter,
     Signal,
     bundled,
     bundled_names,
@@ -180,6 +181,21 @@ def test_what_cannot_be_written_is_said_in_words(tmp_path: Path) -> None:
         write(tmp_path / "file", recording(), overwrite=False)
     with pytest.raises(BadInput, match="the folder does not exist"):
         save_text(tmp_path / "no" / "page.html", "words")
+
+
+def test_a_recording_that_is_replaced_takes_its_journal_with_it(tmp_path: Path) -> None:
+    path, journal = tmp_path / "run.h5", tmp_path / "run.h5.journal"
+    writer = RecordingWriter(path, recording().header.signals)
+    with pytest.raises(BadInput, match="another process is recording into it; choose another name"):
+        write(path, recording())
+    writer.close()
+    journal.write_bytes(b"of an interrupted run")
+    with pytest.raises(BadInput, match="it exists already; choose another name, or allow overwriting"):
+        write(path, recording(), overwrite=False)
+    assert journal.exists()
+    write(path, recording())
+    assert not journal.exists()
+    assert_same(read(path), recording())
 
 
 def test_the_same_recording_makes_the_same_file(tmp_path: Path) -> None:
