@@ -171,8 +171,8 @@ class RtuWire(asyncio.Protocol):
 
     async def _confirmed(self, reply: Reply, sent: float, trust: _Trust) -> Reply:
         """The reply itself if the line stays silent behind it."""
-        trust.learn(self._first_byte_at - sent)
         behind = trust.silence(self._gap, self._quiet)
+        trust.learn(self._first_byte_at - sent)
         until = max(self._loop.time() + behind, sent + MARGIN * trust.first_byte)
         await asyncio.sleep(until - self._loop.time())
         if self._strayed or self._waiting():

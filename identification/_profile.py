@@ -21,13 +21,15 @@ Array = NDArray[np.float64]
 
 CHI2_90 = 2.7055
 """90 % quantile of the chi-square distribution with one degree of freedom."""
+STEEP = 10 * CHI2_90
+"""A profile that has risen this far is not followed further."""
 
 
 @dataclass(frozen=True)
 class Profile:
     """values (n_points,) of the parameter in `unit` and rise (n_points,) of the cost in units of the residual variance,
-    corrected for a residual that is not white; lower, upper : 90 % interval, None where the profile stays
-    below the limit.
+    corrected for a residual that is not white; lower, upper : 90 % interval, None where no end of it was found: the
+    profile stays below the limit, or the others cannot be refitted.
     """
 
     name: str
@@ -59,6 +61,8 @@ def profile(fit: Fit, known: Uncertainty, name: str, points: int = 7, reach: flo
                 break
             cost, unknowns = found
             side.append((_value(fit, name, unknowns), (cost - fit.path.normal.cost) / scale))
+            if side[-1][1] > STEEP:
+                break
         sides.append(side)
     best = fit.values[name]
     table = np.array([*reversed(sides[0]), (best, 0.0), *sides[1]])
@@ -73,7 +77,7 @@ def _value(fit: Fit, name: str, unknowns: Array) -> float:
 
 
 def _held_at(fit: Fit, place: int, theta: float, unknowns: Array) -> tuple[float, Array] | None:
-    """Cost with one coordinate held at `theta`, the others refitted; and all unknowns there.
+    """Cost with one coordinate held at `theta`, the others refitted, and all unknowns there; None if it did not settle.
 
     The refit starts from `unknowns` moved along the valley that the Gauss-Newton matrix knows: from a place beside it,
     where two parameters trade off, a descent would not find back.
@@ -90,7 +94,9 @@ def _held_at(fit: Fit, place: int, theta: float, unknowns: Array) -> tuple[float
     problem = Problem(fit.kernel, replace(c, base=base, free=free), fit.problem.experiments)
     setting = fit.path.setting
     end = descend(lambda x: problem.evaluate(x, setting), moved[others], iterations=10, damping=1e-4)
-    return None if end is None else (end.normal.cost, np.insert(end.theta, place, theta))
+    if end is None or not end.settled:
+        return None
+    return end.normal.cost, np.insert(end.theta, place, theta)
 
 
 def _crossing(values: Array, rise: Array) -> float | None:

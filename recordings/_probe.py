@@ -1,7 +1,7 @@
 """Trying a damaged file on a child process first.
 
-The HDF5 library crashes the interpreter, never returns, or takes gigabytes of memory on some damaged files (about one
-in a thousand random damages did when this was written, and its issue 1707 is one case). No exception can catch that, so
+The HDF5 library crashes the interpreter, never returns, or takes gigabytes of memory on some damaged files (one in
+six hundred random damages did when this was written, and its issue 1707 is one case). No exception can catch that, so
 what a file declares is looked at in a forked child before it is looked at here. That costs a few milliseconds.
 """
 

@@ -6,7 +6,7 @@ import asyncio
 import os
 import ssl
 import tty
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import Awaitable, Callable, Coroutine, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, TypeVar
@@ -219,8 +219,17 @@ class VirtualTime(asyncio.SelectorEventLoop):
         return self._now
 
 
+def in_virtual_time(work: Coroutine[Any, Any, Result]) -> Result:
+    """Run something on the virtual clock."""
+    with asyncio.Runner(loop_factory=VirtualTime) as runner:
+        return runner.run(work)
+
+
 class MemoryLine(asyncio.Transport):
-    """A serial transport without a line: the requests of a protocol go to a device, its replies come back."""
+    """A serial transport without a line: the requests of a protocol go to a device, its replies come back.
+
+    travel : how long a request takes to arrive [s]; deliver : puts bytes on the line towards the protocol.
+    """
 
     in_waiting = 0
 
@@ -228,7 +237,8 @@ class MemoryLine(asyncio.Transport):
         super().__init__()
         self.sync_serial = self
         self._device, self._travel, self._loop = device, travel, asyncio.get_running_loop()
-        self._queue = Queue(protocol.data_received, lambda: None)
+        self.deliver = protocol.data_received
+        self._queue = Queue(self.deliver, lambda: None)
 
     def write(self, data: bytes) -> None:
         self._loop.call_later(self._travel, self._arrive, data)

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import asyncio
 from collections import Counter
-from collections.abc import Awaitable, Callable, Coroutine, Iterable
+from collections.abc import Awaitable, Callable, Iterable
 from dataclasses import dataclass, field
 from random import Random
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import pytest
-from link_peers import Device, MemoryLine, PtyPeer, TcpPeer, VirtualTime, within
+from link_peers import Device, MemoryLine, PtyPeer, TcpPeer, in_virtual_time, within
 from pymodbus import ModbusException
 from pymodbus.client import AsyncModbusSerialClient, AsyncModbusTcpClient
 
@@ -170,11 +170,6 @@ async def many(setting: Setting, n_harmed: int, lines: int, seed: int) -> list[T
     """Several lines at once, because they wait most of the time; from rarely harmed to nearly always harmed."""
     shares = [0.2 + 0.65 * k / (lines - 1) for k in range(lines)]
     return list(await asyncio.gather(*[setting(n_harmed // lines, seed + k, share) for k, share in enumerate(shares)]))
-
-
-def in_virtual_time(work: Coroutine[Any, Any, list[Tale]]) -> list[Tale]:
-    with asyncio.Runner(loop_factory=VirtualTime) as runner:
-        return runner.run(work)
 
 
 def judge(tales: list[Tale], n_harmed: int, modes: Iterable[str]) -> None:

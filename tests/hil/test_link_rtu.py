@@ -1,4 +1,7 @@
-"""Modbus RTU on pseudo terminals: without transaction ids only silence tells a stray reply from the right one."""
+"""Modbus RTU: without transaction ids only silence tells a stray reply from the right one.
+
+What is about timing runs on a virtual clock, the rest on pseudo terminals.
+"""
 
 from __future__ import annotations
 
@@ -6,17 +9,19 @@ import asyncio
 import os
 import resource
 from collections import Counter
+from collections.abc import Callable, Sequence
 
 import pytest
-from link_peers import PtyPeer, within
+from link_peers import Device, MemoryLine, PtyPeer, in_virtual_time, within
 
 from hil import Send, parse_address
 from hil._checks import Fault, Reply, Request, crc16
 from hil._link import Link
+from hil._link_rtu import RtuWire
 from hil._link_state import Input
 from recordings import BadInput
 
-TIMEOUT, QUIET = 0.05, 0.1
+TIMEOUT, QUIET, TRAVEL = 0.05, 0.1, 0.002
 
 
 def of_address(unit: int, function: int, address: int, count: int) -> list[int]:
@@ -31,10 +36,134 @@ def right(address: int) -> Reply:
     return Reply((address, address + 1))
 
 
+class Line:
+    """A wire to a device, on a line with exact timing."""
+
+    def __init__(self, harm: Callable[[bytes], Sequence[object]] | None = None) -> None:
+        self.tally: Counter[str] = Counter()
+        self.device = Device(of_address, harm)
+        self.wire = RtuWire(TIMEOUT, QUIET, 0.00175, self.tally, lambda error: None)
+        self.memory = MemoryLine(self.wire, self.device, TRAVEL)
+        self.wire.connection_made(self.memory)
+
+    async def ask(self, *addresses: int) -> list[Reply]:
+        return [await self.wire.exchange(read(address)) for address in addresses]
+
+
+def asked(harm: Callable[[bytes], Sequence[object]] | None, n: int) -> tuple[list[Reply], Counter[str]]:
+    """The replies to reads of the addresses 0, 100, 200, ... and what was dropped."""
+
+    async def story() -> tuple[list[Reply], Counter[str]]:
+        line = Line(harm)
+        return await line.ask(*[100 * k for k in range(n)]), line.tally
+
+    return in_virtual_time(story())
+
+
+# Timing
+
+
+def test_a_late_reply_never_shifts_into_the_next_answer():
+    """The device answers in turn and is slow once, as in the report that showed four of eight answers wrong."""
+    slow = iter([0.0, 0.0, TIMEOUT + 0.03] + [0.0] * 5)
+    replies, _ = asked(lambda frame: [Send(frame, next(slow))], 8)
+    assert [reply.fault for reply in replies] == [None, None, Fault.SILENCE, None, None, None, None, None]
+    assert all(reply == right(100 * k) for k, reply in enumerate(replies) if k != 2)
+
+
+@pytest.mark.parametrize("lag", [0.0, 0.001, 0.02, 0.049])
+def test_a_repeated_reply_never_becomes_the_answer_to_another_request(lag):
+    replies, tally = asked(lambda frame: [Send(frame), Send(frame, lag)], 5)
+    assert all(reply.fault is Fault.SURPLUS or reply == right(100 * k) for k, reply in enumerate(replies))
+    assert tally["stray bytes on the line"] > 0 or any(reply.fault is Fault.SURPLUS for reply in replies)
+
+
+def test_a_stray_frame_in_the_place_of_the_reply_takes_both_away():
+    """A repetition that comes after the next request was sent: perfect Modbus, and wrong. The true reply betrays it."""
+    sent: list[bytes] = []
+
+    def shifted(frame: bytes) -> list[Send]:
+        sent.append(frame)
+        return [Send(frame)] if len(sent) != 16 else [Send(sent[-2]), Send(frame, 0.0005)]
+
+    replies, _ = asked(shifted, 18)
+    assert replies[15].fault is Fault.SURPLUS
+    assert all(reply == right(100 * k) for k, reply in enumerate(replies) if k != 15)
+
+
+def test_a_unit_that_has_misbehaved_must_be_silent_for_longer_until_ten_replies_were_clean():
+    async def story() -> list[float]:
+        loop, times = asyncio.get_running_loop(), list[float]()
+        line = Line()
+        for k in range(30):
+            line.device.harm = (lambda frame: [Send(frame[:-1])]) if k == 15 else None
+            begun = loop.time()
+            await line.ask(100 * k)
+            times.append(loop.time() - begun)
+        return times
+
+    times = in_virtual_time(story())
+    ordinary, watched = TRAVEL + 0.00175, TRAVEL + 0.05
+    assert times[0] == pytest.approx(QUIET + TRAVEL + QUIET, rel=0.01)  # silence before, and nothing known yet
+    assert times[1:9] == pytest.approx([watched] * 8, rel=0.01)
+    assert times[10:15] == pytest.approx([ordinary] * 5, rel=0.01)
+    assert times[15] == pytest.approx(TIMEOUT, rel=0.01)
+    assert times[16] == pytest.approx(QUIET + watched, rel=0.01)
+    assert times[17:25] == pytest.approx([watched] * 8, rel=0.01)
+    assert times[26:] == pytest.approx([ordinary] * 4, rel=0.01)
+
+
+def test_bytes_that_lie_on_the_line_before_a_request_are_never_its_answer():
+    async def story() -> tuple[list[Reply], Counter[str]]:
+        line = Line()
+        before = await line.ask(0)
+        body = bytes.fromhex("010304" + "00010002")
+        line.memory.deliver(body + crc16(body).to_bytes(2, "little"))  # what a request for address 1 would get
+        return before + await line.ask(300), line.tally
+
+    replies, tally = in_virtual_time(story())
+    assert replies == [right(0), right(300)]
+    assert tally["stray bytes on the line"] == 9
+
+
+def test_a_line_that_is_never_silent_ends_the_request_and_not_the_program():
+    async def story() -> list[Reply]:
+        line = Line()
+
+        async def babble() -> None:
+            while True:
+                line.memory.deliver(b"\x55")
+                await asyncio.sleep(QUIET / 2)
+
+        babbling = asyncio.create_task(babble())
+        replies = await line.ask(0)
+        babbling.cancel()
+        return replies
+
+    (reply,) = in_virtual_time(story())
+    assert (reply.fault, reply.text) == (Fault.FRAMING, "the line is never silent")
+
+
+def test_a_cancelled_request_leaves_no_wrong_answer_behind():
+    async def story() -> list[Reply]:
+        line = Line(lambda frame: [Send(frame, 0.02)])
+        await line.ask(0)
+        under_way = asyncio.create_task(line.wire.exchange(read(100)))
+        await asyncio.sleep(0.01)
+        under_way.cancel()
+        await asyncio.gather(under_way, return_exceptions=True)
+        return await line.ask(200)
+
+    assert in_virtual_time(story()) == [right(200)]
+
+
+# Pseudo terminals
+
+
 class Serial:
     """A link on a peer's line, open."""
 
-    def __init__(self, peer: PtyPeer, timeout: float = TIMEOUT, quiet: float = QUIET) -> None:
+    def __init__(self, peer: PtyPeer, timeout: float = 5.0, quiet: float = 0.02) -> None:
         self.said: asyncio.Queue[Input] = asyncio.Queue()
         text = f"rtu:{peer.path}?baud=115200&parity=N&timeout={timeout}&quiet={quiet}"
         self.link = Link(parse_address(text), lambda happening, text: self.said.put_nowait(happening))
@@ -49,92 +178,16 @@ class Serial:
         await asyncio.gather(self.task, return_exceptions=True)
 
 
-def test_a_late_reply_never_shifts_into_the_next_answer():
-    """The device answers in turn and is slow once, as in the report that showed four of eight answers wrong."""
-
-    async def story() -> list[Reply]:
-        slow = iter([0.0, 0.0, TIMEOUT + 0.03] + [0.0] * 5)
-        async with PtyPeer(of_address, lambda frame: [Send(frame, next(slow))]) as peer, Serial(peer) as link:
-            return [await within(link.exchange(read(100 * k))) for k in range(8)]
-
-    replies = asyncio.run(story())
-    assert [reply.fault for reply in replies] == [None, None, Fault.SILENCE, None, None, None, None, None]
-    assert all(reply == right(100 * k) for k, reply in enumerate(replies) if k != 2)
-
-
-@pytest.mark.parametrize("lag", [0.0, 0.02])
-def test_a_repeated_reply_never_becomes_the_answer_to_another_request(lag):
-    async def story() -> tuple[list[Reply], Counter[str]]:
-        def twice(frame: bytes) -> list[Send]:
-            return [Send(frame), Send(frame, lag)]
-
-        async with PtyPeer(of_address, twice) as peer, Serial(peer) as link:
-            return [await within(link.exchange(read(100 * k))) for k in range(5)], link.tally
-
-    replies, tally = asyncio.run(story())
-    assert all(reply.fault is Fault.SURPLUS or reply == right(100 * k) for k, reply in enumerate(replies))
-    assert tally[Fault.SURPLUS] + tally["stray bytes on the line"] > 0
-
-
-def test_a_stray_frame_in_the_place_of_the_reply_takes_both_away():
-    """A repetition that comes after the next request was sent: perfect Modbus, and wrong. The true reply betrays it."""
-
-    async def story() -> list[Reply]:
-        sent: list[bytes] = []
-
-        def shifted(frame: bytes) -> list[Send]:
-            sent.append(frame)
-            return [Send(frame)] if len(sent) != 16 else [Send(sent[-2]), Send(frame, 0.001)]
-
-        async with PtyPeer(of_address, shifted) as peer, Serial(peer) as link:
-            return [await within(link.exchange(read(100 * k))) for k in range(18)]
-
-    replies = asyncio.run(story())
-    assert replies[15].fault is Fault.SURPLUS
-    assert all(reply == right(100 * k) for k, reply in enumerate(replies) if k != 15)
-
-
-def test_bytes_that_lie_on_the_line_before_a_request_are_never_its_answer():
-    async def story() -> tuple[Reply, Counter[str]]:
+def test_what_the_device_says_on_its_own_is_noticed_and_dropped():
+    async def story() -> Reply:
         async with PtyPeer(of_address) as peer, Serial(peer) as link:
             assert await within(link.exchange(read(0))) == right(0)
-            body = bytes.fromhex("010304" + "00010002")
-            peer.write(body + crc16(body).to_bytes(2, "little"))  # what a request for address 1 would get
-            return await within(link.exchange(read(300))), link.tally
+            peer.write(bytes.fromhex("010304000100022a32"))
+            while not link.tally["stray bytes on the line"]:
+                await asyncio.sleep(0.001)
+            return await within(link.exchange(read(300)))
 
-    reply, tally = asyncio.run(story())
-    assert reply == right(300)
-    assert tally["stray bytes on the line"] == 9
-
-
-def test_a_line_that_is_never_silent_ends_the_request_and_not_the_program():
-    async def story() -> Reply:
-        async with PtyPeer(of_address) as peer, Serial(peer, timeout=0.01, quiet=0.02) as link:
-            stop = asyncio.Event()
-
-            async def babble() -> None:
-                while not stop.is_set():
-                    peer.write(b"\x55")
-                    await asyncio.sleep(0.002)
-
-            babbling = asyncio.create_task(babble())
-            reply = await within(link.exchange(read(0)))
-            stop.set()
-            await babbling
-            return reply
-
-    assert asyncio.run(story()).fault is Fault.FRAMING
-
-
-def test_a_cancelled_request_leaves_no_wrong_answer_behind():
-    async def story() -> Reply:
-        async with PtyPeer(of_address, lambda frame: [Send(frame, 0.02)]) as peer, Serial(peer) as link:
-            asked = asyncio.create_task(link.exchange(read(100)))
-            await within(peer.asked.wait())
-            asked.cancel()
-            return await within(link.exchange(read(200)))
-
-    assert asyncio.run(story()) == right(200)
+    assert asyncio.run(story()) == right(300)
 
 
 def test_an_exception_and_a_foreign_unit_are_told_apart():
