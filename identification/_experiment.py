@@ -14,7 +14,7 @@ from simulator import Causality
 
 Array = NDArray[np.float64]
 
-SHORTEST = 30
+SHORTEST = 20
 """A segment with fewer samples than this teaches nothing and is left out."""
 
 GAP = 5.0

@@ -23,6 +23,10 @@ Array = NDArray[np.float64]
 
 TRIES = 4
 """Starts that are followed at most."""
+FEWEST = 3
+"""Samples per free parameter below which no fit is tried."""
+WORTH = 0.98
+"""A further start is tried only while the last one brought the cost below this share of the best before it."""
 GOOD_ENOUGH = 1.15
 """Normalised root mean square residual at which no further start is tried."""
 
@@ -122,9 +126,11 @@ def _force_driven(valve: Kernel, coordinates: Coordinates, experiments: Sequence
     for attempt in range(TRIES):
         theta = _next_start(attempt, ranked, best, homotopy)
         path = None if theta is None else homotopy.follow(theta)
+        stuck = path is None or (best is not None and path.normal.cost > WORTH * best.normal.cost)
         if path is not None and (best is None or path.normal.cost < best.normal.cost):
             best = path
-        if best is not None and np.sqrt(best.normal.cost / homotopy.full.samples) < GOOD_ENOUGH:
+        reached = best is not None and np.sqrt(best.normal.cost / homotopy.full.samples) < GOOD_ENOUGH
+        if reached or (attempt > 0 and stuck):
             break
     polished = None if best is None else homotopy.polish(best)
     return _judged(valve, coordinates, homotopy.full, polished)
@@ -148,7 +154,7 @@ def _obstacle(experiments: Sequence[Experiment], coordinates: Coordinates, force
     """What makes a fit impossible before it starts, if anything."""
     if np.ptp(force) == 0.0:
         return Outcome.CONSTANT_INPUT
-    if sum(e.samples for e in experiments) < 5 * coordinates.free.sum():
+    if sum(e.samples for e in experiments) < FEWEST * coordinates.free.sum():
         return Outcome.TOO_SHORT
     up, down = _travel(experiments)
     still = all(np.ptp(s.y) == 0.0 for e in experiments for s in e.segments)

@@ -171,4 +171,4 @@ def error_of(runs: Sequence[Trajectory]) -> dict[str, float] | None:
 
 def _relative(rmse: float, measured: Array) -> float:
     spread = float(np.nanstd(measured))
-    return rmse / spread if spread > 0 else float("inf")
+    return rmse / spread if spread > 1e-12 * float(np.nanmax(np.abs(measured))) else float("inf")

@@ -60,7 +60,7 @@ def command(
     print_errors(console, found.model)
     for name in profiled:
         p = profile_of(found.fit, found.uncertainty, name)
-        low, high = (f"{x:.6g}" if x is not None else "beyond 3 standard deviations" for x in (p.lower, p.upper))
+        low, high = (f"{x:.6g}" if x is not None else "(no end found)" for x in (p.lower, p.upper))
         console.print(f"profile of {name}: 90 % interval from {low} to {high}")
     for sentence in found.advice:
         console.print(sentence)

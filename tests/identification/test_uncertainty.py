@@ -1,0 +1,132 @@
+"""How well the parameters are known: covariance, condition, collinear pairs, statuses, advice."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from seeded_valves import QUIET, changed, fitted, recorded, scores
+
+from identification import Identification, experiment, fit, identify, uncertainty
+from simulator import Excitation, Sensors, random_valve, simulate
+
+STATUSES = {"identified", "weak", "at_bound", "given"}
+EXPERIMENTS = {"mass.m": "multisine", "lugre.sigma1": "1 kHz", "lugre.vs": "slow", "lugre.sigma2": "several speeds"}
+
+
+@pytest.fixture(scope="module")
+def rich() -> Identification:
+    return identify([recorded(2)], check=False)
+
+
+@pytest.fixture(scope="module")
+def poor() -> Identification:
+    """A slow stroke up and down, sampled at 20 Hz: spring and preload, and little more."""
+    return identify([recorded(1, "ramp:60", 20.0)], check=False)
+
+
+def test_a_rich_recording_identifies_everything(rich):
+    known = rich.uncertainty
+    assert set(known.status.values()) == {"identified"}
+    assert known.condition < 100
+    assert known.pairs() == []
+    assert rich.advice == ()
+    assert known.inflation == pytest.approx(1.0, abs=0.35)
+
+
+def test_a_poor_recording_says_what_it_does_not_know(poor):
+    known, values = poor.uncertainty, poor.fit.values
+    truth = random_valve(1)[0]
+    assert known.status["spring.K"] == "identified"
+    assert known.status["mass.m"] == "weak"
+    assert known.condition > 1000
+    for name in known.names:
+        relative = known.std[name] / abs(values[name])
+        if known.status[name] == "identified":
+            assert relative <= 0.3
+            assert abs(values[name] - truth[name]) < 5 * known.std[name]
+    assert values["spring.K"] == pytest.approx(truth["spring.K"], rel=1e-3)
+
+
+def test_every_number_is_finite_however_little_is_known(poor):
+    assert all(np.isfinite(poor.uncertainty.std[name]) for name in poor.uncertainty.names)
+    assert np.isfinite(poor.uncertainty.condition)
+    assert np.isfinite(poor.uncertainty.inflation)
+    assert np.isfinite(poor.uncertainty.correlation).all()
+
+
+def test_collinear_parameters_are_named_with_their_partner(poor):
+    known = poor.uncertainty
+    pairs = known.pairs()
+    assert pairs
+    assert all(abs(c) <= 1 + 1e-9 and abs(c) > 0.95 for _, _, c in pairs)
+    assert [abs(c) for _, _, c in pairs] == sorted((abs(c) for _, _, c in pairs), reverse=True)
+    noted = {name: words for name, words in known.note.items() if "collinear" in words}
+    assert noted
+    for name, words in noted.items():
+        assert known.status[name] == "weak"
+        assert any(other in words for other in known.names if other != name)
+    assert poor.model.quality["correlated"][0].split(":")[0] == f"{pairs[0][0]}, {pairs[0][1]}"
+
+
+def test_advice_names_an_experiment_for_every_weak_parameter(poor):
+    known = poor.uncertainty
+    weak = [name for name in known.names if known.status[name] in ("weak", "at_bound")]
+    assert len(poor.advice) == len(weak)
+    for name, sentence in zip(weak, poor.advice, strict=True):
+        assert sentence.startswith(f"{name}: ")
+        assert "record " in sentence
+        assert sentence.endswith(".")
+        assert EXPERIMENTS.get(name, "") in sentence
+
+
+def test_the_correlation_matrix_is_one(rich, poor):
+    for found in (rich, poor):
+        c = found.uncertainty.correlation
+        assert c.shape == (len(found.uncertainty.names),) * 2
+        assert np.allclose(np.diag(c), 1.0)
+        assert np.allclose(c, c.T)
+        assert np.all(np.abs(c) <= 1 + 1e-9)
+
+
+def test_a_parameter_at_zero_is_at_its_bound():
+    values, stroke = random_valve(2)
+    values["lugre.sigma2"] = 0.0
+    sensors = Sensors(position_noise=QUIET * stroke)
+    found = fit([experiment(simulate(values, Excitation.parse("sine:8,step:4"), sensors, stroke=stroke, seed=2)[0])])
+    known = uncertainty(found)
+    assert known.status["lugre.sigma2"] == "at_bound"
+    assert found.values["lugre.sigma2"] < 0.1
+    assert found.values["lugre.fc"] == pytest.approx(values["lugre.fc"], rel=1e-3)
+    assert np.isfinite(known.std["lugre.sigma2"])
+
+
+def test_given_parameters_have_no_uncertainty_and_are_no_unknowns():
+    truth = random_valve(2)[0]
+    found = identify([recorded(2)], given={"lugre.sigma2": truth["lugre.sigma2"], "mass.m": 0.0}, check=False)
+    assert "mass.m" not in found.uncertainty.names
+    assert found.model.parameters["mass.m"].value == 0.0
+    for name in ("mass.m", "lugre.sigma2"):
+        assert found.model.parameters[name].status == "given"
+        assert found.model.parameters[name].std is None
+    assert {p.status for p in found.model.parameters.values()} <= STATUSES
+
+
+def test_what_the_model_lacks_widens_the_standard_deviations():
+    """A slow disturbance of twenty times the noise: the classic covariance would be ten times too sure of itself."""
+    seed = 3
+    plain, (truth, stroke) = recorded(seed), random_valve(seed)
+    wave = 20 * QUIET * stroke * np.sin(2 * np.pi * 0.37 * plain.time)
+    found = fit([experiment(changed(plain, position=plain["position"].values + wave))])
+    known = uncertainty(found)
+    assert found.rms > 5
+    assert known.inflation > 3
+    z = scores(found, known, truth)
+    sure = [name for name in ("mass.m", "spring.K", "spring.F0", "lugre.fc", "lugre.sigma2") if abs(z[name]) < 3]
+    assert len(sure) == 5
+    assert max(abs(z[name]) * known.inflation for name in sure) > 4
+
+
+def test_more_data_narrows_as_its_square_root():
+    (_, _, short), (_, _, long) = fitted(2, "sine:10"), fitted(2, "sine:10,sine:10,sine:10,sine:10")
+    ratio = [short.std[name] / long.std[name] for name in ("spring.K", "spring.F0", "lugre.fc")]
+    assert np.median(ratio) == pytest.approx(2.0, rel=0.25)
