@@ -10,9 +10,9 @@ repetition lags behind its original. Then:
    within the device's usual time to answer, and both are dropped. So the silence is awaited until the longest usual
    time to the first byte and a quarter more has passed since the request, and at least for the 3.5 characters of the
    standard: no loss of time where a reply takes longer than that anyway.
-3. Behind each reply of a unit that is new or has misbehaved the silence lasts longer, until ten in a row were clean: ten
-   times its usual time to answer, at least 50 ms and at most `quiet`. No stray frame that is due by then can reach the
-   request after its own.
+3. Behind each reply of a unit that is new or has misbehaved the silence lasts longer, until ten in a row were clean:
+   ten times its usual time to answer, at least 50 ms and at most `quiet`. No stray frame that is due by then can reach
+   the request after its own.
 
 What remains is a repetition that comes after ten clean replies, lags by more than the usual time to answer, and meets
 a request whose own reply is lost. A heartbeat register among the values shows even that.
@@ -73,7 +73,7 @@ class _SerialLine(SerialTransport):
             self.close(exc=error)
             return
         if data:
-            self.intern_protocol.data_received(data)
+            self.intern_protocol.data_received(data)  # type: ignore[attr-defined]
         else:
             self.close(exc=OSError("the device has gone"))
 

@@ -19,6 +19,8 @@ FINE_STEP = 5e-5
 """Sub-step of simulated recordings [s]: its error is far below any sensor noise."""
 
 
+FILTER = 0.1
+"""Time constant of the positioner's filter [s]."""
 MOST_SAMPLES = 20_000_000
 """Longest recording that is simulated: about ten times the memory of its signals is needed on the way."""
 
@@ -142,18 +144,22 @@ def _open_loop(
 def _closed_loop(
     valve: Kernel, p: Array, values: dict[str, float], excitation: Excitation, t: Array, stroke: float, seed: int
 ) -> tuple[Array, Array]:
-    """A sampled PI positioner (20 ms) moves the valve through a staircase; the force is what it commands, held."""
+    """A sampled PI positioner (20 ms) moves the valve through a staircase; the force is what it commands, held.
+
+    It filters the position, or it would ring with the mass on its spring; its supply limits the force.
+    """
     demand = staircase(t, excitation.duration, np.random.default_rng(seed)) * stroke
     spring = values.get("spring.K", 0.0) or values.get("lugre.fs", 100.0) / (0.05 * stroke)
     period = max(1, round(0.02 * 1.0 / (t[1] - t[0])))
     force, position = np.empty(len(t)), np.empty(len(t))
     state, integral = valve.start(LOW * stroke), values.get("spring.F0", 0.0) + spring * LOW * stroke
     limits = integral - spring * stroke - 1e3, integral + spring * (HIGH + 1) * stroke + 1e3
+    error, follow = 0.0, 1.0 - np.exp(-period * (t[1] - t[0]) / FILTER)
     for first in range(0, len(t), period):
         last = min(first + period, len(t) - 1)
-        error = demand[first] - state[0]
+        error += follow * (demand[first] - state[0] - error)
         integral = float(np.clip(integral + 0.8 * spring * error * (t[last] - t[first]) / 0.5, *limits))
-        force[first : last + 1] = integral + 0.8 * spring * error
+        force[first : last + 1] = np.clip(integral + 0.8 * spring * error, *limits)
         block = slice(first, last + 1)
         run = valve.run(t[block], force[block], p, state, h_max=FINE_STEP, hold=True)
         position[block], state = run.outputs[:, 0], run.final

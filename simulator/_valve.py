@@ -93,7 +93,7 @@ class ValveModel(BaseModel):
 
 
 def _check_complete(model: ValveModel, where: str) -> None:
-    """A model's effects exist, all their parameters are there and in their bounds, its plant is numbers. Or BadInput."""
+    """A model's effects exist, their parameters are there and in bounds, its plant is numbers. Or BadInput."""
     for item, known in model.plant.items():
         if isinstance(known, str) and item != "tag":
             raise BadInput(f"{where}: plant.{item}", f"{known!r} is no number", "every item but the tag is a number")
