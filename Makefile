@@ -29,6 +29,8 @@ lint: install
 
 bench: install
 	$(BIN)/python -m benchmarks.fit
+	$(BIN)/python -m benchmarks.simulator
+	$(BIN)/python -m benchmarks.link
 
 clean:
 	rm -rf .venv build dist demo-output .mypy_cache .pytest_cache .ruff_cache .hypothesis
