@@ -16,6 +16,7 @@ from contextlib import suppress
 
 from pymodbus.framer import FramerRTU
 
+PIECE = 14
 REGISTERS = struct.pack(">62f", *[12.5] * 62)
 
 
@@ -65,7 +66,7 @@ class Connection(asyncio.Protocol):
 
 
 def serve_line(baud: float | None) -> str:
-    """Answer on a pseudo terminal, as late as a line of so many Bd would, else at once; returns its name."""
+    """Answer on a pseudo terminal, as slowly as a line of so many Bd, else at once; returns its name."""
     near, far = os.openpty()
     tty.setraw(near)
     tty.setraw(far)
@@ -78,7 +79,9 @@ def serve_line(baud: float | None) -> str:
             body = bytes(pending[:1]) + reply(bytes(pending[1:6]))
             del pending[:8]
             frame = body + FramerRTU.compute_CRC(body).to_bytes(2, "big")
-            loop.call_later(11 * (8 + len(frame)) / baud if baud else 0.0, os.write, near, frame)
+            for start in range(0, len(frame), PIECE):  # a receiver hands over a few characters at a time
+                piece = frame[start : start + PIECE]
+                loop.call_later(11 * (8 + start + len(piece)) / baud if baud else 0.0, os.write, near, piece)
 
     loop.add_reader(near, on_request)
     return os.ttyname(far)

@@ -57,6 +57,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
         return _say("interrupted", INTERRUPTED)
     except Exception as error:
         return _usage(error)
+    if code == INTERRUPTED:  # how the parser hands on a KeyboardInterrupt
+        return _say("interrupted", INTERRUPTED)
     return code if isinstance(code, int) else 0
 
 

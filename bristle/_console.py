@@ -120,8 +120,16 @@ def crosscheck_table(check: Crosscheck) -> object:
     return table
 
 
+FAR = 3.0
+"""Residual, in noise levels, from which a fit is said to lack something."""
+
+
 def print_errors(console: Console, model: ValveModel) -> None:
-    """The free-run errors of a model, a line each."""
+    """The free-run errors of a model, a line each, and a word on a residual that is more than noise."""
     for kind, error in model.error.items():
         if error:
             console.print(f"free-run error, {kind}: " + ", ".join(f"{k} {v:.4g}" for k, v in error.items()))
+    over = float(model.quality.get("residual_over_noise", 1.0))
+    if over > FAR:
+        said = "the model lacks something, and the standard deviations are widened for it"
+        console.print(f"the residual is {over:.3g} times the noise: {said}")

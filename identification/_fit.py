@@ -130,7 +130,7 @@ def _force_driven(valve: Kernel, coordinates: Coordinates, experiments: Sequence
         if path is not None and (best is None or path.normal.cost < best.normal.cost):
             best = path
         reached = best is not None and np.sqrt(best.normal.cost / homotopy.full.samples) < GOOD_ENOUGH
-        if reached or (attempt > 0 and stuck):
+        if reached or (attempt > 1 and stuck):
             break
     polished = None if best is None else homotopy.polish(best)
     return _judged(valve, coordinates, homotopy.full, polished)

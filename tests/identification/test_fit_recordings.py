@@ -208,8 +208,8 @@ def test_a_position_in_percent_needs_the_stroke(plain):
 def test_nothing_long_enough_between_gaps_is_refused(plain):
     keep = np.zeros(len(plain), bool)
     for first in range(0, 5000, 1000):
-        keep[first : first + 25] = True
-    with pytest.raises(BadInput, match="no stretch of 30 samples"):
+        keep[first : first + 15] = True
+    with pytest.raises(BadInput, match="no stretch of"):
         experiment(kept(plain, keep))
 
 

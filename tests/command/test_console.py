@@ -1,0 +1,108 @@
+"""The console as a whole: help, usage errors, exit codes, interruption."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from bristle._app import COMMANDS
+from recordings import BadInput, NegativeAnswer
+
+HOUSE = Path(__file__).resolve().parents[2]
+
+
+def started(*arguments: str, folder: Path) -> subprocess.Popen[str]:
+    """`python -m bristle ...` in a process of its own, in another folder than the house."""
+    environment = os.environ | {"PYTHONPATH": str(HOUSE), "PYTHONUNBUFFERED": "1"}
+    return subprocess.Popen(
+        [sys.executable, "-m", "bristle", *arguments],
+        cwd=folder, env=environment, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("name", sorted(COMMANDS))
+def test_every_command_has_help_with_an_example(console, name):
+    ending = console(name, "--help")
+    assert ending.code == 0
+    assert ending.err == []
+    assert f"bristle {name} " in ending.out
+    assert "Usage:" in ending.out
+
+
+def test_the_help_lists_every_command(console):
+    ending = console("--help")
+    assert ending.code == 0
+    assert all(name in ending.out for name in COMMANDS)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["bogus"], "bogus"),
+        (["fit"], "Missing argument"),
+        (["fit", "bundled:step", "--bogus"], "--bogus"),
+        (["simulate"], "--to"),
+        (["simulate", "--to", "a.h5", "--rate", "fast"], "--rate"),
+        (["simulate", "--to", "a.h5", "--seed", "-1"], "--seed"),
+        (["--bogus"], "--bogus"),
+    ],
+)
+def test_a_usage_error_is_one_line_with_a_hint(console, arguments, words):
+    complaint = console.refused(*arguments)
+    assert words in complaint
+    assert "--help" in complaint
+
+
+@pytest.mark.parametrize(
+    ("problem", "code", "line"),
+    [
+        (BadInput("a.h5: force", "it is empty", "record again"), 2, "a.h5: force: it is empty; record again"),
+        (NegativeAnswer("the fit did not converge"), 1, "the fit did not converge"),
+        (KeyboardInterrupt(), 130, "interrupted"),
+    ],
+)  # fmt: skip
+def test_every_kind_of_ending_has_its_code_and_its_line(console, monkeypatch, problem, code, line):
+    def fail(*_, **__):
+        raise problem
+
+    monkeypatch.setattr("identification.identify", fail)
+    ending = console("fit", "bundled:step")
+    assert ending.code == code
+    assert ending.complaint == line
+
+
+def test_a_defect_keeps_its_traceback(console, monkeypatch):
+    def fail(*_, **__):
+        raise ZeroDivisionError("a defect")
+
+    monkeypatch.setattr("identification.identify", fail)
+    with pytest.raises(ZeroDivisionError):
+        console("fit", "bundled:step")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code"),
+    [(["--help"], 0), (["fit", "nowhere.h5"], 2), (["bogus"], 2)],
+)
+def test_the_process_ends_with_the_same_code(tmp_path, arguments, code):
+    process = started(*arguments, folder=tmp_path)
+    _, err = process.communicate(timeout=120)
+    assert "Traceback" not in err
+    assert process.returncode == code
+    assert len(err.splitlines()) == (1 if code else 0)
+
+
+def test_ctrl_c_ends_a_fit_with_130_and_one_line(tmp_path):
+    process = started("demo", "--out", "here", folder=tmp_path)
+    assert process.stdout is not None
+    assert process.stdout.readline().startswith("Fitting bundled recordings")
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=120)
+    assert process.returncode == 130
+    assert err.splitlines() == ["bristle: interrupted"]
+    assert list((tmp_path / "here").iterdir()) == []
