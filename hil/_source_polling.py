@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 from collections.abc import Mapping, Sequence
 
 from hil._checks import Fault
@@ -12,7 +13,7 @@ from hil._source_line import Line
 from hil._source_quality import Episodes, Heartbeat
 from hil._source_statistics import Statistics
 from hil._source_valve import Valve
-from recordings import SignalSpec
+from recordings import BadInput, SignalSpec
 
 HEARTBEAT_S = 2.0
 IDLE_S = 0.02
@@ -59,15 +60,22 @@ class Schedule:
         return text
 
 
+def check_rate(rate: float | None) -> float | None:
+    """The rate itself; BadInput when it is none that can be kept."""
+    if rate is None or 0.0 < rate < math.inf:
+        return rate
+    raise BadInput("rate", f"it is {rate}", "give a finite number of rounds per second, more than 0")
+
+
 class Polling:
     """The plan of a source that reads everything once a period.
 
     rate : rounds per second, None for as fast as possible; heartbeat : name of the point that must change, else the
-    map's own; heartbeat_s : how long it may stand still.
+    map's own; heartbeat_s : how long it may stand still. Raises BadInput for a rate that cannot be.
     """
 
     def __init__(self, rate: float | None, heartbeat: str | None = None, heartbeat_s: float = HEARTBEAT_S) -> None:
-        self._rate, self._heartbeat, self._heartbeat_s = rate, heartbeat, heartbeat_s
+        self._rate, self._heartbeat, self._heartbeat_s = check_rate(rate), heartbeat, heartbeat_s
 
     def signals(self, valve: Valve) -> tuple[SignalSpec, ...]:
         """What a recording of the valve declares."""

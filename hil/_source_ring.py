@@ -16,7 +16,7 @@ from hil._ring import Ring
 from hil._sample import LinkEvent, Quality, Reading, Sample, wall_at
 from hil._source_channel import Channel
 from hil._source_line import Line
-from hil._source_polling import HEARTBEAT_S, Schedule
+from hil._source_polling import HEARTBEAT_S, Schedule, check_rate
 from hil._source_quality import Episodes
 from hil._source_statistics import Statistics
 from hil._source_valve import BlockRead, Valve
@@ -36,7 +36,7 @@ class RingReading:
     """
 
     def __init__(self, rate: float = 10.0) -> None:
-        self._rate = rate
+        self._rate = check_rate(rate)
 
     def signals(self, valve: Valve) -> tuple[SignalSpec, ...]:
         """What a recording of the valve declares."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import runpy
-
 import numpy as np
 import pytest
 
@@ -38,10 +36,9 @@ def test_together_they_are_small():
 
 
 def test_the_script_writes_them_where_the_package_looks(monkeypatch, capsys):
-    """Run as its users run it, with the writing redirected."""
     written = []
-    monkeypatch.setattr("recordings.write", lambda path, recording, truth: written.append(path))
-    runpy.run_module("tools.bundled_recordings", run_name="__main__")
+    monkeypatch.setattr(bundled_recordings, "write", lambda path, recording, truth: written.append(path))
+    bundled_recordings.main()
     assert sorted(path.name for path in written) == [f"{name}.h5" for name in NAMES]
     assert {path.parent for path in written} == {bundled_path(NAMES[0]).parent}
     assert len(capsys.readouterr().out.splitlines()) == len(NAMES)

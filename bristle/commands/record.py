@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -21,15 +22,19 @@ def command(
     to: Annotated[Path, typer.Option(help="Directory, or a new file ending in .h5 for one valve.")],
     map_: Annotated[str | None, typer.Option("--map", help="Register map: a file, or a shipped one by name.")] = None,
     rate: Annotated[float, typer.Option(help="Polls (with --ring: looks) per second.", min=1e-4, max=1e4)] = 10.0,
-    duration: Annotated[float | None, typer.Option(help="Stop after so many seconds.", min=0.0)] = None,
+    duration: Annotated[float | None, typer.Option(help="Stop after so many seconds.", min=0.0, max=1e9)] = None,
     unit: Annotated[str | None, typer.Option(help="Device ids of equal valves on one line: 1,2,5-7.")] = None,
     valve: Annotated[str | None, typer.Option(help="Names of the valves, one for each device id: A,B,C.")] = None,
     ring: Annotated[bool, typer.Option("--ring", help="Fetch every sample that the device keeps in its ring.")] = False,
     heartbeat: Annotated[str | None, typer.Option(help="Point that must change, instead of the map's own.")] = None,
-    heartbeat_s: Annotated[float, typer.Option(help="How long it may stand still [s].", min=1e-3)] = 2.0,
-    rotate_mb: Annotated[float | None, typer.Option(help="Begin a new file at this size [MB].", min=0.01)] = None,
-    rotate_minutes: Annotated[float | None, typer.Option(help="Begin a new file at this age [min].", min=1e-3)] = None,
-    batch: Annotated[float, typer.Option(help="How long samples may wait for the disk [s].", min=0.01, max=60.0)] = 0.5,
+    heartbeat_s: Annotated[float, typer.Option(help="How many seconds it may stand still.", min=1e-3, max=1e6)] = 2.0,
+    rotate_mb: Annotated[float | None, typer.Option(help="Begin a new file at so many MB.", min=0.01, max=1e6)] = None,
+    rotate_minutes: Annotated[
+        float | None, typer.Option(help="Begin a new file after so many minutes.", min=1e-3, max=1e6)
+    ] = None,
+    batch: Annotated[
+        float, typer.Option(help="How many seconds samples may wait for the disk.", min=0.01, max=60.0)
+    ] = 0.5,
     plant: Annotated[list[str] | None, typer.Option(help="What is known of the plant: stroke_m=0.0381, ...")] = None,
     title: Annotated[str | None, typer.Option(help="One line for plots and reports.")] = None,
     acknowledge: Annotated[bool, typer.Option("--acknowledge", help="Print FILE SAMPLES once they are safe.")] = False,
@@ -106,7 +111,8 @@ def _plant(items: Sequence[str]) -> Plant:
 
 
 def _acknowledge(path: Path, n_samples: int) -> None:
-    print(path, n_samples, flush=True)
+    with suppress(BrokenPipeError):  # whoever listened has gone; the recording goes on
+        print(path, n_samples, flush=True)
 
 
 def _tell(event: LinkEvent) -> None:

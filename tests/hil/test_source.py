@@ -417,3 +417,6 @@ def test_a_live_source_without_a_map_or_with_an_unknown_heartbeat_is_bad_input()
         open_source("tcp://127.0.0.1:5020")
     with pytest.raises(BadInput, match="there is no point 'pulse'"):
         open_source("tcp://127.0.0.1:5020", valves_of(MAP), Polling(1.0, heartbeat="pulse"))
+    for rate in (0.0, -1.0, float("nan"), float("inf")):
+        with pytest.raises(BadInput, match="rate"):
+            Polling(rate)

@@ -13,7 +13,7 @@ from simulator import Excitation, Sensors, random_valve, simulate
 CHI2_90 = 2.7055
 
 
-@pytest.mark.parametrize("name", ["lugre.fc", "spring.F0", "lugre.sigma1"])
+@pytest.mark.parametrize("name", ["lugre.fc", "lugre.sigma1"])
 def test_it_agrees_with_the_standard_deviation_of_a_well_known_parameter(name):
     _, found, known = fitted(2, "mixed:20")
     p = profile(found, known, name)
@@ -45,7 +45,7 @@ def test_a_parameter_at_its_bound_has_one_end():
     values["lugre.sigma2"] = 0.0
     sensors = Sensors(position_noise=QUIET * stroke)
     found = fit([experiment(simulate(values, Excitation.parse("sine:8,step:4"), sensors, stroke=stroke, seed=2)[0])])
-    p = profile(found, uncertainty(found), "lugre.sigma2", points=4)
+    p = profile(found, uncertainty(found), "lugre.sigma2", points=3)
     assert p.lower is None
     assert p.upper is not None
     assert found.values["lugre.sigma2"] < p.upper < 1.0
@@ -56,7 +56,7 @@ def test_parameters_that_trade_off_get_no_narrow_interval():
     """At a speed far below the Stribeck velocity Coulomb level and Stribeck velocity are one number."""
     _, found, known = fitted(1, "ramp:30", 20.0)
     assert known.std["mass.m"] > 0.3 * found.values["mass.m"]
-    p = profile(found, known, "mass.m", points=4)
+    p = profile(found, known, "mass.m", points=2)
     assert p.lower is None or p.lower < 0.6 * found.values["mass.m"]
     assert p.upper is None or p.upper > 1.4 * found.values["mass.m"]
 
