@@ -1,11 +1,12 @@
 """How fast, how punctual and how small the source is, and how soon it is back after an outage.
 
-    python -m benchmarks.link                    everything (about six minutes)
+    python -m benchmarks.link                    everything (about eight minutes)
     python -m benchmarks.link --seconds 3        a look
 
 The device is another process that answers from memory and does as little as it can, so that the client is measured:
 10 float32 values in one read of 20 registers. The bare client is pymodbus' own, in this process, on the same device;
-`registers` takes what it returns and looks no further, `values` also converts the ten numbers. The source polls as fast
+`registers` takes what it returns and looks no further, `values` also converts the ten numbers, `with silence` leaves
+the 3.5 characters between two frames that the serial standard wants and the client does not. The source polls as fast
 as it can, with all its checks, and hands samples with ten judged readings to whoever iterates.
 """
 
@@ -16,7 +17,7 @@ import asyncio
 import gc
 import statistics
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -24,7 +25,7 @@ from pymodbus.client import AsyncModbusSerialClient, AsyncModbusTcpClient
 
 from benchmarks._link_device import Device
 from benchmarks._machine import machine
-from hil import LinkEvent, Polling, RegisterMap, Sample, Source, open_source, valves_of
+from hil import LinkEvent, Polling, RegisterMap, Sample, Source, open_source, parse_address, valves_of
 
 POINTS = [
     {"name": f"v{k}", "table": "input", "address": 2 * k, "type": "float32", "unit": "1", "valid_range": [0.0, 50.0]}
@@ -39,8 +40,8 @@ def tcp(device: Device, rate: float | None, units: range = range(1, 2)) -> Sourc
     return open_source(f"tcp://127.0.0.1:{device.port}", valves_of(MAP, units), Polling(rate))
 
 
-def rtu(path: str) -> Source:
-    return open_source(f"rtu:{path}?baud=115200&parity=N&quiet=0.05", valves_of(MAP), Polling(None))
+def rtu(path: str, baud: int) -> Source:
+    return open_source(f"rtu:{path}?baud={baud}&parity=N&quiet=0.05", valves_of(MAP), Polling(None))
 
 
 class Speed(NamedTuple):
@@ -64,7 +65,18 @@ async def source_speed(source: Source, seconds: float) -> Speed:
         return Speed(n_reads / (time.perf_counter() - begun), (time.process_time() - cost) / n_reads)
 
 
-async def bare_speed(client: Client, seconds: float, convert: bool) -> Speed:
+class Bare(NamedTuple):
+    """A use of pymodbus' client: whether it converts the ten numbers, and how long it is silent between reads [s]."""
+
+    name: str
+    convert: bool = False
+    silence: float = 0.0
+
+
+REGISTERS, VALUES = Bare("registers"), Bare("values", convert=True)
+
+
+async def bare_speed(client: Client, seconds: float, use: Bare) -> Speed:
     """What pymodbus' client reads."""
     await asyncio.sleep(0.2)  # what comes of a request that nobody waited for would be its first answer
     await client.connect()
@@ -72,9 +84,11 @@ async def bare_speed(client: Client, seconds: float, convert: bool) -> Speed:
     while time.perf_counter() - begun < seconds:
         reply = await client.read_input_registers(0, count=20, device_id=1)
         n_reads += 1
-        if convert:
+        if use.convert:
             for k in range(10):
                 client.convert_from_registers(reply.registers[2 * k : 2 * k + 2], client.DATATYPE.FLOAT32)
+        if use.silence:
+            await asyncio.sleep(use.silence)
     speed = Speed(n_reads / (time.perf_counter() - begun), (time.process_time() - cost) / n_reads)
     client.close()
     return speed
@@ -82,34 +96,46 @@ async def bare_speed(client: Client, seconds: float, convert: bool) -> Speed:
 
 def throughput(device: Device, seconds: float) -> list[str]:
     """Our rate over the bare client's, in turns so that a busy machine is unkind to both."""
-
-    def serial(path: str) -> Client:
-        return AsyncModbusSerialClient(path, baudrate=115200, timeout=1.0, retries=0)
-
-    sides: list[tuple[str, Callable[[], Source], Callable[[], Client]]] = [
-        ("TCP", lambda: tcp(device, None), lambda: AsyncModbusTcpClient("127.0.0.1", port=device.port, retries=0)),
-        ("RTU, 19200 Bd", lambda: rtu(device.slow_path), lambda: serial(device.slow_path)),
-        ("RTU, pty", lambda: rtu(device.path), lambda: serial(device.path)),
+    lines = [
+        compared(
+            "TCP",
+            lambda: tcp(device, None),
+            lambda: AsyncModbusTcpClient("127.0.0.1", port=device.port, retries=0),
+            (REGISTERS, VALUES),
+            seconds / 5,
+        )
     ]
-    return [compared(name, source, client, seconds / 5) for name, source, client in sides]
+    for name, path, baud in (("RTU, 19200 Bd", device.slow_path, 19200), ("RTU, no line", device.path, 115200)):
+
+        def client(path: str = path, baud: int = baud) -> Client:
+            return AsyncModbusSerialClient(path, baudrate=baud, timeout=1.0, retries=0)
+
+        def source(path: str = path, baud: int = baud) -> Source:
+            return rtu(path, baud)
+
+        silent = Bare("with silence", silence=parse_address(f"rtu:{path}?baud={baud}&parity=N").gap)
+        lines.append(compared(name, source, client, (REGISTERS, silent), seconds / 5))
+    return lines
 
 
-def compared(name: str, source: Callable[[], Source], client: Callable[[], Client], seconds: float) -> str:
+def compared(
+    name: str, source: Callable[[], Source], client: Callable[[], Client], uses: Sequence[Bare], seconds: float
+) -> str:
     """One line of the table: medians of five turns."""
 
-    async def turn() -> tuple[Speed, Speed, Speed]:
+    async def turn() -> list[Speed]:
         ours = await source_speed(source(), seconds)
-        return ours, await bare_speed(client(), seconds, False), await bare_speed(client(), seconds, True)
+        return [ours, *[await bare_speed(client(), seconds, use) for use in uses]]
 
     turns = [asyncio.run(turn()) for _ in range(5)]
-    ours, registers, values = (statistics.median(one.rate for one in side) for side in zip(*turns, strict=True))
+    rates = [statistics.median(one.rate for one in side) for side in zip(*turns, strict=True)]
     costs = [1e6 * statistics.median(one.cost for one in side) for side in zip(*turns, strict=True)]
-    ratios = [statistics.median(one[0].rate / one[k].rate for one in turns) for k in (1, 2)]
-    return (
-        f"  {name:13} source {ours:6.0f}/s  bare: registers {registers:6.0f}/s, values {values:6.0f}/s  "
-        f"ratio {ratios[0]:.2f}, {ratios[1]:.2f} (goal {GOAL_RATIO})  processor us: "
-        + ", ".join(f"{cost:.0f}" for cost in costs)
+    ratios = [statistics.median(one[0].rate / one[k].rate for one in turns) for k in range(1, 1 + len(uses))]
+    bare = ", ".join(
+        f"{use.name} {rate:.0f}/s ratio {ratio:.2f}" for use, rate, ratio in zip(uses, rates[1:], ratios, strict=True)
     )
+    processor = ", ".join(f"{cost:.0f}" for cost in costs)
+    return f"  {name:13} source {rates[0]:5.0f}/s; bare: {bare} (goal {GOAL_RATIO}); processor us a read: {processor}"
 
 
 def lateness(device: Device, seconds: float) -> str:
@@ -208,7 +234,7 @@ async def slip(sources: list[Source], seconds: float) -> float:
 
 def capacity(device: Device, seconds: float, sources: Callable[[int], list[Source]], largest: int) -> str:
     """How many valves at 10 Hz fit, in steps of a quarter, before more than 1 % of the deadlines slip."""
-    n_valves, fits, tried = 40, 0, list[str]()
+    n_valves, fits, tried = 100, 0, list[str]()
     while n_valves <= largest:
         share = min(asyncio.run(slip(sources(n_valves), seconds)) for _ in range(2))  # others use this machine too
         tried.append(f"{n_valves}: {100 * share:.2f} %")

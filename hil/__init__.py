@@ -6,6 +6,11 @@ from hil._fault_injector_frames import FrameCutter, crc
 from hil._fault_injector_io import RtuFaultInjector, TcpFaultInjector
 from hil._fault_injector_modes import MODES, Action, Close, Mode, Send
 from hil._link_state import BackOff, LinkState
+from hil._monitor import Monitor
+from hil._monitor_event import MonitorEvent
+from hil._monitor_session import MonitorEnd, MonitorSession, monitor_session
+from hil._monitor_state import load_state, save_state
+from hil._monitor_valve import ValveStatus
 from hil._pace import Lateness, LatenessReport, Pace
 from hil._plant import Command, Plant
 from hil._plant_actuator import ActuatorPlant, ActuatorSetup
@@ -52,6 +57,10 @@ __all__ = [
     "LinkState",
     "LiveSource",
     "Mode",
+    "Monitor",
+    "MonitorEnd",
+    "MonitorEvent",
+    "MonitorSession",
     "NetworkAddress",
     "Pace",
     "Plant",
@@ -84,17 +93,21 @@ __all__ = [
     "TestAuthority",
     "Valve",
     "ValveReport",
+    "ValveStatus",
     "WriteMap",
     "crc",
     "decode",
     "describe_register_map",
     "encode",
     "listen_address",
+    "load_state",
     "make_test_authority",
+    "monitor_session",
     "open_source",
     "parse_address",
     "record_session",
     "register_map_page",
+    "save_state",
     "serve_session",
     "valves_of",
 ]

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from hil._checks import crc16
+
 Framing = Literal["tcp", "rtu"]
 
 MBAP = 7
@@ -15,17 +17,12 @@ _FIXED = {5: 8, 6: 8, 15: 8, 16: 8, 22: 10}
 
 
 def crc(data: bytes) -> bytes:
-    """The check of an RTU frame, low byte first (Modbus over Serial Line 1.02, section 6.2.2).
+    """The check of an RTU frame, low byte first as it goes out.
 
     >>> crc(bytes.fromhex("010300000001")).hex()
     '840a'
     """
-    value = 0xFFFF
-    for byte in data:
-        value ^= byte
-        for _ in range(8):
-            value = value >> 1 ^ 0xA001 if value & 1 else value >> 1
-    return value.to_bytes(2, "little")
+    return crc16(data).to_bytes(2, "little")
 
 
 @dataclass(frozen=True)

@@ -14,16 +14,15 @@ from collections import Counter
 from collections.abc import Callable
 from typing import assert_never
 
-import serial
-
 from hil._checks import Fault, Reply, Request
 from hil._link_frames import transactions
 from hil._link_rtu import RtuWire
 from hil._link_state import REOPEN, Input
 from hil._link_tcp import TcpWire
-from hil._link_tls import client_context, is_certificate_trouble
 from hil._link_wire import GONE, Wire
+from hil._serial_device import check_serial_device, usable_parity
 from hil._source_address import LiveAddress, RtuAddress, TcpAddress, TlsAddress
+from hil._tls import Certificates, is_certificate_trouble
 from recordings import BadInput
 
 Watch = Callable[[Input, str], None]
@@ -44,9 +43,11 @@ class Link:
         self.address = address
         self.tally: Counter[str] = Counter()
         self._watch, self.allow_write = watch, allow_write
-        self._context = client_context(address) if isinstance(address, TlsAddress) else None
+        self._context: ssl.SSLContext | None = None
+        if isinstance(address, TlsAddress):
+            self._context = Certificates(address.cert, address.key, address.ca).client_context()
         if isinstance(address, RtuAddress):
-            _check_device(address)
+            check_serial_device(address.text, str(address.device), address.baud, address.parity)
         self._transactions = transactions()  # goes on over all connections: some gateways mix them up
         self._wire: Wire | None = None
         self._lost: asyncio.Future[Exception | None] | None = None
@@ -65,7 +66,8 @@ class Link:
         try:
             while True:
                 try:
-                    await asyncio.wait_for(self._open(), max(OPEN_WITHIN_S, self.address.timeout))
+                    async with asyncio.timeout(max(OPEN_WITHIN_S, self.address.timeout)):
+                        await self._open()  # `wait_for` of Python 3.11 would lose a cancellation just then
                     await self._until_lost()
                 except (OSError, termios.error) as error:  # also ssl.SSLError, SerialException, TimeoutError
                     self._refuse_certificates(error)
@@ -136,7 +138,8 @@ class Link:
                 return tcp
             case RtuAddress():
                 rtu = RtuWire(address.timeout, address.quiet, address.gap, self.tally, self._give_up)
-                await rtu.open(str(address.device), address.baud, address.parity, address.stop)
+                device = str(address.device)
+                await rtu.open(device, address.baud, usable_parity(device, address.parity), address.stop)
                 return rtu
             case _:
                 assert_never(address)
@@ -150,19 +153,6 @@ class Link:
         if isinstance(self.address, TlsAddress) and not self._ever_heard and is_certificate_trouble(error):
             found = f"the two sides do not accept each other's certificates ({error})"
             raise BadInput(self.address.text, found, "check ca, cert and name, and what the server trusts") from None
-
-
-def _check_device(address: RtuAddress) -> None:
-    """Whether the line can be opened now. Later it may vanish and come back, but a wrong name is a mistake."""
-    if not address.device.exists():
-        raise BadInput(address.text, f"there is no device {address.device}", "check the name and the cable")
-    try:
-        serial.Serial(str(address.device), address.baud, parity=address.parity, exclusive=True).close()
-    except (OSError, ValueError, termios.error) as error:
-        busy = "lock" in str(error) or "busy" in str(error).lower()
-        found = "another program has it open" if busy else f"it cannot be opened ({error})"
-        remedy = "stop the other program" if busy else "check that it is a serial device and that you may use it"
-        raise BadInput(f"{address.text}: {address.device}", found, remedy) from None
 
 
 def _words(error: BaseException | None) -> str:

@@ -10,12 +10,12 @@ repetition lags behind its original. Then:
    within the device's usual time to answer, and both are dropped. So the silence is awaited until the longest usual
    time to the first byte and a quarter more has passed since the request, and at least for the 3.5 characters of the
    standard: no loss of time where a reply takes longer than that anyway.
-3. Behind each reply of a unit that is new or has misbehaved the silence lasts longer, until ten in a row were clean:
-   ten times its usual time to answer, at least 50 ms and at most `quiet`. No stray frame that is due by then can reach
-   the request after its own.
+3. On a line that is new or has seen anything stray or broken, and of a unit that has been silent, the silence behind a
+   reply lasts longer, until twenty replies in a row were clean: ten times the unit's usual time to answer, at least
+   50 ms and at most `quiet`. No stray frame that is due by then can reach the request after its own.
 
-What remains is a repetition that comes after ten clean replies, lags by more than the usual time to answer, and meets
-a request whose own reply is lost. A heartbeat register among the values shows even that.
+What remains is a repetition that comes after twenty clean replies, lags by more than the usual time to answer, and
+meets a request whose own reply is lost. A heartbeat register among the values shows even that.
 """
 
 from __future__ import annotations
@@ -32,25 +32,17 @@ from hil._checks import Fault, Reply, Request
 from hil._link_frames import check_rtu, rtu_frame
 from hil._link_wire import GONE, Lost
 
-CLEAN_REPLIES = 10
+CLEAN_REPLIES = 20
 MARGIN = 1.25
 SHORTEST_WATCH_S = 0.05
 
 
 @dataclass
-class _Trust:
-    """One unit's manners: its longest usual time to a first byte [s], and its clean replies in a row."""
+class _Unit:
+    """What is known of one unit: its longest usual time to a first byte [s], and its replies since it was silent."""
 
     first_byte: float = 0.0
-    clean: int = 0  # nobody is trusted at first
-
-    def silence(self, shortest: float, quiet: float) -> float:
-        """How long the line must be silent behind a reply [s]."""
-        if self.first_byte == 0.0:
-            return quiet
-        if self.clean >= CLEAN_REPLIES:
-            return shortest
-        return max(shortest, min(quiet, max(10 * self.first_byte, SHORTEST_WATCH_S)))
+    clean: int = CLEAN_REPLIES
 
     def learn(self, first_byte: float) -> None:
         self.first_byte = max(first_byte, 0.95 * self.first_byte)
@@ -92,7 +84,8 @@ class RtuWire(asyncio.Protocol):
         self._line, self._request = b"", cast("Request | None", None)
         self._answer: asyncio.Future[Reply]
         self._silent_from = self._first_byte_at = 0.0  # the line may speak until then; when a reply began
-        self._trust: dict[int, _Trust] = {}
+        self._units: dict[int, _Unit] = {}
+        self._clean = 0  # replies since anything on the line was stray or broken; nothing is trusted at first
         self._ready = asyncio.Event()
         self._strayed = False  # since the request under way was sent
 
@@ -108,17 +101,14 @@ class RtuWire(asyncio.Protocol):
 
     async def exchange(self, request: Request) -> Reply:
         """Send one request and return the verdict on its reply, once the line has been silent behind it."""
-        trust = self._trust.setdefault(request.unit, _Trust())
+        unit = self._units.setdefault(request.unit, _Unit())
         if not await self._silence():
             return Reply(fault=Fault.FRAMING, text="the line is never silent") if self._transport else GONE
         reply = GONE
         try:
-            reply = await self._ask(request, trust)
+            reply = await self._ask(request, unit)
         finally:  # a cancelled exchange leaves a reply behind, like one that failed
-            clean = reply.fault in (None, Fault.EXCEPTION)
-            trust.clean = trust.clean + 1 if clean else 0
-            if not clean:
-                self._distrust()
+            self._draw_conclusions(reply.fault, unit)
         return reply
 
     def close(self) -> None:
@@ -130,7 +120,7 @@ class RtuWire(asyncio.Protocol):
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Called by the event loop. What the line held before is not ours: it must fall silent first."""
         self._transport = cast(SerialTransport, transport)
-        self._distrust()
+        self._hush()
         self._ready.set()
 
     def connection_lost(self, exc: Exception | None) -> None:
@@ -143,8 +133,8 @@ class RtuWire(asyncio.Protocol):
         """Called by the transport."""
         if self._request is None:
             self._tally["stray bytes on the line"] += len(data)
-            self._strayed = True
-            self._distrust()
+            self._strayed, self._clean = True, 0
+            self._hush()
             return
         if not self._line:
             self._first_byte_at = self._loop.time()
@@ -153,7 +143,7 @@ class RtuWire(asyncio.Protocol):
         if reply is not None:
             self._settle(reply)
 
-    async def _ask(self, request: Request, trust: _Trust) -> Reply:
+    async def _ask(self, request: Request, unit: _Unit) -> Reply:
         if self._transport is None:
             return GONE
         self._line, self._strayed = b"", False
@@ -167,24 +157,41 @@ class RtuWire(asyncio.Protocol):
             self._request = None
         if reply.fault not in (None, Fault.EXCEPTION):
             return reply
-        return await self._confirmed(reply, sent, trust)
+        return await self._confirmed(reply, sent, unit)
 
-    async def _confirmed(self, reply: Reply, sent: float, trust: _Trust) -> Reply:
+    async def _confirmed(self, reply: Reply, sent: float, unit: _Unit) -> Reply:
         """The reply itself if the line stays silent behind it."""
-        behind = trust.silence(self._gap, self._quiet)
-        trust.learn(self._first_byte_at - sent)
-        until = max(self._loop.time() + behind, sent + MARGIN * trust.first_byte)
+        behind = self._silence_behind(unit)
+        unit.learn(self._first_byte_at - sent)
+        until = max(self._loop.time() + behind, sent + MARGIN * unit.first_byte)
         await asyncio.sleep(until - self._loop.time())
         if self._strayed or self._waiting():
             return Reply(fault=Fault.SURPLUS, text="more bytes came behind the reply: it may belong to another request")
         return reply
+
+    def _silence_behind(self, unit: _Unit) -> float:
+        """How long the line must be silent behind a reply [s]."""
+        if unit.first_byte == 0.0:
+            return self._quiet
+        if min(self._clean, unit.clean) >= CLEAN_REPLIES:
+            return self._gap
+        return max(self._gap, min(self._quiet, max(10 * unit.first_byte, SHORTEST_WATCH_S)))
+
+    def _draw_conclusions(self, fault: Fault | None, unit: _Unit) -> None:
+        if fault in (None, Fault.EXCEPTION):
+            self._clean, unit.clean = self._clean + 1, unit.clean + 1
+            return
+        unit.clean = 0
+        if fault is not Fault.SILENCE:  # a dead unit says nothing about its neighbours
+            self._clean = 0
+        self._hush()
 
     async def _silence(self) -> bool:
         """Wait until the line has been silent for as long as it must be; False when it never is or is gone."""
         give_up = self._loop.time() + 4 * (self._timeout + self._quiet)
         while self._transport is not None:
             if self._waiting():
-                self._distrust()
+                self._hush()
             remaining = self._silent_from - self._loop.time()
             if remaining <= 0:
                 return True
@@ -200,11 +207,16 @@ class RtuWire(asyncio.Protocol):
         except OSError:
             return False  # the device has gone; the transport reports it
 
-    def _distrust(self) -> None:
+    def _hush(self) -> None:
+        """Let nothing be sent until the line has been silent for long enough."""
         self._silent_from = self._loop.time() + self._quiet
 
     def _expire(self) -> None:
-        self._settle(Reply(fault=Fault.SILENCE, text=f"no reply within {self._timeout:g} s"))
+        if self._line:
+            text = f"the reply stopped half way, {len(self._line)} bytes came within {self._timeout:g} s"
+            self._settle(Reply(fault=Fault.LENGTH, text=text))
+        else:
+            self._settle(Reply(fault=Fault.SILENCE, text=f"no reply within {self._timeout:g} s"))
 
     def _settle(self, reply: Reply) -> None:
         if self._request is not None and not self._answer.done():

@@ -82,7 +82,7 @@ class Point(BaseModel):
         if self.valid_range is not None and not self.valid_range[0] < self.valid_range[1]:
             return f"valid_range {list(self.valid_range)} must be [lowest, highest]"
         whole = self.type not in {"float32", "float64"}
-        wrong = [v for v in self.invalid if whole and (v != v or v != int(v) or not self._fits(int(v)))]
+        wrong = [v for v in self.invalid if whole and not (math.isfinite(v) and v == int(v) and self._fits(int(v)))]
         return f"invalid value {wrong[0]} is not a raw value of type {self.type}" if wrong else None
 
     def _unit_problem(self) -> str | None:

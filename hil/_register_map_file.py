@@ -125,7 +125,7 @@ def _refuse_other_kind(model: type[Map], content: Mapping[str, Any], where: str)
     kinds = {"read": "a map for reading (kind = 'read')", "write": "a map for writing (kind = 'write')"}
     own = "read" if model.model_fields["kind"].default == "read" else "write"
     kind = content.get("kind", "read")
-    if kind not in kinds:
+    if not isinstance(kind, str) or kind not in kinds:
         raise BadInput(f"{where}: kind", f"{kind!r} is not a kind of map", "use 'read' or 'write'")
     if kind != own:
         raise BadInput(where, f"this is {kinds[kind]}", f"{kinds[own]} is needed here")

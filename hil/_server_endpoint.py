@@ -10,10 +10,10 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 
-import serial
 from pymodbus import FramerType
 
 from hil._pty import PtyLine
+from hil._serial_device import check_serial_device, usable_parity
 from hil._server_address import NetworkAddress, PtyAddress, SerialAddress, ServerAddress
 from hil._server_handler import CarefulSerialServer, CarefulTcpServer, CarefulTlsServer
 from hil._server_unit import ServedUnit
@@ -45,7 +45,7 @@ async def open_endpoint(
     if isinstance(address, NetworkAddress):
         return await _open_network(address, units, clock, certificates)
     if isinstance(address, SerialAddress):
-        _try_serial(address)
+        check_serial_device(f"rtu:{address.device}", address.device, address.baud, address.parity)
         server = _serial_server(address, units, clock)
         await _serve(server, address.device)
         return Endpoint(f"rtu:{address.device}", server, lambda: None)
@@ -73,12 +73,12 @@ async def _open_network(
 
 
 async def _open_pty(address: PtyAddress, units: Mapping[int, ServedUnit], clock: Clock) -> Endpoint:
-    """A pseudo terminal knows no parity, and some systems refuse to set one: the address that clients get says so."""
+    """A pseudo terminal has no parity, and other clients than ours must be told: the address says so."""
     line = PtyLine()
     try:
         if address.link:
             _link(line.client_path, address.link)
-        server = _serial_server(SerialAddress(line.server_path, parity="N"), units, clock)
+        server = _serial_server(SerialAddress(line.server_path), units, clock)
         await _serve(server, line.server_path)
     except BaseException:
         line.close()
@@ -98,7 +98,7 @@ def _serial_server(address: SerialAddress, units: Mapping[int, ServedUnit], cloc
         devices(units, clock),
         port=address.device,
         baudrate=address.baud,
-        parity=address.parity,
+        parity=usable_parity(address.device, address.parity),
         stopbits=address.stop_bits,
         ignore_missing_devices=True,  # on a line of several devices only the one that is meant may speak
         units=units.keys(),
@@ -131,22 +131,6 @@ _REASONS = {
     errno.EACCES: ("ports below 1024 need privileges", "use a higher port such as 5020"),
     errno.EADDRNOTAVAIL: ("this machine has no such address", "use 127.0.0.1, or an address of this machine"),
 }
-
-
-def _try_serial(address: SerialAddress) -> None:
-    try:
-        serial.Serial(address.device, address.baud, parity=address.parity, exclusive=True).close()
-    except (serial.SerialException, ValueError, OSError, termios.error) as error:
-        number = getattr(error, "errno", None)
-        if number == errno.ENOENT:
-            found, remedy = "there is no such serial device", "check the name, or use pty: for a simulated line"
-        elif number == errno.EACCES:
-            found, remedy = "no permission for this serial device", "join the group that owns it (often dialout)"
-        elif "lock" in str(error) or number in {errno.EBUSY, errno.EAGAIN}:
-            found, remedy = "the serial device is busy", "stop the other program that uses it"
-        else:
-            found, remedy = f"not a usable serial device ({error})", "name a serial device, or use pty:"
-        raise BadInput(address.device, found, remedy) from None
 
 
 def _link(path: str, link: str) -> None:

@@ -94,13 +94,13 @@ class LiveSource:
     async def write(self, valve: str, name: str, value: float) -> None:
         """Write one point of the write map to a valve, and wait until the device has confirmed it.
 
-        Raises BadInput when writing was not allowed, there is no such point, it cannot carry the value, or the device
-        did not confirm.
+        Raises BadInput when writing was not allowed, there is no such valve or point, the point cannot carry the value,
+        or the device did not confirm.
         """
         if not self._line.link.allow_write or self._write_map is None:
             remedy = "give a write map and allow writing, if you mean it"
             raise BadInput(self.address.text, "this source only reads", remedy)
-        unit = next(one for one in self._valves if one.name == valve).units[0]
+        unit = self._unit(valve)
         point = self._write_map.on_unit(unit).point(name)
         words = tuple(encode(point, value))
         function = WRITE_COILS if point.table in BIT_TABLES else WRITE_REGISTERS
@@ -108,6 +108,14 @@ class LiveSource:
         if reply.fault is not None:
             remedy = "check the device, and whether it lets this register be written"
             raise BadInput(f"{self.address.text}: {valve}: {name}", reply.text, remedy)
+
+    def _unit(self, valve: str) -> int:
+        """The device id that commands of a valve go to, the first of those it is read from."""
+        for one in self._valves:
+            if one.name == valve:
+                return one.units[0]
+        names = ", ".join(one.name for one in self._valves)
+        raise BadInput(self.address.text, f"there is no valve '{valve}'", f"there are {names}")
 
     def _announce(self, valve: str, kind: EventKind, text: str) -> None:
         now = asyncio.get_running_loop().time()

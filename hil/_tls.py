@@ -27,10 +27,20 @@ class Certificates:
 
     def server_context(self) -> ssl.SSLContext:
         """What a server needs: clients without a certificate of the authority are turned away. Raises BadInput."""
-        self._check()
+        authorities = self._check()
+        if not all(_is_authority(one) for one in authorities):
+            raise BadInput(str(self.authority), "not a certificate authority", "give the CA's certificate here")
         context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
-        context.minimum_version = ssl.TLSVersion.TLSv1_2
         context.verify_mode = ssl.CERT_REQUIRED
+        return self._loaded(context)
+
+    def client_context(self) -> ssl.SSLContext:
+        """What a client needs: it talks only to the server that the authority vouches for. Raises BadInput."""
+        self._check()
+        return self._loaded(ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT))
+
+    def _loaded(self, context: ssl.SSLContext) -> ssl.SSLContext:
+        context.minimum_version = ssl.TLSVersion.TLSv1_2
         try:
             context.load_cert_chain(self.certificate, self.key, password=_no_password)
             context.load_verify_locations(self.authority)
@@ -39,14 +49,20 @@ class Certificates:
             raise BadInput(str(self.certificate), found, "make new certificates") from None
         return context
 
-    def _check(self) -> None:
-        own, authority = _certificate(self.certificate), _certificate(self.authority)
-        _check_dates(self.certificate, own)
-        _check_dates(self.authority, authority)
-        if not _is_authority(authority):
-            raise BadInput(str(self.authority), "not a certificate authority", "give the CA's certificate here")
-        if _public_key(self.key) != own.public_key().public_bytes(Encoding.DER, PublicFormat.SubjectPublicKeyInfo):
+    def _check(self) -> list[x509.Certificate]:
+        """All that can be wrong with the files by themselves; returns whom the other side must be vouched for by."""
+        own, authorities = _certificates(self.certificate), _certificates(self.authority)
+        if _public_key(self.key) != own[0].public_key().public_bytes(Encoding.DER, PublicFormat.SubjectPublicKeyInfo):
             raise BadInput(str(self.key), f"does not belong to {self.certificate}", "give the key of that certificate")
+        return authorities
+
+
+def is_certificate_trouble(error: BaseException | None) -> bool:
+    """Whether the two sides do not accept each other's certificates: time does not heal that, unlike an absent peer."""
+    if isinstance(error, ssl.SSLCertVerificationError):
+        return True
+    reason = str(getattr(error, "reason", "") or "") if isinstance(error, ssl.SSLError) else ""
+    return any(word in reason for word in ("CERTIFICATE", "UNKNOWN_CA", "ALERT"))
 
 
 def _no_password() -> str:
@@ -58,25 +74,25 @@ def _read(path: Path) -> bytes:
     try:
         return path.read_bytes()
     except OSError as error:
-        remedy = "give PEM files with --cert, --key and --ca, or make some for tests: bristle serve --make-test-ca DIR"
+        remedy = "give a PEM file; for tests on this machine bristle serve --make-test-ca DIR makes some"
         raise BadInput(str(path), f"cannot be read: {error.strerror}", remedy) from None
 
 
-def _certificate(path: Path) -> x509.Certificate:
+def _certificates(path: Path) -> list[x509.Certificate]:
+    """The certificates of a file, at least one, all of them valid today."""
     content = _read(path)
     try:
-        return x509.load_pem_x509_certificate(content)
+        found = x509.load_pem_x509_certificates(content)
     except ValueError:
         raise BadInput(str(path), "not a certificate in PEM form", "give a file with BEGIN CERTIFICATE") from None
-
-
-def _check_dates(path: Path, certificate: x509.Certificate) -> None:
     now = datetime.now(UTC)
-    start, end = certificate.not_valid_before_utc, certificate.not_valid_after_utc
-    if now > end:
-        raise BadInput(str(path), f"the certificate expired on {end:%Y-%m-%d}", "renew it")
-    if now < start:
-        raise BadInput(str(path), f"the certificate is valid only from {start:%Y-%m-%d}", "check this machine's clock")
+    for one in found:
+        if now > one.not_valid_after_utc:
+            raise BadInput(str(path), f"the certificate expired on {one.not_valid_after_utc:%Y-%m-%d}", "renew it")
+        if now < one.not_valid_before_utc:
+            words = f"the certificate is valid only from {one.not_valid_before_utc:%Y-%m-%d}"
+            raise BadInput(str(path), words, "check this machine's clock")
+    return found
 
 
 def _is_authority(certificate: x509.Certificate) -> bool:

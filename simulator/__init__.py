@@ -1,8 +1,10 @@
 """What is the plant? Effects, the compiled physics, excitations and simulated recordings."""
 
+from simulator._cache import artefact, machine
 from simulator._effect import Catalogue, Effect, Memory, Parameter, Quantities, Site
 from simulator._excitation import Excitation
 from simulator._kernel import Causality, Kernel, kernel
+from simulator._native import native_module
 from simulator._relaxation import Lag, Relaxation
 from simulator._scan import Recurrence, Scan, Scanner
 from simulator._simulate import Sensors, random_valve, simulate
@@ -31,7 +33,10 @@ __all__ = [
     "Status",
     "Value",
     "ValveModel",
+    "artefact",
     "kernel",
+    "machine",
+    "native_module",
     "random_valve",
     "simulate",
 ]

@@ -11,6 +11,7 @@ import contextlib
 import functools
 import hashlib
 import os
+import platform
 import shutil
 import stat
 import tempfile
@@ -39,6 +40,16 @@ def artefact(key: str, build: Callable[[Path], None]) -> Path:
         with contextlib.suppress(OSError):
             return _built(home, name, build)
     raise OSError(f"no artefact could be written to {shared} or {_process_directory()}")
+
+
+@functools.cache
+def machine() -> tuple[str, ...]:
+    """What numba's machine code depends on besides its source: a part of the key of such an artefact."""
+    import llvmlite.binding
+    import numba
+
+    features = llvmlite.binding.get_host_cpu_features().flatten()
+    return numba.__version__, platform.python_version(), llvmlite.binding.get_host_cpu_name(), features
 
 
 def directory() -> Path:

@@ -7,7 +7,7 @@ import functools
 import logging
 from collections.abc import Callable, Mapping
 from importlib import resources
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -25,10 +25,19 @@ Loop = Callable[[Array, Array, bool, float, Array, Array, Array, Array, Array, A
 Shapes as in `Scanner.run`; S (n_states, n_columns); Y (n_samples, n_outputs, n_columns) and resets have no rows where
 they are not wanted.
 """
+Shoot = Callable[[int, int, Array, Array, float, Array, Array, Array, Array, Array, Array, NDArray[np.uint8]], int]
+"""shoot(first, last, t, u, h_max, p, z, f, T, y, Y, carried) as in `_loop.c`; T and Y have no rows where not wanted."""
 
 
-def loop(functions: Mapping[str, ca.Function], sizes: Sizes, scale: float) -> Loop | None:
-    """The compiled loop, or None when no compiler works here."""
+class Loops(NamedTuple):
+    """The loops around one recurrence."""
+
+    scan: Loop
+    shoot: Shoot
+
+
+def loops(functions: Mapping[str, ca.Function], sizes: Sizes, scale: float) -> Loops | None:
+    """The compiled loops, or None when no compiler works here."""
     command = compiler()
     if command is None:
         return None
@@ -38,7 +47,8 @@ def loop(functions: Mapping[str, ca.Function], sizes: Sizes, scale: float) -> Lo
         logging.getLogger(__name__).warning("%s; going on without a C compiler", failure)
         return None
     library.scan.restype = ctypes.c_long
-    return functools.partial(_call, library)
+    library.shoot.restype = ctypes.c_long
+    return Loops(functools.partial(_call, library), functools.partial(_call_shoot, library))
 
 
 def _call(
@@ -49,6 +59,19 @@ def _call(
         library.scan(
             ctypes.c_long(len(t)), _pointer(t), _pointer(u), ctypes.c_int(hold), ctypes.c_double(h_max), _pointer(p),
             _pointer(s), _pointer(y), _pointer(S), _pointer(Y), _pointer(resets),
+        )
+    )  # fmt: skip
+
+
+def _call_shoot(
+    library: Any, first: int, last: int, t: Array, u: Array, h_max: float, p: Array, z: Array, f: Array, T: Array,
+    y: Array, Y: Array, carried: NDArray[np.uint8],
+) -> int:  # fmt: skip
+    return int(
+        library.shoot(
+            ctypes.c_long(first), ctypes.c_long(last), ctypes.c_long(len(t)), _pointer(t), _pointer(u),
+            ctypes.c_double(h_max), _pointer(p), _pointer(z), _pointer(f), _pointer(T), _pointer(y), _pointer(Y),
+            ctypes.c_void_p(carried.ctypes.data),
         )
     )  # fmt: skip
 

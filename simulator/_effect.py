@@ -42,7 +42,8 @@ class Parameter:
     symbol : name in equations and files; unit : SI unit; lower, upper : physical bounds, in `unit`;
     scale : typical magnitude, in `unit`; neutral : the value at which the effect vanishes, None for the base effects
     and for what only shapes an effect (the place of a tight spot) while another parameter sets its strength;
-    positive : whether its logarithm is the natural coordinate (it spans decades); meaning : one line in words.
+    positive : whether its logarithm is the natural coordinate (it spans decades); known : whether it is to be held at
+    what is known of the valve, because a change of it looks like one of the base effects; meaning : one line in words.
     """
 
     symbol: str
@@ -53,6 +54,7 @@ class Parameter:
     upper: float = float("inf")
     neutral: float | None = None
     positive: bool = False
+    known: bool = False
 
 
 @dataclass(frozen=True)
@@ -61,7 +63,9 @@ class Quantities:
 
     t time [s], x position [m], v velocity [m/s], a acceleration [m/s2] (0 where only a sample is known, so for an
     output), u force of the actuator on the stem [N] behind the input effects asked so far, y position [m] behind the
-    output effects asked so far, friction : factor on the friction level by the effects asked so far [1].
+    output effects asked so far, friction : factor on the friction level by the effects asked so far [1], speed :
+    velocity at which friction levels are read [m/s], v unless an effect says otherwise, late : the recorded force a
+    `delay` earlier less the one now [N], where an effect has one.
     """
 
     t: Expression
@@ -71,6 +75,8 @@ class Quantities:
     u: Expression
     y: Expression
     friction: Expression = 1.0
+    speed: Expression = 0.0
+    late: Expression = 0.0
 
 
 @dataclass(frozen=True)
@@ -93,9 +99,9 @@ class Effect(ABC):
     """One piece of physics. Every hook has a neutral default; a concrete effect overrides what it needs.
 
     `memory` states that follow a law are named by `relax`; all others are set by `jump` (play operators, stacks).
-    The kernel asks effects on the input first, then those that set the friction level, then the other forces, then
-    effects on the output; within each of these groups in the order of the catalogue. In a step, `s` holds the mean of
-    a relaxing state, and what a jumping state is at mid-step; at a sample it holds what they are.
+    The kernel asks effects on the input first, then those that set level or speed of friction, then the other forces,
+    then effects on the output; within each of these groups in the order of the catalogue. In a step, `s` holds the mean
+    of a relaxing state, and what a jumping state is at mid-step; at a sample it holds what they are.
     """
 
     id: ClassVar[str]
@@ -108,6 +114,8 @@ class Effect(ABC):
     memory: ClassVar[tuple[Memory, ...]] = ()
     prefix: ClassVar[str] = ""
     """Prefix of the parameter names when it is not the id."""
+    delay: ClassVar[str] = ""
+    """Symbol of the parameter [s] by which the kernel looks back in the recorded force for `q.late`. Site INPUT."""
     passive: ClassVar[bool] = False
     """Whether, started at rest at x = 0, the effect never delivers more energy than it took up, at any values."""
 
@@ -125,6 +133,10 @@ class Effect(ABC):
     def friction_level(self, q: Quantities, p: Values, s: Values) -> Expression:
         """Factor on the Coulomb and Stribeck levels of the friction effects, 1 when neutral. Site FORCE."""
         return 1.0
+
+    def friction_speed(self, q: Quantities, p: Values, s: Values) -> Expression:
+        """The velocity [m/s] at which the friction effects read their level, `q.speed` when neutral. Site FORCE."""
+        return q.speed
 
     def force(self, q: Quantities, p: Values, s: Values, ds: Values) -> Expression:
         """Force against the motion [N], given the memory `s` and the rates of change `ds` of its relaxing states.

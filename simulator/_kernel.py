@@ -12,13 +12,14 @@ from numpy.typing import NDArray
 
 from recordings import BadInput
 from simulator._build import compiler
+from simulator._delay import delay_columns
 from simulator._effect import Catalogue, Effect, Memory, Site
-from simulator._scan import Scan, Scanner
-from simulator._step import Layout, force_driven, motion_driven
+from simulator._scan import Scan, Scanner, Shots
+from simulator._step import Layout, force_driven, motion_driven, uncertain
 from simulator.effects import CATALOGUE
 
 Array = NDArray[np.float64]
-Causality = Literal["force", "motion"]
+Causality = Literal["force", "motion", "uncertain force"]
 
 
 @dataclass(frozen=True)
@@ -72,14 +73,42 @@ class Kernel:
         sensitivities: bool = False,
         resets: Array | None = None,
     ) -> Scan:
-        """As `Scanner.run`: t (n_samples) [s]; u (n_samples) [N], or (n_samples, 4) x, v, a, 0 imposed."""
-        return self.scanner.run(t, u, p, s0, h_max=h_max, hold=hold, sensitivities=sensitivities, resets=resets)
+        """As `Scanner.run`: t (n_samples) [s]; u (n_samples) [N], or (n_samples, 4) x, v, a, 0 imposed.
+
+        u may also be what `inputs` returns.
+        """
+        given = self.inputs(t, u, p, hold=hold)
+        return self.scanner.run(t, given, p, s0, h_max=h_max, hold=hold, sensitivities=sensitivities, resets=resets)
+
+    def shoot(
+        self, t: Array, u: Array, p: Array, path: Array, *, h_max: float = 0.0, carry: bool = False
+    ) -> Shots:  # fmt: skip
+        """Every interval between samples on its own from a path (n_samples, n_states): `Scanner.shoot`.
+
+        For a kernel of an uncertain force; u (n_samples) [N]: the force as it is known, which only a dead time reads.
+        carry : run the memory of the effects along the path, and write it there, instead.
+        """
+        columns = self.inputs(t, u, p)[:, 1:] if self.layout.delay else np.empty((len(t), 0))
+        memory = np.array([i >= 2 and name not in ("u", "du") for i, name in enumerate(self.states)])
+        return self.scanner.shoot(t, columns, p, path, h_max=h_max, carried=memory if carry else None)
+
+    def inputs(self, t: Array, u: Array, p: Array, *, hold: bool = False) -> Array:
+        """The inputs of the recurrence for a recorded force: u itself, and with a dead time in p what it was earlier.
+
+        Run a part of a recording with the rows of it, and the force from before that part acts in it.
+        """
+        if not self.layout.delay or np.size(u) != np.size(t):
+            return u
+        t, u = np.asarray(t, float).reshape(-1), np.asarray(u, float).reshape(-1)
+        tau = float(p[self.parameters.index(self.layout.delay)])
+        return np.column_stack([u, delay_columns(t, u, tau, hold)])
 
 
 def kernel(effects: Iterable[str], causality: Causality = "force", catalogue: Catalogue = CATALOGUE) -> Kernel:
     """The kernel of some effects by id, compiled at its first use and kept for this process.
 
-    causality : ``force`` simulates the position from the force, ``motion`` the force from an imposed motion;
+    causality : ``force`` simulates the position from the force, ``motion`` the force from an imposed motion,
+    ``uncertain force`` has the force and its slope among the states, for estimating it along with the motion;
     catalogue : where the effects are looked up; `CATALOGUE.extended` makes one with effects of your own.
     Raises KeyError for an unknown id, BadInput for effects that do not fit the causality.
 
@@ -94,8 +123,11 @@ def kernel(effects: Iterable[str], causality: Causality = "force", catalogue: Ca
     return _kernel(chosen, causality, compiler())
 
 
-@functools.lru_cache(maxsize=64)
+ASSEMBLED = {"force": force_driven, "motion": motion_driven, "uncertain force": uncertain}
+
+
+@functools.lru_cache(maxsize=128)
 def _kernel(effects: tuple[Effect, ...], causality: Causality, _compiler: tuple[str, ...] | None) -> Kernel:
     """One kernel per choice of effects and way of compiling."""
-    recurrence, layout = (force_driven if causality == "force" else motion_driven)(effects)
+    recurrence, layout = ASSEMBLED[causality](effects)
     return Kernel(tuple(e.id for e in effects), causality, layout, Scanner(recurrence))

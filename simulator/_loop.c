@@ -108,3 +108,35 @@ long scan(long n, const double *t, const double *u, int hold, double h_max, cons
   }
   return -1;
 }
+
+/* Every interval between samples on its own: from state z[k] of a given path to the end f[k], with the derivatives
+   T[k] (NS x NC) of that end, and the output y[k] at the sample with its derivatives Y[k]; T and Y may be null.
+   carried[i]: state i starts where the interval before it ended instead, and is written to the path. Samples `from` to
+   `to` (excluded), so that threads can share the work. Returns -1 or the sample behind which it failed. */
+long shoot(long from, long to, long n, const double *t, const double *u, double h_max, const double *p, double *z,
+           double *f, double *T, double *y, double *Y, const unsigned char *carried) {
+  double e[NE], s[DIM(NS)], S[DIM(NS * NC)];
+  for (long k = from; k < to; ++k) {
+    const double *u0 = u + k * NU, *u1 = k + 1 < n ? u0 + NU : u0;
+    for (int i = 0; i < NS; ++i) s[i] = z[k * NS + i];
+    for (int i = 0; i < NS * NC; ++i) S[i] = 0;
+    for (int i = 0; i < NS; ++i) S[i * NC + NP + i] = 1;
+    e[0] = t[k]; e[1] = 0;
+    fill(e, u0, u0, 0, 0);
+    if (!sample(e, p, s, S, y + k * NY, Y ? Y + k * NY * NC : 0)) return k;
+    if (k + 1 == n) break;
+    const double dt = t[k + 1] - t[k];
+    const long steps = h_max > 0 && dt > h_max ? (long)ceil(dt / h_max - 1e-9) : 1;
+    for (long j = 0; j < steps; ++j) {
+      e[0] = t[k] + (j + 0.5) / steps * dt; e[1] = dt / steps;
+      fill(e, u0, u1, (j + 0.5) / steps, (j + 1.0) / steps);
+      if (!advance(e, p, s, T ? S : 0)) return k;
+    }
+    for (int i = 0; i < NS; ++i) {
+      f[k * NS + i] = s[i];
+      if (carried[i]) z[(k + 1) * NS + i] = s[i];
+    }
+    if (T) for (int i = 0; i < NS * NC; ++i) T[k * NS * NC + i] = S[i];
+  }
+  return -1;
+}

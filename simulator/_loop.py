@@ -191,3 +191,44 @@ def loop(
             if not advance(e, p, s, S, T, new, A, B):
                 return then
     return -1
+
+
+@native
+def shot(
+    first: int, last: int, t: Vector, u: Vector, h_max: float, p: Vector, z: Vector, f: Vector, T: Vector, y: Vector,
+    Y: Vector, carried: Vector, e: Vector,
+) -> int:  # fmt: skip
+    """As `shoot` of `_loop.c`; T and Y have no rows where they are not wanted, e is room for exo."""
+    n, ns, ny, sensitive = t.shape[0], z.shape[1], y.shape[1], T.shape[0] > 0
+    columns = p.shape[0] + ns
+    S, room = np.empty((ns, columns)), np.empty((ns if sensitive else 0, columns))
+    s, new, A, B = np.empty(ns), np.empty(ns), np.empty(ns * ns), np.empty(ns * p.shape[0])
+    C, D = np.empty(ny * ns), np.empty(ny * p.shape[0])
+    for k in range(first, last):
+        then = k if k + 1 == n else k + 1
+        s[:], S[:] = z[k], 0.0
+        for i in range(ns):
+            S[i, p.shape[0] + i] = 1.0
+        e[0], e[1] = t[k], 0.0
+        fill(e, u, k, k, 0.0, 0.0)
+        if Y.shape[0]:
+            output_jac(s, e, p, y[k], C, D)
+        else:
+            output(s, e, p, y[k])
+        if not (finite(s) and finite(y[k])) or (Y.shape[0] and not chain(C, D, S, Y[k])):
+            return k
+        dt = t[then] - t[k]
+        steps = math.ceil(dt / h_max - 1e-9) if 0.0 < h_max < dt else 1
+        for j in range(steps if dt > 0.0 else 0):
+            e[0], e[1] = t[k] + (j + 0.5) / steps * dt, dt / steps
+            fill(e, u, k, then, (j + 0.5) / steps, (j + 1.0) / steps)
+            if not advance(e, p, s, S, room, new, A, B):
+                return k
+        if then > k:
+            f[k] = s
+            if sensitive:
+                T[k] = S
+            for i in range(ns):
+                if carried[i] != 0:
+                    z[then, i] = s[i]
+    return -1

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import functools
 import hashlib
-import platform
 import sys
 import threading
 from collections.abc import Callable, Mapping, Sequence
@@ -20,8 +19,8 @@ from typing import Any
 
 import casadi as ca
 
-from simulator._cache import artefact
-from simulator._compiled import Array, Loop
+from simulator._cache import artefact, machine
+from simulator._compiled import Array, Loop, Loops
 from simulator._translate import python_source
 
 PRELUDE = """from __future__ import annotations
@@ -58,6 +57,20 @@ def scan(t, u, hold, h_max, p, s, y, S, Y, resets):
     return loop(t, u, hold, h_max, p, s, y, S, Y, resets, np.empty(EXO))
 """
 
+SHOOT = """
+
+@numba.njit(
+    numba.types.int64(
+        numba.types.int64, numba.types.int64, given(1), given(2), numba.types.float64, given(1), filled(2), filled(2),
+        filled(3), filled(2), filled(3), numba.types.Array(numba.types.uint8, 1, "C", readonly=True),
+    ),
+    error_model="numpy", nogil=True, cache=True,
+)
+def shoot(first, last, t, u, h_max, p, z, f, T, y, Y, carried):
+    return shot(first, last, t, u, h_max, p, z, f, T, y, Y, carried, np.empty(EXO))
+"""
+"""The second entry point, in modules of the kernels that are asked for it."""
+
 WITHOUT_DERIVATIVES = {
     "step_jac": "def step_jac(w, s, e, p, new, A, B):\n    pass",
     "output_jac": "def output_jac(s, e, p, y, C, D):\n    pass",
@@ -71,16 +84,17 @@ _LOCK = threading.Lock()
 """numba's settings and `sys.modules` are shared by all threads."""
 
 
-def loop(functions: Mapping[str, ca.Function], exo: int, scale: float) -> Loop:
-    """The loop compiled by numba; exo: length of that vector. Large derivatives are compiled when first asked for.
+def loops(functions: Mapping[str, ca.Function], exo: int, scale: float) -> Loops:
+    """The loops compiled by numba; exo: length of that vector. Large derivatives are compiled when first asked for.
 
     Raises NotImplementedError for an operation that has no translation.
     """
     small = sum(functions[name].n_instructions() for name in WITHOUT_DERIVATIVES) < LARGE
     texts = [source(functions, exo, scale, sensitive or small) for sensitive in (False, True)]
-    entry = functools.cache(_entry)
+    entry = functools.cache(lambda text: generated("kernel", text, _arithmetic_text()).scan)
     entry(texts[False])
-    return functools.partial(_call, entry, texts)
+    whole = functools.cache(lambda: generated("kernel", texts[True] + SHOOT, _arithmetic_text()).shoot)
+    return Loops(functools.partial(_call, entry, texts), lambda *arguments: int(whole()(*arguments)))
 
 
 def _call(
@@ -102,13 +116,22 @@ def source(functions: Mapping[str, ca.Function], exo: int, scale: float, sensiti
     return "\n\n@native\n".join((PRELUDE + constants, *translated)) + "\n\n\n" + _loop_text() + ENTRY
 
 
-def _entry(text: str) -> Loop:
-    """The entry point of a generated module, from the cache or compiled now."""
-    key = "\0".join((text, _arithmetic_text(), *_machine()))
-    name = f"bristle_kernel_{hashlib.sha256(key.encode()).hexdigest()[:16]}"
+def native_module(name: str, text: str) -> ModuleType:
+    """A module of numba functions from its text, compiled once per machine and kept in the private cache.
+
+    name : a word for it. The functions that are called from outside need signatures and ``cache=True``; the text may
+    import libraries, and nothing of ours.
+    """
+    return generated(name, text, "")
+
+
+def generated(name: str, text: str, imported: str) -> ModuleType:
+    """The module of a generated text, from the cache or compiled now; imported : text of what of ours it imports."""
+    key = "\0".join((text, imported, *machine()))
+    name = f"bristle_{name}_{hashlib.sha256(key.encode()).hexdigest()[:16]}"
     with _LOCK:
         folder = artefact(key, functools.partial(_write, name, text))
-        return _module(name, folder).scan
+        return _module(name, folder)
 
 
 def _write(name: str, text: str, folder: Path) -> None:
@@ -135,16 +158,6 @@ class _Loader(SourceFileLoader):
 
     def set_data(self, path: str, data: Any, *, _mode: int = 0o666) -> None:
         """Keep nothing."""
-
-
-@functools.cache
-def _machine() -> tuple[str, ...]:
-    """What numba's machine code depends on besides the text."""
-    import llvmlite.binding
-    import numba
-
-    features = llvmlite.binding.get_host_cpu_features().flatten()
-    return numba.__version__, platform.python_version(), llvmlite.binding.get_host_cpu_name(), features
 
 
 @functools.cache

@@ -102,14 +102,34 @@ class Scan:
     jacobian (n_samples, n_outputs, n_parameters + n_states): derivatives of the outputs by the parameters and by the
     initial state, when asked for.
 
+    final_jacobian (n_states, n_parameters + n_states): the same derivatives of `final`.
+
     failed : None, or the first sample at which the state, the output or its derivatives are not finite, or before
-    which an implicit step has no solution. From that sample on outputs, jacobian and final are NaN.
+    which an implicit step has no solution. From that sample on outputs, jacobian, final and its jacobian are NaN.
     """
 
     outputs: Array
     final: Array
     failed: int | None
     jacobian: Array | None = None
+    final_jacobian: Array | None = None
+
+
+@dataclass(frozen=True)
+class Shots:
+    """Result of `Scanner.shoot`.
+
+    ends (n_samples - 1, n_states): where each interval ended; by (n_samples - 1, n_states, n_parameters + n_states):
+    derivatives of it by the parameters and by the state it started from; outputs (n_samples, n_outputs) at the path,
+    outputs_by (n_samples, n_outputs, n_parameters + n_states); no rows of derivatives when states were carried.
+    failed : None, or the sample behind which there is no solution.
+    """
+
+    ends: Array
+    by: Array
+    outputs: Array
+    outputs_by: Array
+    failed: int | None
 
 
 class Scanner:
@@ -125,13 +145,13 @@ class Scanner:
         )
         self.sizes = Sizes(ns, ne, np_, ny, (ne - 2) // (2 if recurrence.ends else 1))
         functions = recurrence.functions()
-        loop = _compiled.loop(functions, self.sizes, recurrence.scale)
-        self._compiled = loop is not None
-        if loop is None:
+        loops = _compiled.loops(functions, self.sizes, recurrence.scale)
+        self._compiled = loops is not None
+        if loops is None:
             from simulator import _native  # numba is slow to import and most machines have a compiler
 
-            loop = _native.loop(functions, self.sizes.exo, recurrence.scale)
-        self._loop = loop
+            loops = _native.loops(functions, self.sizes.exo, recurrence.scale)
+        self._loop, self._shoot = loops
 
     @property
     def compiled(self) -> bool:
@@ -167,8 +187,26 @@ class Scanner:
         y, jacobian = np.zeros((len(t), ny)), np.zeros((len(t) if sensitivities else 0, ny, np_ + ns))
         failed = self._loop(t, u, hold, h_max, p, s, y, columns, jacobian, given)
         if failed >= 0:
-            y[failed:], jacobian[failed:], s[:] = np.nan, np.nan, np.nan
-        return Scan(y, s, failed if failed >= 0 else None, jacobian if sensitivities else None)
+            y[failed:], jacobian[failed:], s[:], columns[:] = np.nan, np.nan, np.nan, np.nan
+        derivatives = (jacobian, columns) if sensitivities else (None, None)
+        return Scan(y, s, failed if failed >= 0 else None, *derivatives)
+
+    def shoot(
+        self, t: Array, u: Array, p: Array, path: Array, *, h_max: float = 0.0, carried: NDArray[np.bool_] | None = None
+    ) -> Shots:
+        """Run every interval between samples on its own, each from the state of a given path, with sensitivities.
+
+        t, u, p, h_max : as in `run`; path (n_samples, n_states), C-contiguous; carried (n_states,) : states that start
+        where the interval before ended instead, and are written into the path, which is then gone through in one go.
+        """
+        ns, _, np_, ny, nu = self.sizes
+        n, columns = len(t), np_ + ns
+        u, p = np.ascontiguousarray(u, float).reshape(n, nu), np.ascontiguousarray(p, float)
+        ends, by = np.empty((n - 1, ns)), np.empty((n - 1 if carried is None else 0, ns, columns))
+        y, y_by = np.empty((n, ny)), np.empty((n if carried is None else 0, ny, columns))
+        mask = np.zeros(ns, np.uint8) if carried is None else carried.astype(np.uint8)
+        failed = self._shoot(0, n, t, u, h_max, p, path, ends, by, y, y_by, mask)
+        return Shots(ends, by, y, y_by, failed if failed >= 0 else None)
 
     def _checked(self, t: Array, u: Array, p: Array, s0: Array, resets: Array | None) -> tuple[Array, ...]:
         """The arguments as contiguous arrays of the shapes the loop expects; the state is a copy."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -9,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from recordings import BadInput, Plant, Recording, Signal
+from simulator._delay import LONGEST
 from simulator._excitation import HIGH, LOW, Excitation, force_demand, staircase
 from simulator._kernel import Kernel, kernel
 from simulator.effects import CATALOGUE
@@ -138,7 +140,7 @@ def _open_loop(
     friction = max(values.get("lugre.fs", 0.0), values.get("lugre.fc", 0.0))
     force = force_demand(excitation, t, spring=spring, preload=preload, stroke=stroke, friction=friction, seed=seed)
     rest = (force[0] - preload) / spring if spring else 0.0
-    return force, valve.run(t, force, p, valve.start(rest), h_max=FINE_STEP).outputs[:, 0]
+    return force, valve.run(t, force, p, valve.start(rest, force=force[0]), h_max=FINE_STEP).outputs[:, 0]
 
 
 def _closed_loop(
@@ -146,21 +148,23 @@ def _closed_loop(
 ) -> tuple[Array, Array]:
     """A sampled PI positioner (20 ms) moves the valve through a staircase; the force is what it commands, held.
 
-    It filters the position, or it would ring with the mass on its spring; its supply limits the force.
+    It filters the measured position, or it would ring with the mass on its spring; its supply limits the force.
     """
     demand = staircase(t, excitation.duration, np.random.default_rng(seed)) * stroke
     spring = values.get("spring.K", 0.0) or values.get("lugre.fs", 100.0) / (0.05 * stroke)
-    period = max(1, round(0.02 * 1.0 / (t[1] - t[0])))
+    period, memory = max(1, round(0.02 / (t[1] - t[0]))), math.ceil(LONGEST / (t[1] - t[0])) + 1
     force, position = np.empty(len(t)), np.empty(len(t))
-    state, integral = valve.start(LOW * stroke), values.get("spring.F0", 0.0) + spring * LOW * stroke
+    integral = values.get("spring.F0", 0.0) + spring * LOW * stroke
+    state, seen = valve.start(LOW * stroke, force=integral), LOW * stroke
     limits = integral - spring * stroke - 1e3, integral + spring * (HIGH + 1) * stroke + 1e3
     error, follow = 0.0, 1.0 - np.exp(-period * (t[1] - t[0]) / FILTER)
     for first in range(0, len(t), period):
         last = min(first + period, len(t) - 1)
-        error += follow * (demand[first] - state[0] - error)
+        error += follow * (demand[first] - seen - error)
         integral = float(np.clip(integral + 0.8 * spring * error * (t[last] - t[first]) / 0.5, *limits))
         force[first : last + 1] = np.clip(integral + 0.8 * spring * error, *limits)
-        block = slice(first, last + 1)
-        run = valve.run(t[block], force[block], p, state, h_max=FINE_STEP, hold=True)
-        position[block], state = run.outputs[:, 0], run.final
+        block, back = slice(first, last + 1), max(0, first - memory)
+        given = valve.inputs(t[back : last + 1], force[back : last + 1], p, hold=True)[first - back :]
+        run = valve.run(t[block], given, p, state, h_max=FINE_STEP, hold=True)
+        position[block], state, seen = run.outputs[:, 0], run.final, run.outputs[-1, 0]
     return force, position

@@ -20,11 +20,15 @@ States = dict[str, dict[str, Expression]]
 
 @dataclass(frozen=True)
 class Layout:
-    """Which parameter and which state of which effect stands where in the kernel's vectors."""
+    """Which parameter and which state of which effect stands where in the kernel's vectors.
+
+    delay : full name of the parameter by which an effect looks back in the force, empty where none does.
+    """
 
     parameters: tuple[str, ...]
     states: tuple[str, ...]
     memory: tuple[Memory, ...]
+    delay: str = ""
 
     @classmethod
     def of(cls, effects: tuple[Effect, ...], imposed: bool) -> Layout:
@@ -32,7 +36,10 @@ class Layout:
         names = tuple(name for effect in effects for name in effect.parameter_names())
         memory = tuple(m for effect in effects for m in effect.memory)
         labels = tuple(f"{effect.id}.{m.symbol}" for effect in effects for m in effect.memory)
-        return cls(names, labels if imposed else ("x", "v", *labels), memory)
+        delays = [effect.parameter_name(effect.delay) for effect in effects if effect.delay]
+        if len(delays) > 1:
+            raise ValueError(f"{' and '.join(delays)} both delay the force; a valve has one dead time")
+        return cls(names, labels if imposed else ("x", "v", *labels), memory, "".join(delays))
 
 
 @dataclass(frozen=True)
@@ -60,6 +67,12 @@ class _Assembly:
         }
         by_label = {label: self.s[i] for i, label in enumerate(self.layout.states)}
         self.held = {e.id: {m.symbol: by_label[f"{e.id}.{m.symbol}"] for m in e.memory} for e in effects}
+
+    def late(self, inputs: Expression) -> Expression:
+        """What the delay changes in the force, from the inputs of a force-driven kernel: `delay_columns`."""
+        if not self.layout.delay:
+            return 0.0
+        return inputs[1] - inputs[2] * self.p[self.layout.parameters.index(self.layout.delay)]
 
     def step(self, middle: Quantities, end: Quantities, h: Expression) -> _Course:
         """One step h from the held memory, given the raw quantities at its middle and end."""
@@ -106,37 +119,68 @@ class _Assembly:
 def _turn(effect: Effect) -> int:
     """Rank in the order of asking: whoever shapes a quantity comes before those that use it."""
     if effect.site is Site.FORCE:
-        return 1 if type(effect).friction_level is not Effect.friction_level else 2
+        kind = type(effect)
+        shapes = kind.friction_level, kind.friction_speed
+        return 2 if shapes == (Effect.friction_level, Effect.friction_speed) else 1
     return 0 if effect.site is Site.INPUT else 3
 
 
 def _behind(effect: Effect, q: Quantities, p: Values, s: Values) -> Quantities:
-    """The quantities behind an effect: what it makes of the input, the friction level or the output."""
+    """The quantities behind an effect: what it makes of the input, friction's level and speed, or the output."""
     if effect.site is Site.INPUT:
         return replace(q, u=effect.input(q, p, s))
     if effect.site is Site.OUTPUT:
         return replace(q, y=effect.output(q, p, s))
-    return replace(q, friction=q.friction * effect.friction_level(q, p, s))
+    level, speed = effect.friction_level(q, p, s), effect.friction_speed(q, p, s)
+    return replace(q, friction=q.friction * level, speed=speed)
 
 
 def force_driven(effects: tuple[Effect, ...]) -> tuple[Recurrence, Layout]:
-    """Force in, position out: states [x, v, memory...], input u [N], output the measured position [m]."""
+    """Force in, position out: states [x, v, memory...], input u [N], output the measured position [m].
+
+    Where an effect has a delay, the inputs are u and the two `delay_columns`.
+    """
     a = _Assembly(effects, imposed=False)
-    t, h, u, later, w = (ca.SX.sym(name) for name in ("t", "h", "u", "later", "w"))
+    t, h, w = (ca.SX.sym(name) for name in ("t", "h", "w"))
+    u, later = (ca.SX.sym(name, 3 if a.layout.delay else 1) for name in ("u", "later"))
     x, v = a.s[0], a.s[1]
     acceleration, middle, end = 2 * (w - v) / h, x + h / 2 * w, x + h * w
     course = a.step(
-        Quantities(t, middle, w, acceleration, u, middle),
-        Quantities(t + h / 2, end, 2 * w - v, acceleration, later, end),
+        Quantities(t, middle, w, acceleration, u[0], middle, speed=w, late=a.late(u)),
+        Quantities(t + h / 2, end, 2 * w - v, acceleration, later[0], end, speed=2 * w - v, late=a.late(later)),
         h,
     )
-    seen, _ = a.sample(Quantities(t, x, v, 0.0, u, x))
+    seen, _ = a.sample(Quantities(t, x, v, 0.0, u[0], x, speed=v, late=a.late(u)))
     recurrence = a.recurrence(
         t, h, u, later,
         step=ca.vertcat(end, 2 * w - v, *a.memory(course.end)), output=ca.SX(seen.y), implicit=w, guess=v,
         residual=a.force(course.middle, course.mean, course.rate) - course.middle.u,
     )  # fmt: skip
     return recurrence, a.layout
+
+
+def uncertain(effects: tuple[Effect, ...]) -> tuple[Recurrence, Layout]:
+    """As `force_driven`, with the force a state: states [x, v, memory..., u, du], the force moving by its slope du.
+
+    For estimating the force along with the motion. No inputs, or with a delay its two `delay_columns`.
+    """
+    driven, layout = force_driven(effects)
+    n = 2 if layout.delay else 0
+    u, slope, t, h = (ca.SX.sym(name) for name in ("u", "slope", "t", "h"))
+    columns, later = ca.SX.sym("columns", n), ca.SX.sym("later", n)
+    inputs = ca.vertcat(u + h / 2 * slope, columns)
+    at_end = ca.vertcat(u + h * slope, later)
+    exo = ca.vertcat(t, h, inputs, at_end) if driven.ends else ca.vertcat(t, h, inputs)
+    old: list[Expression] = [driven.step, driven.output, driven.residual, ca.vertcat(driven.guess)]
+    step, output, residual, guess = ca.substitute(old, [driven.exo], [exo])  # type: ignore[arg-type]
+    recurrence = Recurrence(
+        ca.vertcat(driven.state, u, slope),
+        ca.vertcat(t, h, columns, later) if driven.ends else ca.vertcat(t, h, columns),
+        driven.parameters, ca.vertcat(step, u + h * slope, slope), output,
+        implicit=driven.implicit, residual=residual, guess=guess, scale=driven.scale, ends=driven.ends and n > 0,
+    )  # fmt: skip
+    names = (*layout.states, "u", "du")
+    return recurrence, Layout(layout.parameters, names, layout.memory, layout.delay)
 
 
 def motion_driven(effects: tuple[Effect, ...]) -> tuple[Recurrence, Layout]:
@@ -146,8 +190,8 @@ def motion_driven(effects: tuple[Effect, ...]) -> tuple[Recurrence, Layout]:
     """
     m = _Assembly(effects, imposed=True)
     t, h, now, later = ca.SX.sym("t"), ca.SX.sym("h"), ca.SX.sym("e", 4), ca.SX.sym("later", 4)
-    at_now = Quantities(t, now[0], now[1], now[2], now[3], now[0])
-    at_end = Quantities(t + h / 2, later[0], later[1], later[2], later[3], later[0])
+    at_now = Quantities(t, now[0], now[1], now[2], now[3], now[0], speed=now[1])
+    at_end = Quantities(t + h / 2, later[0], later[1], later[2], later[3], later[0], speed=later[1])
     q, rate = m.sample(at_now)
     recurrence = m.recurrence(
         t, h, now, later,

@@ -31,7 +31,7 @@ def command(
     key: Annotated[Path | None, Option(help="Its private key (PEM).")] = None,
     ca: Annotated[Path | None, Option(help="Authority that clients must be vouched for by (PEM).")] = None,
     make_test_ca: Annotated[Path | None, Option(help="Only write certificates for tests to this folder.")] = None,
-    duration: Annotated[float | None, Option(help="Stop after so many seconds.", min=0.0)] = None,
+    duration: Annotated[float | None, Option(help="Stop after so many seconds.", min=0.0, max=1e9)] = None,
 ) -> None:
     """Put the simulated actuator behind Modbus TCP, RTU or TLS, until --duration is over, or Ctrl-C or SIGTERM comes.
 

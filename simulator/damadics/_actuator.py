@@ -176,7 +176,7 @@ def _built(form: Form, effects: tuple[Effect, ...], _compiler: tuple[str, ...] |
     if form == "play":
         return _Machine(Scanner(_play_form.play_form()), _play_form.STATES)
     recurrence, layout = _force_form.force_form(effects)
-    states = (*_force_form.FRONT, *layout.states)
+    states = _force_form.state_names(layout)
     return _Machine(Scanner(recurrence), states, True, layout.parameters, layout.memory)
 
 

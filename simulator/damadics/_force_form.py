@@ -15,7 +15,7 @@ import casadi as ca
 from simulator._effect import Effect, Expression, Site
 from simulator._scan import Recurrence
 from simulator._step import Layout, force_driven, motion_driven
-from simulator.damadics import _positioner, _servomotor, _valve_flow
+from simulator.damadics import _past, _positioner, _servomotor, _valve_flow
 from simulator.damadics._expressions import clip
 from simulator.damadics._inputs import Inputs
 from simulator.damadics._outputs import outputs
@@ -61,15 +61,14 @@ class _Stem:
     def step(
         self, w: Expression, s: Expression, t: Expression, u: tuple[Expression, Expression], p: Expression
     ) -> tuple[Expression, Expression]:
-        """The next state and the residual for velocity w at mid-step and forces u at middle and end of the step."""
-        later = u[1:] if self._step.numel_in(2) == 4 else ()
-        after, residual = self._step(w, s, ca.vertcat(t, SUBSTEP, u[0], *later), p)
+        """The next state and the residual for velocity w at mid-step and inputs u at middle and end of the step."""
+        after, residual = self._step(w, s, ca.vertcat(t, SUBSTEP, *u)[: self._step.numel_in(2)], p)
         return after, residual
 
     def reported(self, s: Expression, t: Expression, u: Expression, p: Expression) -> Expression:
         """Position [m] behind the effects between stem and sensor."""
-        later = [u] if self._reported.numel_in(1) == 4 else []
-        return self._reported(s, ca.vertcat(t, 0.0, u, *later), p)
+        still = ca.vertcat(u, ca.DM.zeros(2)) if self.layout.delay else u
+        return self._reported(s, ca.vertcat(t, 0.0, still, still)[: self._reported.numel_in(1)], p)
 
     def friction(self, s: Expression, t: Expression, u: Expression, p: Mapping[str, Expression]) -> Expression:
         """Force of all effects on the stem but inertia and spring [N]."""
@@ -82,19 +81,20 @@ class _Stem:
 
 
 def force_form(effects: tuple[Effect, ...]) -> tuple[Recurrence, Layout]:
-    """One sub-step of 0.5 ms: states `FRONT`, then the layout's; parameters of `symbols`, the layout, and the sense.
+    """One sub-step of 0.5 ms: the states of `state_names`; parameters of `symbols`, the layout, and the sense.
 
     effects : inertia, spring and LuGre friction, and any others, in the order of the catalogue.
     """
     stem, (p, parameters), inputs = _Stem(effects), symbols(), Inputs.symbols()
     front, s, w = ca.SX.sym("s", len(FRONT)), ca.SX.sym("z", len(stem.layout.states)), ca.SX.sym("w")
+    past = [ca.SX.sym(name) for name in _past.names(stem.layout)]
     given = {name: ca.SX.sym(name) for name in stem.layout.parameters}
-    now = _Instant(stem, inputs, p, given, dict(zip(FRONT, ca.vertsplit(front), strict=True)), s)
+    now = _Instant(stem, inputs, p, given, dict(zip(FRONT, ca.vertsplit(front), strict=True)), s, past)
     new, residual = now.advance(w)
     measured = now.outputs()
     vector = ca.vertcat(*parameters, *given.values(), inputs.sense)
     recurrence = Recurrence(
-        ca.vertcat(front, s),
+        ca.vertcat(front, *past, s),
         inputs.exo,
         vector,
         new,
@@ -108,14 +108,19 @@ def force_form(effects: tuple[Effect, ...]) -> tuple[Recurrence, Layout]:
     return recurrence, stem.layout
 
 
+def state_names(layout: Layout) -> tuple[str, ...]:
+    """All states of the form, in order: `FRONT`, forces of the last steps where an effect delays them, the stem's."""
+    return (*FRONT, *_past.names(layout), *layout.states)
+
+
 class _Instant:
     """The actuator at the start of a sub-step."""
 
     def __init__(
         self, stem: _Stem, inputs: Inputs, p: Any, given: Mapping[str, Expression], front: dict[str, Expression],
-        s: Expression,
+        s: Expression, past: list[Expression],
     ) -> None:  # fmt: skip
-        self.stem, self.inputs, self.p, self.front, self.s = stem, inputs, p, front, s
+        self.stem, self.inputs, self.p, self.front, self.s, self.past = stem, inputs, p, front, s, past
         self.f, self.t, self.water = inputs.f, inputs.exo[0], inputs.water()
         self.x, self.v, self.weight = s[0], s[1], given["mass.m"] * p.gravity
         self.values = faulty(given, self.f, self.x / p.stroke, p)
@@ -139,9 +144,19 @@ class _Instant:
         free = clip(w, -self.x / SUBSTEP, (stop - self.x) / SUBSTEP)
         stem, _ = self.stem.step(free, self.s, self.t, u, self.vector)
         stem[1] = ca.if_else(free == w, stem[1], 0.0)
-        return ca.vertcat(*self._front(stem), w, stem), residual + self.front["load"]
+        past = _past.kept(self.t, self.u, self.past, SUBSTEP)
+        return ca.vertcat(*self._front(stem), w, *past, stem), residual + self.front["load"]
 
     def _push(self, w: Expression, part: float) -> Expression:
+        """Inputs of the stem a part of the sub-step later: the force of the diaphragm [N], and what a delay changes."""
+        u = self._force(w, part)
+        if not self.stem.layout.delay:
+            return u
+        delay = self.values[self.stem.layout.delay]
+        before = _past.earlier(self.t, self.u, u, part * SUBSTEP, self.past, delay, SUBSTEP)
+        return ca.vertcat(u, before - u, 0.0)
+
+    def _force(self, w: Expression, part: float) -> Expression:
         """Force of the diaphragm [N] a part of the sub-step later, when the rod has moved at w."""
         x = clip(self.x + part * SUBSTEP * w, 0.0, 1.25 * self.p.stroke)
         air = self.front["air"] + part * SUBSTEP * self.front["flow"]

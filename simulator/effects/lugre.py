@@ -39,7 +39,7 @@ class LuGre(Effect):
         return p["fc"] + (p["fs"] - p["fc"]) * ca.exp(-((v / p["vs"]) ** 2))
 
     def relax(self, q: Quantities, p: Values) -> Mapping[str, Relaxation]:
-        level = q.friction * self.level(q.v, p)
+        level = q.friction * self.level(q.speed, p)
         level = ca.if_else(level < LEAST_LEVEL, LEAST_LEVEL, level)  # unlike fmax this passes on a NaN
         return {"z": Relaxation(q.v, p["sigma0"] * ca.fabs(q.v) / level)}
 

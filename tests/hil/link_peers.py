@@ -193,7 +193,8 @@ class PtyPeer(Device):
 
 async def within(awaitable: Awaitable[Result], seconds: float = 20.0) -> Result:
     """A result that must come; the time only ends a test that hangs."""
-    return await asyncio.wait_for(awaitable, seconds)
+    async with asyncio.timeout(seconds):
+        return await awaitable
 
 
 class VirtualTime(asyncio.SelectorEventLoop):

@@ -27,6 +27,16 @@ SIGNALS = {
 SPAN = 1 << 20
 
 
+class Clock:
+    """A clock that stands until it is moved."""
+
+    def __init__(self):
+        self.now = 100.0
+
+    def __call__(self):
+        return self.now
+
+
 class Ramp:
     """Sample k of every signal is k / 2**20 of its unit (exact in single precision); settings are merely kept."""
 

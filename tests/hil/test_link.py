@@ -134,6 +134,22 @@ def test_a_loss_ends_the_request_under_way_at_once():
     assert asyncio.run(story()) is Fault.LOST
 
 
+def test_a_link_that_is_ended_just_when_it_opens_ends():
+    """Otherwise whoever closes the source waits for ever."""
+
+    async def story() -> bool:
+        def end(happening: Input, text: str) -> None:
+            if happening is Input.OPENED:
+                running.cancel()
+
+        async with TcpPeer(constant) as peer:
+            running = asyncio.create_task(Link(parse_address(f"tcp://127.0.0.1:{peer.port}"), end).run())
+            await asyncio.wait([running], timeout=20.0)
+            return running.cancelled()
+
+    assert asyncio.run(story())
+
+
 def test_a_connection_that_has_gone_deaf_is_opened_anew():
     async def story() -> int:
         async with TcpPeer(lambda *_: None) as peer, Watched(f"tcp://127.0.0.1:{peer.port}?timeout=0.05") as watched:

@@ -169,7 +169,9 @@ Setting = Callable[[int, int, float], Awaitable[Tale]]
 async def many(setting: Setting, n_harmed: int, lines: int, seed: int) -> list[Tale]:
     """Several lines at once, because they wait most of the time; from rarely harmed to nearly always harmed."""
     shares = [0.2 + 0.65 * k / (lines - 1) for k in range(lines)]
-    return list(await asyncio.gather(*[setting(n_harmed // lines, seed + k, share) for k, share in enumerate(shares)]))
+    return list(
+        await asyncio.gather(*[setting(-(-n_harmed // lines), seed + k, share) for k, share in enumerate(shares)])
+    )
 
 
 def judge(tales: list[Tale], n_harmed: int, modes: Iterable[str]) -> None:
@@ -183,11 +185,11 @@ def judge(tales: list[Tale], n_harmed: int, modes: Iterable[str]) -> None:
 
 
 def test_seventeen_thousand_harmed_replies_on_tcp_give_no_wrong_value():
-    judge(asyncio.run(many(on_tcp, 17_000, lines=40, seed=1)), 17_000, TCP_MODES)
+    judge(asyncio.run(many(on_tcp, 17_000, lines=80, seed=1)), 17_000, TCP_MODES)
 
 
 def test_three_thousand_harmed_replies_on_pseudo_terminals_give_no_wrong_value():
-    judge(asyncio.run(many(on_pty, 3_000, lines=60, seed=1)), 3_000, RTU_MODES)
+    judge(asyncio.run(many(on_pty, 3_000, lines=80, seed=1)), 3_000, RTU_MODES)
 
 
 def test_ten_thousand_harmed_replies_on_a_line_with_exact_timing_give_no_wrong_value():

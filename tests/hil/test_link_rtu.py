@@ -84,33 +84,62 @@ def test_a_stray_frame_in_the_place_of_the_reply_takes_both_away():
 
     def shifted(frame: bytes) -> list[Send]:
         sent.append(frame)
-        return [Send(frame)] if len(sent) != 16 else [Send(sent[-2]), Send(frame, 0.0005)]
+        return [Send(frame)] if len(sent) != 26 else [Send(sent[-2]), Send(frame, 0.0005)]
 
-    replies, _ = asked(shifted, 18)
-    assert replies[15].fault is Fault.SURPLUS
-    assert all(reply == right(100 * k) for k, reply in enumerate(replies) if k != 15)
+    replies, _ = asked(shifted, 28)
+    assert replies[25].fault is Fault.SURPLUS
+    assert all(reply == right(100 * k) for k, reply in enumerate(replies) if k != 25)
 
 
-def test_a_unit_that_has_misbehaved_must_be_silent_for_longer_until_ten_replies_were_clean():
+class Timed(Line):
+    """Reads one after the other, and how long each takes [s]."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.times: list[float] = []
+
+    async def read(self, unit: int = 1, harm: Callable[[bytes], Sequence[object]] | None = None) -> None:
+        loop, self.device.harm = asyncio.get_running_loop(), harm
+        begun = loop.time()
+        await self.wire.exchange(read(100 * len(self.times), unit))
+        self.times.append(loop.time() - begun)
+
+
+ORDINARY, WATCHED = TRAVEL + 0.00175, TRAVEL + 0.05
+
+
+def exactly(seconds: float, n: int = 1) -> object:
+    return pytest.approx([seconds] * n, rel=0.01)
+
+
+def test_after_anything_broken_the_line_is_watched_until_twenty_replies_were_clean():
     async def story() -> list[float]:
-        loop, times = asyncio.get_running_loop(), list[float]()
-        line = Line()
-        for k in range(30):
-            line.device.harm = (lambda frame: [Send(frame[:-1])]) if k == 15 else None
-            begun = loop.time()
-            await line.ask(100 * k)
-            times.append(loop.time() - begun)
-        return times
+        line = Timed()
+        for k in range(60):
+            await line.read(harm=(lambda frame: [Send(frame[:-1])]) if k == 30 else None)
+        return line.times
 
     times = in_virtual_time(story())
-    ordinary, watched = TRAVEL + 0.00175, TRAVEL + 0.05
-    assert times[0] == pytest.approx(QUIET + TRAVEL + QUIET, rel=0.01)  # silence before, and nothing known yet
-    assert times[1:9] == pytest.approx([watched] * 8, rel=0.01)
-    assert times[10:15] == pytest.approx([ordinary] * 5, rel=0.01)
-    assert times[15] == pytest.approx(TIMEOUT, rel=0.01)
-    assert times[16] == pytest.approx(QUIET + watched, rel=0.01)
-    assert times[17:25] == pytest.approx([watched] * 8, rel=0.01)
-    assert times[26:] == pytest.approx([ordinary] * 4, rel=0.01)
+    assert times[:1] == exactly(QUIET + TRAVEL + QUIET)  # silence before, and nothing is known yet
+    assert times[1:20] == exactly(WATCHED, 19)
+    assert times[20:30] == exactly(ORDINARY, 10)
+    assert times[30:31] == exactly(TIMEOUT)
+    assert times[31:32] == exactly(QUIET + WATCHED)
+    assert times[32:51] == exactly(WATCHED, 19)
+    assert times[51:] == exactly(ORDINARY, 9)
+
+
+def test_a_dead_unit_costs_its_neighbours_a_timeout_and_the_quiet_behind_it_and_no_more():
+    async def story() -> list[float]:
+        line = Timed()
+        for _ in range(21):
+            await line.read()
+        await line.read(unit=2, harm=lambda frame: [])
+        await line.read()
+        await line.read()
+        return line.times[21:]
+
+    assert in_virtual_time(story()) == pytest.approx([TIMEOUT, QUIET + ORDINARY, ORDINARY], rel=0.01)
 
 
 def test_bytes_that_lie_on_the_line_before_a_request_are_never_its_answer():
@@ -165,7 +194,7 @@ class Serial:
 
     def __init__(self, peer: PtyPeer, timeout: float = 5.0, quiet: float = 0.02) -> None:
         self.said: asyncio.Queue[Input] = asyncio.Queue()
-        text = f"rtu:{peer.path}?baud=115200&parity=N&timeout={timeout}&quiet={quiet}"
+        text = f"rtu:{peer.path}?baud=115200&timeout={timeout}&quiet={quiet}"
         self.link = Link(parse_address(text), lambda happening, text: self.said.put_nowait(happening))
 
     async def __aenter__(self) -> Link:
@@ -219,13 +248,13 @@ def test_a_device_that_is_missing_or_busy_or_no_device_is_bad_input(tmp_path):
 
     async def busy() -> None:
         async with PtyPeer(of_address) as peer, Serial(peer):
-            Link(parse_address(f"rtu:{peer.path}?parity=N"), lambda happening, text: None)
+            Link(parse_address(f"rtu:{peer.path}"), lambda happening, text: None)
 
-    with pytest.raises(BadInput, match="another program has it open"):
+    with pytest.raises(BadInput, match="is busy"):
         asyncio.run(busy())
-    with pytest.raises(BadInput, match="there is no device"):
+    with pytest.raises(BadInput, match="there is no serial device"):
         Link(parse_address(f"rtu:{nothing}"), lambda happening, text: None)
-    with pytest.raises(BadInput, match="cannot be opened"):
+    with pytest.raises(BadInput, match="not a usable serial device"):
         Link(parse_address(f"rtu:{plain}"), lambda happening, text: None)
 
 

@@ -2,12 +2,26 @@
 
 from __future__ import annotations
 
+import asyncio
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from hil import ActuatorOptions, ActuatorPlant, ActuatorSetup
+from hil import (
+    ActuatorOptions,
+    ActuatorPlant,
+    ActuatorSetup,
+    Polling,
+    RegisterMap,
+    Server,
+    ServerSettings,
+    WriteMap,
+    listen_address,
+    open_source,
+    valves_of,
+)
 from recordings import BadInput
 from simulator import BASE, CATALOGUE
 from simulator.damadics import Fault, run_scenario, scenario
@@ -115,10 +129,9 @@ def test_noise_can_be_switched_and_differs_between_units():
     assert np.ptp(first.advance(400)["upstream_pressure"]) == 0.0
 
 
-EXTRA = [e for e in CATALOGUE.effects if e.id not in BASE and all(p.neutral is not None for p in e.parameters)]
+EXTRA = [effect for effect in CATALOGUE.effects if effect.id not in BASE]
 
 
-@pytest.mark.skipif(not EXTRA, reason="the catalogue has no effect beyond the base ones")
 @pytest.mark.parametrize("effect", EXTRA, ids=lambda effect: effect.id)
 def test_a_hidden_effect_can_be_switched_and_changes_nothing_while_it_is_off(effect):
     what = scenario("chapter5-healthy").stimulus
@@ -132,6 +145,39 @@ def test_a_hidden_effect_can_be_switched_and_changes_nothing_while_it_is_off(eff
     off.apply({"hidden_effect": 1})
     off.reset()
     assert np.array_equal(off.advance(2000)["position"], on.advance(2000)["position"])
+
+
+@pytest.mark.parametrize("allowed", [True, False])
+def test_an_undeclared_effect_is_switched_on_over_the_wire_where_that_is_allowed(allowed):
+    options = ActuatorOptions(friction="lugre", settings=("setpoint=1.0",), effects=("force_gain:g=-0.2",))
+    server_side = ServerSettings(
+        [listen_address("tcp://127.0.0.1:0")],
+        RegisterMap.load("damadics"),
+        WriteMap.load("damadics-write"),
+        speed=None,
+        harm=allowed,
+    )
+
+    async def closed_after(*orders: tuple[str, float]) -> float:
+        plants = {1: replace(options, effects_on=False).plant()}
+        async with Server(plants, server_side) as server:
+            client = {"write_map": WriteMap.load("damadics-write"), "allow_write": True}
+            valves = valves_of(RegisterMap.load("damadics"), names=("LC74",))
+            async with open_source(server.addresses[0], valves, Polling(100.0), **client) as source:
+                await anext(source)  # the link is up
+                for name, value in (*orders, ("advance", 2000)):
+                    await source.write("LC74", name, value)
+            return plants[1].signals()["position"]
+
+    if not allowed:
+        with pytest.raises(BadInput, match="illegal data address"):
+            asyncio.run(closed_after(("hidden_effect", 1)))
+        return
+    undeclared = options.plant()
+    undeclared.advance(2000)
+    healthy = asyncio.run(closed_after())
+    assert asyncio.run(closed_after(("hidden_effect", 1))) == pytest.approx(undeclared.signals()["position"], rel=1e-12)
+    assert healthy > 1.05 * undeclared.signals()["position"]  # the diaphragm pushes with four fifths of its area only
 
 
 def test_options_become_the_plant_they_describe():

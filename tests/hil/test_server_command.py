@@ -68,7 +68,7 @@ def refused(capsys, *options):
     [
         (["--listen", "tcp://0.0.0.0:0"], "say --expose"),
         (["--listen", "serial"], "is not an address"),
-        (["--listen", "rtu:/dev/no-such-line"], "no such serial device"),
+        (["--listen", "rtu:/dev/no-such-line"], "there is no serial device"),
         (["--listen", "tls://127.0.0.1:0"], "--cert"),
         (["--listen", "tls://127.0.0.1:0", "--cert", "a", "--key", "b", "--ca", "c"], "a: cannot be read"),
         (["--scenario", "f4-incipent"], "f4-incipient"),
@@ -86,6 +86,7 @@ def refused(capsys, *options):
         (["--map", "damadics-write"], "a map for reading"),
         (["--speed", "0"], "--speed"),
         (["--units", "248"], "--units"),
+        (["--duration", "nan"], "--duration"),
     ],
 )
 def test_what_cannot_be_is_one_line_and_exit_code_2(options, words, capsys):

@@ -91,17 +91,18 @@ def test_listening_beyond_this_machine_needs_to_be_meant_and_says_what_it_means(
 
 
 @pytest.mark.parametrize(
-    ("device", "words"), [("/dev/no-such-line", "no such serial device"), ("/dev/null", "not a usable serial device")]
+    ("device", "words"),
+    [("/dev/no-such-line", "there is no serial device"), ("/dev/null", "not a usable serial device")],
 )
 def test_a_line_that_cannot_be_opened_is_refused(device, words):
-    assert words in refusal(f"rtu:{device}?parity=N")
+    assert words in refusal(f"rtu:{device}")
 
 
 def test_a_busy_line_is_refused():
     near, far = os.openpty()
     try:
         with serial.Serial(os.ttyname(far), exclusive=True):
-            assert "busy" in refusal(f"rtu:{os.ttyname(far)}?parity=N")
+            assert "busy" in refusal(f"rtu:{os.ttyname(far)}")
     finally:
         os.close(near)
         os.close(far)
@@ -140,7 +141,7 @@ def test_a_serial_device_is_served_on_a_real_line():
                 reply.set_result(bytes(got))
 
         try:
-            async with Server({1: Ramp()}, settings(f"rtu:{os.ttyname(far)}?parity=N", speed=None)):
+            async with Server({1: Ramp()}, settings(f"rtu:{os.ttyname(far)}", speed=None)):
                 loop.add_reader(near, read)
                 os.write(near, bytes.fromhex("010400160001d00e"))
                 assert await asyncio.wait_for(reply, 5) == bytes.fromhex("0104020003f931")
@@ -170,7 +171,7 @@ def test_a_line_that_goes_away_is_served_again_when_it_is_back(tmp_path, caplog)
     async def main():
         name, pairs = tmp_path / "line", [os.openpty(), os.openpty()]
         name.symlink_to(os.ttyname(pairs[0][1]))
-        async with Server({1: Ramp()}, settings(f"rtu:{name}?parity=N", speed=None)):
+        async with Server({1: Ramp()}, settings(f"rtu:{name}", speed=None)):
             assert await exchanged(pairs[0][0])
             for end in pairs.pop(0):
                 os.close(end)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Sequence
 from itertools import islice
-from random import Random
 
 import pytest
 from link_peers import PtyPeer, TcpPeer, within
@@ -14,21 +13,14 @@ from link_rig import MAP, Rig, event, samples, words_of
 from hil import (
     LinkEvent,
     LiveSource,
-    Point,
     Polling,
     PollingDied,
     Quality,
-    ReadBlock,
-    RegisterMap,
     Sample,
-    Valve,
     WriteMap,
-    decode,
-    open_source,
     parse_address,
     valves_of,
 )
-from hil._source_decoder import BlockDecoder
 from recordings import BadInput
 
 
@@ -322,101 +314,16 @@ def test_a_write_that_the_device_refuses_or_the_map_forbids_is_said():
         {"kind": "write", "name": "w", "points": [{"name": "sp", "table": "holding", "address": 7, "type": "int16"}]}
     )
 
-    async def story(name: str, value: float) -> None:
+    async def story(name: str, value: float, valve: str = "rig") -> None:
         async with TcpPeer(lambda *request: 3 if request[1] == 16 else words_of(1.0)) as peer:
             address = parse_address(f"tcp://127.0.0.1:{peer.port}")
             options = {"write_map": write_map, "allow_write": True}
             async with LiveSource(address, valves_of(MAP), Polling(50.0), **options) as source:
                 await samples(source, 1)
-                await source.write("rig", name, value)
+                await source.write(valve, name, value)
 
+    with pytest.raises(BadInput, match="no valve 'LC74'; there are rig"):
+        asyncio.run(story("sp", 1.0, "LC74"))
     for name, value, words in (("sp", 1.0, "exception 3"), ("sp", 1e6, "cannot be sent"), ("kp", 1.0, "no point 'kp'")):
         with pytest.raises(BadInput, match=words):
             asyncio.run(story(name, value))
-
-
-# Decoding
-
-
-@pytest.mark.parametrize("kind", ["int16", "uint16", "int32", "uint32", "float32", "float64"])
-@pytest.mark.parametrize("order", ["ABCD", "CDAB", "BADC", "DCBA"])
-def test_a_block_is_decoded_as_its_points_are(kind, order):
-    """The short cut for plainly good numbers against `decode`, on random and on marked registers."""
-    random = Random(f"{kind} {order}")
-    floats = kind.startswith("float")
-    common = {"table": "holding", "type": kind, "byte_order": order, "scale": 0.5, "offset": 3.0}
-    size = Point(name="x", address=0, **common).count
-    points = [
-        Point(name="free", address=5, **common),
-        Point(name="limited", address=5 + size, valid_range=(-1e3, 1e4), **common),
-        Point(name="marked", address=5 + 2 * size, invalid=(-1.0,) if floats else (-1, 7), **common),
-        Point(name="bit", address=5 + 3 * size, table="holding", type="bit", bit=11),
-    ]
-    block = ReadBlock(1, "holding", 5, 3 * size + 1, tuple(points))
-    decoder = BlockDecoder(block)
-    for _ in range(400):
-        words = [random.choice((0, 1, 7, 0xFFFF, 0x7FC0, 0x8000, random.getrandbits(16))) for _ in range(block.count)]
-        readings = decoder.readings(words)
-        for point in points:
-            wanted = decode(point, block.registers_of(point, words))
-            got = readings[point.name]
-            assert (got.usable if wanted.value is not None else None) == wanted.value
-            assert got.reason == wanted.reason
-            assert got.unit == point.unit
-
-
-def test_bits_of_a_bit_table_are_decoded():
-    points = (
-        Point(name="a", table="coil", address=3, type="bit"),
-        Point(name="b", table="coil", address=5, type="bit"),
-    )
-    readings = BlockDecoder(ReadBlock(1, "coil", 3, 3, points)).readings((1, 1, 0))
-    assert (readings["a"].value, readings["b"].value) == (1.0, 0.0)
-
-
-# Valves
-
-
-def test_a_recording_of_a_valve_declares_roles_units_and_resolution():
-    points = [
-        {"name": "position", "table": "input", "address": 0, "type": "int16", "scale": 0.01, "unit": "mm"},
-        {
-            "name": "pressure",
-            "table": "input",
-            "address": 1,
-            "type": "float32",
-            "unit": "kPa",
-            "description": "chamber",
-        },
-        {"name": "mode", "table": "input", "address": 3, "type": "uint16"},
-    ]
-    valve = Valve("V1", RegisterMap.model_validate({"name": "m", "points": points}))
-    specs = {spec.name: spec for spec in valve.signals()}
-    assert [spec.role for spec in specs.values()] == ["time", "output", "input", "extra"]
-    assert (specs["position"].resolution, specs["position"].unit) == (0.01, "mm")
-    assert (specs["pressure"].description, specs["pressure"].resolution) == ("chamber", None)
-
-
-def test_a_point_named_like_the_clock_of_a_recording_is_refused():
-    point = {"name": "time", "unit": "s", "table": "input", "address": 0, "type": "int16"}
-    valve = Valve("V1", RegisterMap.model_validate({"name": "m", "points": [point]}))
-    with pytest.raises(BadInput, match="rename the point"):
-        valve.signals()
-
-
-def test_equal_valves_on_one_line_have_their_own_names_and_units():
-    valves = valves_of(MAP, units=(4, 7), names=("LC51", "LC74"))
-    assert [(valve.name, valve.units) for valve in valves] == [("LC51", (4,)), ("LC74", (7,))]
-    for units, names in (((1, 1), ()), ((1, 2), ("A",)), ((1, 2), ("A", "A")), ((1,), ("a/b",))):
-        with pytest.raises(BadInput):
-            valves_of(MAP, units, names)
-
-
-def test_a_live_source_without_a_map_or_with_an_unknown_heartbeat_is_bad_input():
-    with pytest.raises(BadInput, match="register map"):
-        open_source("tcp://127.0.0.1:5020")
-    with pytest.raises(BadInput, match="there is no point 'pulse'"):
-        open_source("tcp://127.0.0.1:5020", valves_of(MAP), Polling(1.0, heartbeat="pulse"))
-    for rate in (0.0, -1.0, float("nan"), float("inf")):
-        with pytest.raises(BadInput, match="rate"):
-            Polling(rate)

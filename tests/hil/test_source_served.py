@@ -41,7 +41,7 @@ def address_of(server: Server, client: Certificates | None = None) -> str:
     """How our side writes the server's first address."""
     where = server.addresses[0]
     if client is None:
-        return where
+        return f"{where}&quiet=0.05" if where.startswith("rtu:") else where
     return f"{where}?ca={client.authority}&cert={client.certificate}&key={client.key}"
 
 

@@ -10,6 +10,7 @@ import casadi as ca
 import numpy as np
 
 from simulator import BASE, Catalogue, Effect, Kernel, Quantities, Site, kernel
+from simulator._translate import python_source
 
 T = np.arange(1001) / 500.0
 KNOTS = np.array(
@@ -122,9 +123,12 @@ def memory(s: Subject) -> None:
 
 def hooks(s: Subject) -> None:
     """Only the hooks of its site."""
-    allowed = {Site.FORCE: {"force", "friction_level"}, Site.INPUT: {"input"}, Site.OUTPUT: {"output"}}[s.effect.site]
-    own = {name for name in ("force", "friction_level", "input", "output") if name in vars(type(s.effect))}
-    assert own, "an effect has one of the hooks force, friction_level, input and output"
+    by_site = {
+        Site.FORCE: {"force", "friction_level", "friction_speed"}, Site.INPUT: {"input"}, Site.OUTPUT: {"output"},
+    }  # fmt: skip
+    allowed = by_site[s.effect.site]
+    own = {name for names in by_site.values() for name in names if name in vars(type(s.effect))}
+    assert own, f"an effect has one of the hooks {set().union(*by_site.values())}"
     assert own <= allowed, f"an effect on the {s.effect.site.value} has {allowed}, not {own}"
 
 
@@ -144,18 +148,19 @@ def neutral(s: Subject) -> None:
 
 
 def derivative(s: Subject) -> None:
-    """The jacobian is what central differences say, in every causality."""
+    """The jacobian is what differences say, in every causality."""
     for causality in s.causalities:
         exact = s.jacobian(s.typical, causality)
         for i, p in enumerate(s.effect.parameters):
-            seen = _difference(s, s.typical, p, causality)
-            assert _close(exact[:, i], seen), f"derivative by {p.symbol}, {causality}-driven"
+            seen = _differences(s, s.typical, p, causality)
+            assert _close(exact[:, i], seen, 2e-4), f"derivative by {p.symbol}, {causality}-driven"
 
 
 def derivative_at_neutral(s: Subject) -> None:
     """The jacobian is finite at the neutral value and shows the effect: what a score test looks at.
 
     It is the one towards the allowed side, unless the effect jumps: a play of no width has no uniform derivative.
+    A stem at rest yields differently to a push to either side, so a difference to one side agrees less closely.
     """
     for causality in s.causalities:
         exact = s.jacobian(s.neutral, causality)
@@ -165,25 +170,25 @@ def derivative_at_neutral(s: Subject) -> None:
             assert np.isfinite(exact[:, i]).all(), f"derivative by {p.symbol} at neutral is not finite"
             assert exact[:, i].any(), f"derivative by {p.symbol} at neutral vanishes: no test will ever see the effect"
             if "jump" not in vars(type(s.effect)):
-                seen = _difference(s, s.neutral, p, causality)
-                assert _close(exact[:, i], seen), f"derivative by {p.symbol} at neutral, {causality}-driven"
+                seen = _differences(s, s.neutral, p, causality)
+                assert _close(exact[:, i], seen, 5e-3), f"derivative by {p.symbol} at neutral, {causality}-driven"
 
 
-def _difference(s, values, p, causality):
-    """Second-order difference quotient by one parameter, one-sided at a bound."""
-    name, size = s.effect.parameter_name(p.symbol), 1e-5 * p.scale
+def _differences(s, values, p, causality):
+    """Second-order difference quotients by one parameter, one for every side on which its bounds have room."""
+    name, size = s.effect.parameter_name(p.symbol), 1e-5 * abs(p.scale)
 
-    def at(steps):
-        return s.run(values | {name: values[name] + steps * size}, causality).outputs[:, 0]
+    def at(change):
+        return s.run(values | {name: values[name] + change}, causality).outputs[:, 0]
 
-    if p.lower <= values[name] - abs(size) and values[name] + abs(size) <= p.upper:
-        return (at(1) - at(-1)) / (2 * size)
-    side = np.sign(size) if values[name] - abs(size) < p.lower else -np.sign(size)
-    return side * (-3 * at(0) + 4 * at(side) - at(2 * side)) / (2 * size)
+    sides = [h for h in (size, -size) if p.lower <= values[name] + 2 * h <= p.upper]
+    return [(-3 * at(0) + 4 * at(h) - at(2 * h)) / (2 * h) for h in sides]
 
 
-def _close(exact, seen):
-    return np.linalg.norm(seen - exact) <= 1e-4 * np.linalg.norm(exact)
+def _close(exact, seen, tolerance):
+    """Whether a derivative is between the quotients of its sides, which differ where a stem at rest is pushed anew."""
+    beyond = exact - np.clip(exact, np.min(seen, axis=0), np.max(seen, axis=0))
+    return np.linalg.norm(beyond) <= tolerance * np.linalg.norm(exact)
 
 
 def passive(s: Subject) -> None:
@@ -209,6 +214,17 @@ def _random_motion(rng):
     return tuple(part.sum(axis=0) for part in motion)
 
 
+def portable(s: Subject) -> None:
+    """It needs no C compiler: all its operations have a translation."""
+    for causality in s.causalities:
+        try:
+            functions = s.kernel(causality).scanner.recurrence.functions()
+            sources = [python_source(function, scalars=("w",)) for function in functions.values()]
+        except NotImplementedError as error:
+            raise AssertionError(f"without a C compiler: {error}") from error
+        assert all(sources)
+
+
 def recovery(s: Subject) -> None:
     """Clean data gives the effect's parameters back, by Gauss-Newton from 1 % off."""
     for causality in s.causalities:
@@ -224,5 +240,5 @@ def recovery(s: Subject) -> None:
 
 
 CHECKS = (
-    words, parameters, memory, hooks, neutral, derivative, derivative_at_neutral, passive, recovery,
+    words, parameters, memory, hooks, neutral, derivative, derivative_at_neutral, passive, portable, recovery,
 )  # fmt: skip

@@ -47,9 +47,9 @@ def test_an_effect_is_one_file_with_its_name_and_site(effect):
     assert effect.site.value in TABLE.get(effect.id, effect.site.value)
 
 
-def test_the_catalogue_starts_with_the_base_effects():
+def test_the_catalogue_starts_with_the_base_effects_and_has_every_id_that_is_promised():
     assert CATALOGUE.ids[: len(BASE)] == BASE
-    assert set(BASE) <= set(TABLE)
+    assert set(TABLE) <= set(CATALOGUE.ids)
 
 
 def test_the_ids_are_those_of_the_design_document():
@@ -117,6 +117,13 @@ class Unbounded(InputLag):
     parameters = (Parameter("tau", "s", "time constant", scale=0.02, lower=0.1, neutral=0.1),)
 
 
+class Exotic(Drag):
+    """An operation that only a C compiler knows."""
+
+    def force(self, q, p, s, ds):
+        return p["c"] * q.v * ca.fabs(q.v) * ca.erfinv(ca.tanh(q.x))
+
+
 class Shouting(Drag):
     """A sentence that cannot be put into another."""
 
@@ -134,6 +141,7 @@ class Shouting(Drag):
         (Loose, "memory", "laws and jumps for"),
         (Misplaced, "hooks", "an effect on the output has"),
         (Unbounded, "parameters", "the scale lies inside"),
+        (Exotic, "portable", "without a C compiler"),
         (Shouting, "words", "no capital"),
     ],
     ids=lambda value: getattr(value, "__name__", ""),

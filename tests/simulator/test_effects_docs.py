@@ -8,6 +8,7 @@ from pathlib import Path
 from effect_contract import CHECKS, Subject
 
 from simulator import CATALOGUE, Effect
+from tools.effects_table import section
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "effects.md"
 
@@ -28,3 +29,9 @@ def test_the_page_names_every_hook():
     hooks = [name for name in vars(Effect) if not name.startswith("_") and callable(getattr(Effect, name))]
     missing = [hook for hook in hooks if f"`{hook}(" not in text and not hook.startswith("parameter_name")]
     assert missing == []
+
+
+def test_the_page_has_the_tables_of_the_catalogue():
+    text = PAGE.read_text(encoding="utf-8")
+    assert text.endswith(section()), "the catalogue changed: run python -m tools.effects_table"
+    assert all(f"| `{effect}` |" in text for effect in CATALOGUE.ids)

@@ -1,0 +1,12 @@
+"""Backlash as operators with `update(value) -> output`: exact, smooth, generalised, and inverted.
+
+After the source document, section 2.2. They serve studies and tests; what a kernel simulates and fits is the effect
+`backlash`.
+"""
+
+from simulator.backlash._backlash import Backlash
+from simulator.backlash._inverse import BacklashInverse
+from simulator.backlash._play import GeneralisedPlay
+from simulator.backlash._smooth import SmoothBacklash
+
+__all__ = ["Backlash", "BacklashInverse", "GeneralisedPlay", "SmoothBacklash"]

@@ -1,0 +1,25 @@
+"""Play between stem and position sensor (equation 2.36)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from simulator._effect import Effect, Expression, Memory, Parameter, Quantities, Site, Values
+from simulator._play import play
+
+
+class Backlash(Effect):
+    """y -> w, which the stem drags along at either end of a gap: (2.36) with m = 1 and crossings cr = -cl = width/2."""
+
+    id = "backlash"
+    site = Site.OUTPUT
+    sentence = "there is play between stem and position sensor, so the reading stands still after a reversal"
+    check = "feedback linkage, pins and couplings between stem and position sensor for play"
+    parameters = (Parameter("width", "m", "width of the play", scale=2e-4, lower=0.0, neutral=0.0),)
+    memory = (Memory("w", "m", at_position=True),)
+
+    def jump(self, q: Quantities, p: Values, s: Values) -> Mapping[str, Expression]:
+        return {"w": play(s["w"], q.y, p["width"])}
+
+    def output(self, q: Quantities, p: Values, s: Values) -> Expression:
+        return s["w"]

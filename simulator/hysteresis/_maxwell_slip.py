@@ -1,0 +1,31 @@
+"""Maxwell slip: springs in parallel, each of which slips at a force of its own."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+
+class MaxwellSlip:
+    """Force of elements that stick and slip: a hysteresis F_h of (2.33) with non-local memory, one state per element.
+
+    stiffness (n_elements) [N/m]; level (n_elements) [N]: the force at which an element slips; start : first x [m], at
+    which all are relaxed. Raises ValueError for shapes that differ and for values that are not positive.
+
+    >>> one = MaxwellSlip([2.0], [1.0])
+    >>> [one.update(x) for x in (0.25, 2.0, 1.75, 0.0)]
+    [0.5, 1.0, 0.5, -1.0]
+    """
+
+    def __init__(self, stiffness: ArrayLike, level: ArrayLike, start: float = 0.0) -> None:
+        k, limit = np.asarray(stiffness, float), np.asarray(level, float)
+        if k.shape != limit.shape or k.ndim != 1 or not ((k > 0).all() and (limit > 0).all()):
+            raise ValueError(f"stiffness {k.shape} and level {limit.shape}: one positive number each per element")
+        self._stiffness, self._level = k, limit
+        self._force, self._input = np.zeros_like(k), start
+
+    def update(self, value: float) -> float:
+        """The force [N] after x moved one way to a value [m]."""
+        stretched = self._force + self._stiffness * (value - self._input)
+        self._force, self._input = np.clip(stretched, -self._level, self._level), value
+        return float(self._force.sum())
