@@ -31,6 +31,7 @@ bench: install
 	$(BIN)/python -m benchmarks.fit
 	$(BIN)/python -m benchmarks.simulator
 	$(BIN)/python -m benchmarks.link
+	$(BIN)/python -m benchmarks.detector
 
 clean:
 	rm -rf .venv build dist demo-output .mypy_cache .pytest_cache .ruff_cache .hypothesis

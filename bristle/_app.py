@@ -13,12 +13,16 @@ from recordings._errors import BadInput, NegativeAnswer
 
 COMMANDS = {
     "demo": "demo",
+    "evaluate": "evaluate",
     "fit": "fit",
     "import": "import_",
+    "monitor": "monitor",
     "record": "record",
+    "replay": "replay",
     "serve": "serve",
     "show": "show",
     "simulate": "simulate",
+    "trace": "trace",
 }
 """Command name -> module in `bristle.commands`; each module has one function `command`."""
 

@@ -78,9 +78,12 @@ def advance(
             evaluate(base2, powers2, speed, speed, values2, s2)
             core[PHI_LAST] = _phi(core, speed, s1, s2, p)
             core[RHO_LAST] = threshold(core[PHI_LAST], p.k2)
-            _errors(core, dt[i], x1[i], x2[i], u[i], p)
-            over = _decide(core, dt[i], p)
-            if dt[i] > 0.0 and _adapts(core, p):
+            if dt[i] > 0.0:
+                follow(core, x1[i], x2[i], u[i], core[PHI_LAST], fades(dt[i], core[A1], p.k1, p.k2), p)
+            else:
+                anew(core, x1[i], x2[i], u[i])
+            over = decide(core, dt[i], p)
+            if dt[i] > 0.0 and adapts(core, p):
                 _weights(core, dt[i], speed, s1, s2, p)
                 _alphas(core, dt[i], p)
         said[i, RESIDUAL], said[i, RHO], said[i, PHI] = core[XI2], core[RHO_LAST], core[PHI_LAST]
@@ -102,27 +105,52 @@ def _phi(core: Array, speed: float, s1: Array, s2: Array, p: Numbers) -> float:
 
 
 @native
-def _errors(core: Array, dt: float, x1: float, x2: float, u: float, p: Numbers) -> None:
-    """xi1 and xi2 over one step, (4.15)-(4.16), and the sample into the state. dt = 0: start anew."""
-    if dt > 0.0:
-        a1, a4, a5, phi = core[A1], core[A4], core[A5], core[PHI_LAST]
-        rate = p.k2 + a1
-        fade1, fade2 = exp(-p.k1 * dt), exp(-rate * dt)
-        mean1, mean2 = -expm1(-p.k1 * dt) / p.k1, -expm1(-rate * dt) / rate
-        slope = (x2 - core[X2]) / dt
-        free1 = fade1 * core[XI1] + mean1 * ((x1 - core[X1]) / dt - 0.5 * (x2 + core[X2]))
-        begin = slope + a1 * core[X2] + a5 * (core[X1] - core[XI1]) - a4 * core[U]
-        end = slope + a1 * x2 + a5 * (x1 - free1) - a4 * u
-        free2 = fade2 * core[XI2] + mean2 * begin + (end - begin) / rate * (1.0 - mean2 / dt)
-        core[XI2] = solve(free2, mean2 * phi, p.delta, p.sigm)
-        core[XI1] = free1 + mean1 * a5 * core[XI2]
-    else:
-        core[XI1], core[XI2], core[SETTLED], core[COUNT] = 0.0, 0.0, 0.0, 0.0
+def fades(dt: float, a1: float, k1: float, k2: float) -> tuple[float, float, float, float, float, float]:
+    """What a step does to the linear parts of xi1 and xi2: their decays and means over the step [s]; 1 / dt; and what
+    a change of the drive over the step does to xi2 [s].
+    """
+    rate = k2 + a1
+    mean2, per_s = -expm1(-rate * dt) / rate, 1.0 / dt
+    return exp(-k1 * dt), -expm1(-k1 * dt) / k1, exp(-rate * dt), mean2, per_s, (1.0 - mean2 * per_s) / rate
+
+
+@native
+def follow(
+    core: Array, x1: float, x2: float, u: float, phi: float,
+    f: tuple[float, float, float, float, float, float], p: Numbers,
+) -> None:  # fmt: skip
+    """xi1 and xi2 over one step, (4.15)-(4.16), and the sample into the state. f : as `fades` gives it."""
+    free1, free2 = free_errors(
+        core[XI1], core[XI2], core[X1], core[X2], core[U], core[A1], core[A4], core[A5], x1, x2, u, f
+    )
+    core[XI2] = solve(free2, f[3] * phi, p.delta, p.sigm)
+    core[XI1] = free1 + f[1] * core[A5] * core[XI2]
     core[X1], core[X2], core[U] = x1, x2, u
 
 
 @native
-def _decide(core: Array, dt: float, p: Numbers) -> bool:
+def free_errors(
+    xi1: float, xi2: float, x1_last: float, x2_last: float, u_last: float, a1: float, a4: float, a5: float,
+    x1: float, x2: float, u: float, f: tuple[float, float, float, float, float, float],
+) -> tuple[float, float]:  # fmt: skip
+    """xi1 and xi2 after a step without Phi sigm(xi2): the linear part."""
+    fade1, mean1, fade2, mean2, per_s, ramp = f
+    slope = (x2 - x2_last) * per_s
+    free1 = fade1 * xi1 + mean1 * ((x1 - x1_last) * per_s - 0.5 * (x2 + x2_last))
+    begin = slope + a1 * x2_last + a5 * (x1_last - xi1) - a4 * u_last
+    end = slope + a1 * x2 + a5 * (x1 - free1) - a4 * u
+    return free1, fade2 * xi2 + mean2 * begin + (end - begin) * ramp
+
+
+@native
+def anew(core: Array, x1: float, x2: float, u: float) -> None:
+    """Start the errors anew at a sample."""
+    core[XI1], core[XI2], core[SETTLED], core[COUNT] = 0.0, 0.0, 0.0, 0.0
+    core[X1], core[X2], core[U] = x1, x2, u
+
+
+@native
+def decide(core: Array, dt: float, p: Numbers) -> bool:
     """Count the samples above the threshold and raise or clear the alarm."""
     core[SETTLED] += dt
     over = exceeds(core[XI2], core[RHO_LAST], p.printed_residual)
@@ -133,7 +161,7 @@ def _decide(core: Array, dt: float, p: Numbers) -> bool:
 
 
 @native
-def _adapts(core: Array, p: Numbers) -> bool:
+def adapts(core: Array, p: Numbers) -> bool:
     """Whether the laws (4.20) run: outside the relative dead zone, and not frozen by an alarm."""
     frozen = p.freeze > 0.0 and core[ALARM] > 0.0
     return not frozen and fabs(core[XI2]) >= p.dead_zone * core[RHO_LAST]
@@ -151,8 +179,14 @@ def _weights(core: Array, dt: float, speed: float, s1: Array, s2: Array, p: Numb
     project_ball(core[WEIGHTS : WEIGHTS + n1], s1, p.bound_w1, p.projection)
     project_ball(core[WEIGHTS + n1 : WEIGHTS + n1 + n2], s2, p.bound_w2, p.projection)
     core[E1] = project_interval(core[E1], amount * speed, -p.bound_e1, p.bound_e1, p.projection)
-    step = dt * p.weight_gain * core[XI2] if p.printed_b1 > 0.0 else amount
-    core[B1] = project_interval(core[B1], step, -p.bound_b1, p.bound_b1, p.projection)
+    adapt_b1(core, dt, p)
+
+
+@native
+def adapt_b1(core: Array, dt: float, p: Numbers) -> None:
+    """b1 of (4.20) over one step."""
+    rise = core[XI2] if p.printed_b1 > 0.0 else fabs(core[XI2])
+    core[B1] = project_interval(core[B1], dt * p.weight_gain * rise, -p.bound_b1, p.bound_b1, p.projection)
 
 
 @native

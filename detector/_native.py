@@ -9,10 +9,16 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from detector._kept import KeptCode
+
 __all__ = ["Array", "Integers", "native"]
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-native: Callable[[Any], Any] = numba.njit(error_model="numpy", nogil=True)
-"""Compile a function of numbers and arrays; the same function serves one sample and a whole recording."""
+
+def native(function: Callable[..., Any]) -> Any:
+    """Compile a function of numbers and arrays; the same function serves one sample and a whole recording."""
+    dispatcher = numba.njit(error_model="numpy", nogil=True)(function)
+    dispatcher._cache = KeptCode(function.__module__, function.__qualname__)
+    return dispatcher

@@ -122,7 +122,7 @@ class Observer:
         motion = self.velocity.run(state.filter, dt, samples.position, samples.velocity)
         said, past = np.empty((n, 5)), np.empty((n if history else 0, len(core)))
         first, second = self._tables
-        kernel.advance(core, dt, motion.position, motion.velocity, samples.input, self._numbers,
+        kernel.advance(core, dt, motion.position, motion.velocity, samples.input, self.numbers,
                        *first, *second, said, past)  # fmt: skip
         after = State(core, screening, motion.state, state.n_first)
         return after, Decisions(samples.time_s, said, verdict, past if history else None, state.n_first)
@@ -135,7 +135,8 @@ class Observer:
         return self.s1.table(), self.s2.table()
 
     @cached_property
-    def _numbers(self) -> kernel.Numbers:
+    def numbers(self) -> kernel.Numbers:
+        """The constants as the compiled step takes them. Raises BadInput for those that cannot be."""
         for name in ("k1", "k2", "delta"):
             if not (np.isfinite(getattr(self, name)) and getattr(self, name) > 0):
                 raise BadInput(f"observer: {name}", f"it is {getattr(self, name)}", "give a positive number")

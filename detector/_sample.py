@@ -157,7 +157,7 @@ def screen(
     """
     for i in range(time.shape[0]):
         x, v = position[i], velocity[i] if measured else 0.0
-        judged = _judge(state, limits, time[i], x, u[i], v, quality[i])
+        judged = judge(state, limits, time[i], x, u[i], v, quality[i])
         verdict[i] = judged
         if judged == _OUTLIER:
             state[RUN_OF_OUTLIERS] += 1.0
@@ -169,7 +169,7 @@ def screen(
 
 
 @native
-def _judge(state: Array, limits: Array, t: float, x: float, u: float, v: float, quality: int) -> int:
+def judge(state: Array, limits: Array, t: float, x: float, u: float, v: float, quality: int) -> int:
     """The verdict on one sample, as a number of `Verdict`."""
     if not (isfinite(t) and isfinite(x) and isfinite(u) and isfinite(v)):
         return _NOT_FINITE

@@ -20,15 +20,22 @@ def sigm(xi: float, delta: float, kind: float) -> float:
 
 
 @native
+def saturated_root(c: float, h: float, delta: float) -> float:
+    """The root of xi + h sat(xi / delta) = c for h >= 0; for h < 0 one that lies beyond delta."""
+    xi = c * delta / (delta + h)
+    if fabs(xi) > delta or h < 0.0:
+        xi = c - h if c > 0.0 else c + h
+    return xi
+
+
+@native
 def solve(c: float, h: float, delta: float, kind: float) -> float:
     """The root xi of xi + h sigm(xi / delta) = c.
 
     The saturation has it in closed form, which is also where the search for tanh starts: Newton, and bisection where
     Newton leaves the bracket c - h .. c + h. For h < 0, possible only under the printed law, a root is not unique.
     """
-    xi = c / (1.0 + h / delta)
-    if fabs(xi) > delta or h < 0.0:
-        xi = c - h if c > 0.0 else c + h
+    xi = saturated_root(c, h, delta)
     if kind == SAT and h >= 0.0:
         return xi
     low, high = c - fabs(h), c + fabs(h)

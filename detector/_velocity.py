@@ -7,7 +7,7 @@ and serves noise-free data only. Every filter is pure: state in, state out; one 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from math import exp, expm1, log2
 from typing import NamedTuple, Protocol
 
@@ -142,11 +142,12 @@ class SteadyKalman:
     def run(self, state: Array, dt: Array, position: Array, velocity: Array) -> Motion:
         """See `Velocity.run`; the position is the filtered one."""
         motion = _motion(state, dt)
-        _steady(motion.state, dt, position, self.dt_s, self._gains, motion.position, motion.velocity)
+        _steady(motion.state, dt, position, self.dt_s, self.gains, motion.position, motion.velocity)
         return motion
 
     @cached_property
-    def _gains(self) -> Array:
+    def gains(self) -> Array:
+        """The settled gains for the tabled steps, times (1, dt, dt^2), shape (n_steps, 3)."""
         for name in ("noise", "jerk", "dt_s"):
             _positive(getattr(self, name), name)
         steps = self.dt_s * 2.0 ** (np.arange(-_OCTAVES * _PER_OCTAVE, _OCTAVES * _PER_OCTAVE + 1) / _PER_OCTAVE)
@@ -159,23 +160,50 @@ _LARGEST_INDEX = 1e9
 
 
 @native
+def settled_gain(h: float, nominal: float, gains: Array) -> tuple[float, float, float]:
+    """The gain for a step h [s] from the table of `SteadyKalman`, in the units of the state."""
+    place = (log2(h / nominal) + _OCTAVES) * _PER_OCTAVE
+    place = min(max(place, 0.0), gains.shape[0] - 1.0)
+    j = min(int(place), gains.shape[0] - 2)
+    part = place - j
+    g0 = (1.0 - part) * gains[j, 0] + part * gains[j + 1, 0]
+    g1 = (1.0 - part) * gains[j, 1] + part * gains[j + 1, 1]
+    g2 = (1.0 - part) * gains[j, 2] + part * gains[j + 1, 2]
+    return g0, g1 / h, g2 / (h * h)
+
+
+@native
+def filtered(state: Array, h: float, position: float, gain: tuple[float, float, float]) -> None:
+    """One step of the constant-acceleration filter with a given gain, in place."""
+    state[0] += h * (state[1] + 0.5 * h * state[2])
+    state[1] += h * state[2]
+    miss = position - state[0]
+    state[0] += gain[0] * miss
+    state[1] += gain[1] * miss
+    state[2] += gain[2] * miss
+
+
+@native
 def _steady(state: Array, dt: Array, position: Array, nominal: float, gains: Array, x1: Array, x2: Array) -> None:
     for i in range(dt.shape[0]):
         h = dt[i]
         if h == 0.0:
             state[0], state[1], state[2] = position[i], 0.0, 0.0
         elif h > 0.0:
-            place = (log2(h / nominal) + _OCTAVES) * _PER_OCTAVE
-            place = min(max(place, 0.0), gains.shape[0] - 1.0)
-            j = min(int(place), gains.shape[0] - 2)
-            part = place - j
-            state[0] += h * (state[1] + 0.5 * h * state[2])
-            state[1] += h * state[2]
-            miss = position[i] - state[0]
-            for k in range(3):
-                state[k] += ((1.0 - part) * gains[j, k] + part * gains[j + 1, k]) * miss / h**k
+            filtered(state, h, position[i], settled_gain(h, nominal, gains))
         if h >= 0.0:
             x1[i], x2[i] = state[0], state[1]
+
+
+def surprise(noise: float, jerk: float, dt: float, position: Array) -> float:
+    """Minus twice the mean log-likelihood of positions (n_samples,), dt [s] apart, under the settled filter."""
+    gain, n_start = steady_gain(noise, jerk, dt), min(30, len(position) // 2)
+    step, x1 = np.full(len(position), dt), np.empty(len(position))
+    step[0] = 0.0
+    _steady(np.zeros(3), step, position, dt, np.array([gain, gain]), x1, np.empty(len(position)))
+    variance = noise**2 / (1.0 - gain[0])
+    innovation = (position - x1)[n_start:] / (1.0 - gain[0])
+    return float(np.mean(innovation**2) / variance + np.log(variance))
 
 
 def transition(dt: float) -> Array:
@@ -193,15 +221,21 @@ def steady_gain(noise: float, jerk: float, dt: float) -> Array:
     """Gain that the constant-acceleration filter settles to, times (1, dt, dt^2): then it depends on one number only,
     jerk dt^5 / noise^2. Solved in those units, in which the Riccati equation is well scaled. Shape (3,).
     """
+    return np.array(_settled(min(jerk * dt**5 / noise**2, _LARGEST_INDEX)))
+
+
+@lru_cache(maxsize=4096)
+def _settled(index: float) -> tuple[float, float, float]:
+    """The gain of `steady_gain` for that number."""
     from scipy.linalg import solve_discrete_are
 
-    index = min(jerk * dt**5 / noise**2, _LARGEST_INDEX)
     # In units of time in which the filter settles in about one, and of position in which its variance is about one.
     step = min(index ** (1 / 6), 1.0)
     noise_variance = 1.0 / step if index < 1.0 else 1.0 / index
     h = np.array([[1.0, 0.0, 0.0]])
     cov = solve_discrete_are(transition(step).T, h.T, jerk_covariance(step), np.array([[noise_variance]]))
-    return (cov @ h.T / (h @ cov @ h.T + noise_variance)).ravel() * step ** np.arange(3.0)
+    first, second, third = (cov @ h.T / (h @ cov @ h.T + noise_variance)).ravel() * step ** np.arange(3.0)
+    return float(first), float(second), float(third)
 
 
 def _motion(state: Array, dt: Array) -> Motion:

@@ -7,9 +7,12 @@ from identification._identify import identify
 from identification._noise import noise_std
 from identification._profile import Profile, profile
 from identification._result import Identification, Trajectory
+from identification._trace import Candidate
+from identification._trace_result import Trace, trace
 from identification._uncertainty import Uncertainty, uncertainty
 
 __all__ = [
+    "Candidate",
     "Crosscheck",
     "Experiment",
     "Fit",
@@ -18,6 +21,7 @@ __all__ = [
     "Profile",
     "Row",
     "Segment",
+    "Trace",
     "Trajectory",
     "Uncertainty",
     "crosscheck",
@@ -26,5 +30,6 @@ __all__ = [
     "identify",
     "noise_std",
     "profile",
+    "trace",
     "uncertainty",
 ]

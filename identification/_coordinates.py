@@ -39,7 +39,7 @@ class Coordinates:
         lower = np.array([p.lower for p in known.values()])
         base = np.array([given.get(name, p.scale) for name, p in known.items()])
         free = np.array([name not in given for name in known])
-        logs = lower >= 0
+        logs = (lower >= 0) & np.array([p.neutral is None for p in known.values()])
         scale = np.array([force_scale if p.unit == "N" and p.lower < 0 else p.scale for p in known.values()])
         return cls(tuple(known), base, free, logs, scale, lower, np.array([p.upper for p in known.values()]))
 

@@ -67,7 +67,7 @@ def uncertainty(fit: Fit) -> Uncertainty:
     scaled = matrix[:n, :n] / np.sqrt(np.outer(np.diag(matrix)[:n], np.diag(matrix)[:n]).clip(1e-300))
     eigen = np.linalg.eigvalsh(scaled)
     std = dict(zip(names, (spread * slope).tolist(), strict=True))
-    status, note = _judged(fit, names, std, correlation)
+    status, note = judged(fit, names, std, correlation)
     inflation = float(np.median(np.sqrt(np.diag(robust)[:n] / np.diag(classic)[:n])))
     return Uncertainty(
         names, std, correlation, float(np.sqrt(eigen[-1] / max(eigen[0], 1e-30))), status, note, inflation
@@ -100,9 +100,10 @@ def _covariances(problem: Problem, unknowns: Array, setting: Setting, rms: float
     return matrix, classic, robust
 
 
-def _judged(
+def judged(
     fit: Fit, names: tuple[str, ...], std: dict[str, float], correlation: Array
 ) -> tuple[dict[str, Status], dict[str, str]]:
+    """Status and note of every free parameter, by name."""
     known = parameters(fit.kernel)
     status: dict[str, Status] = {}
     note: dict[str, str] = {}

@@ -39,6 +39,13 @@ def envelope(t: NDArray[np.float64], y: NDArray[np.float64], most: int = 600) ->
     return t[places], y[places]
 
 
+def page(name: str, title: str, head: Sequence[str], rows: Sequence[Sequence[str]], note: str) -> None:
+    """Write docs/studies/NAME.md: a note and a table, without a picture."""
+    lines = ["| " + " | ".join(row) + " |" for row in (head, ["---"] * len(head), *rows)]
+    FOLDER.mkdir(exist_ok=True)
+    (FOLDER / f"{name}.md").write_text("\n".join([f"# {title}", "", note, "", *lines, ""]), encoding="utf-8")
+
+
 def table(name: str, title: str, head: Sequence[str], rows: Sequence[Sequence[str]], note: str = "") -> str:
     """Write docs/studies/NAME.md and return it."""
     lines = [f"# {title}", "", "| " + " | ".join(head) + " |", "| " + " | ".join("---" for _ in head) + " |"]

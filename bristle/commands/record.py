@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 if TYPE_CHECKING:
-    from hil import LinkEvent, RecorderReport, Valve
+    from hil import LinkEvent, RecorderReport
     from recordings import Plant
 
 
@@ -47,6 +47,7 @@ def command(
     """
     import asyncio
 
+    from bristle._sources import valves_from
     from hil import Polling, PollingDied, RecorderSettings, RingReading, open_source, record_session
     from recordings import NegativeAnswer
 
@@ -61,7 +62,7 @@ def command(
         tell=_tell,
     )
     plan = RingReading(rate) if ring else Polling(rate, heartbeat, heartbeat_s)
-    live = open_source(source, _valves(map_, unit, valve) if map_ else (), plan, name=valve)
+    live = open_source(source, valves_from(map_, unit, valve) if map_ else (), plan, name=valve)
     try:
         end = asyncio.run(record_session(live, settings, duration, _show if sys.stderr.isatty() else None))
     except PollingDied as death:
@@ -71,27 +72,6 @@ def command(
         raise KeyboardInterrupt
     if not end.report.samples:
         raise NegativeAnswer(f"{source}: no sample came in {end.seconds:.1f} s, nothing was recorded")
-
-
-def _valves(map_: str, unit: str | None, names: str | None) -> Sequence[Valve]:
-    from hil import RegisterMap, valves_of
-
-    return valves_of(RegisterMap.load(map_), _units(unit), names.split(",") if names else ())
-
-
-def _units(text: str | None) -> tuple[int, ...]:
-    """Device ids from ``1,2,5-7``."""
-    from recordings import BadInput
-
-    units: list[int] = []
-    for part in (text or "").split(",") if text is not None else []:
-        first, dash, last = part.partition("-")
-        if not first.strip().isdecimal() or (dash and not last.strip().isdecimal()):
-            raise BadInput("--unit", f"'{text}' is not a list of device ids", "write for example 1,2,5-7")
-        units += range(int(first), int(last if dash else first) + 1)
-    if not all(1 <= unit <= 247 for unit in units) or (text is not None and not units):
-        raise BadInput("--unit", f"'{text}' has a device id outside 1 to 247, or none", "write for example 1,2,5-7")
-    return tuple(units)
 
 
 def _plant(items: Sequence[str]) -> Plant:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -33,9 +33,12 @@ TEMPLATES = Environment(
 )  # fmt: skip
 
 
-def write_report(path: str | os.PathLike[str], identification: Identification) -> None:
-    """Write the report of a fit as one HTML file, all or nothing. Raises BadInput when the path cannot be written."""
-    target, text = Path(path), page(identification)
+def write_report(path: str | os.PathLike[str], identification: Identification, story: Sequence[Section] = ()) -> None:
+    """Write the report of a fit as one HTML file, all or nothing; story : sections that go before all others.
+
+    Raises BadInput when the path cannot be written.
+    """
+    target, text = Path(path), page(identification, story)
     if not target.name or target.is_dir():
         raise BadInput(str(target), "cannot be written (it is a folder)", "give the path of a file")
     part = target.with_name(f".{target.name}.part")
@@ -50,12 +53,12 @@ def write_report(path: str | os.PathLike[str], identification: Identification) -
         ) from error
 
 
-def page(identification: Identification) -> str:
+def page(identification: Identification, story: Sequence[Section] = ()) -> str:
     """The report as one self-contained HTML page; it needs no network, and every text of the user's is escaped."""
     from bokeh.embed import components
     from bokeh.resources import Resources
 
-    sections = [section(identification) for section in SECTIONS]
+    sections = [*story, *(section(identification) for section in SECTIONS)]
     script, places = components({f"{s.anchor}.{name}": plot for s in sections for name, plot in s.plots.items()})
     return TEMPLATES.get_template("page.html").render(
         title=_title(identification), heading=_heading(identification), subtitle=_subtitle(identification),

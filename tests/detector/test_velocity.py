@@ -57,7 +57,7 @@ def test_the_steady_gain_is_what_filterpys_filter_settles_to(dt, noise, jerk):
         kf.predict()
         kf.update(0.0)
     expected = kf.K.ravel() * [1.0, dt, dt * dt]
-    found = SteadyKalman(noise, jerk, dt)._gains
+    found = SteadyKalman(noise, jerk, dt).gains
     assert found[len(found) // 2] == pytest.approx(expected, rel=1e-6)
 
 

@@ -1,0 +1,183 @@
+"""What the detector costs, and how often it alarms without a reason.
+
+python -m benchmarks.detector                  cost, published times, plant hour, an hour of every setting
+python -m benchmarks.detector --hours 24       the false alarms of a day for every setting (about half an hour)
+python -m benchmarks.detector --only cost      one part: cost, published, plant or alarms
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks._machine import machine
+from benchmarks._plain_observer import PlainObserver, filterpy_filter
+from detector import Blocks, Calibration, Fleet, Measurements, Samples, Watch, learn, strokes_of
+from detector.published import chapter_5, section_4_4
+from simulator.damadics import Actuator, Form, Noise, Parameters, Scenario, Stimulus, run, stimuli
+from studies import chapter5, section44, ten_hertz
+
+Array = NDArray[np.float64]
+
+PLANT_HOUR = Path(__file__).resolve().parents[2] / "shared" / "data" / "damadics" / "OneHourTestData_ExampleII.mat"
+N_VALVES = 1000
+GOAL_SINGLE, GOAL_BATCHED = 400.0, 80.0
+"""Nanoseconds per step."""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A healthy valve: friction as a play or a force, what moves it, and the sampling time [s]."""
+
+    form: Form
+    stimulus: Stimulus
+    sample_s: float
+    words: str
+
+
+SETTINGS = (
+    Setting("lugre", ten_hertz.moving, 0.1, "LuGre, to and fro, 10 Hz"),
+    Setting("play", ten_hertz.moving, 0.1, "play, to and fro, 10 Hz"),
+    Setting("lugre", stimuli.step_one_square, 1.0, "LuGre, Step I with squares, 1 Hz"),
+    Setting("play", stimuli.step_one_square, 1.0, "play, Step I with squares, 1 Hz"),
+)
+LEARN_S = {0.1: 600.0, 1.0: 1800.0}
+"""How much is learned from, by sampling time [s]."""
+
+
+def calibration(number: int = 0) -> Calibration:
+    """A typical calibration; each number another."""
+    a = 0.25 + 0.1 * (number % 7) / 7
+    return Calibration("setpoint", 0.0, 1.0, 0.0, 1.0, a, a, a, b1=1.2, noise=3e-3, jerk=0.03, dt_s=0.1, error=0.1)
+
+
+def best(work: Callable[[], object], steps: int, rounds: int = 5) -> float:
+    """Nanoseconds of processor time per step, the best of some rounds."""
+    found = []
+    for _ in range(rounds):
+        begun = time.process_time()
+        work()
+        found.append((time.process_time() - begun) / steps * 1e9)
+    return min(found)
+
+
+def cost() -> None:
+    """One observer compiled, a fleet of them, the plain form and filterpy, all in this run."""
+    one, n = calibration(), 100_000
+    t = 0.1 * np.arange(n)
+    random = np.random.default_rng(0)
+    x, u = 0.4 * np.sin(t / 5) + 3e-3 * random.normal(size=n), 0.4 * np.sin(t / 5)
+    samples, observer = Samples.of(t, x, u), one.observer
+    observer.run(observer.initial(), samples[:10])
+    single = best(lambda: observer.run(observer.initial(), samples), n)
+    regular, jittered = (_fleet(x, u, jitter) for jitter in (0.0, 0.02))
+    plain, filter = PlainObserver(one), filterpy_filter(0.1)
+    pairs = list(zip(x[:2000].tolist(), u[:2000].tolist(), strict=True))
+    numpy_ns = best(lambda: [plain.step(*pair) for pair in pairs], len(pairs), 3)
+    filterpy_ns = best(lambda: [(filter.predict(), filter.update(a)) for a, _ in pairs], len(pairs), 3)
+    print(f"one observer, compiled         {single:9.0f} ns a step   goal {GOAL_SINGLE:.0f}")
+    print(f"{N_VALVES} valves, regular samples  {regular:9.0f} ns a step   goal {GOAL_BATCHED:.0f}")
+    print(f"{N_VALVES} valves, jittered samples {jittered:9.0f} ns a step")
+    for name, value in (("plain numpy form", numpy_ns), ("filterpy, predict and update", filterpy_ns)):
+        print(f"{name:30} {value:9.0f} ns a step   {value / single:.0f} x single, {value / regular:.0f} x batched")
+
+
+def _fleet(x: Array, u: Array, jitter: float) -> float:
+    """Nanoseconds per valve and step."""
+    fleet, rounds = Fleet([calibration(i) for i in range(N_VALVES)]), 300
+    random = np.random.default_rng(1)
+    times = 0.1 * np.arange(1, rounds + 1)[:, None] + jitter * random.uniform(-1.0, 1.0, (rounds, N_VALVES))
+    columns = [(times[k], np.full(N_VALVES, x[k]), np.full(N_VALVES, u[k])) for k in range(rounds)]
+
+    def work() -> None:
+        state = fleet.initial()
+        for row in columns:
+            state, _ = fleet.step(state, *row)
+
+    work()
+    return best(work, rounds * N_VALVES)
+
+
+def published() -> None:
+    """The published times and ours: Section 4.4 as times of its condition, Chapter 5 as alarms."""
+    before, state, _ = section44.learned(section_4_4())
+    for fault, printed in section44.PUBLISHED.items():
+        holds = section44.seconds(section44.detect(before, state, fault).holds_s)
+        print(f"Section 4.4 {fault}: printed {printed} s, condition (4.32) holds at {holds} s")
+    for name, expected in chapter5.PUBLISHED.items():
+        found = chapter5.decided(chapter_5(), chapter5.recorded(name)).first_alarm(5.0)
+        print(f"Chapter 5 {name}: expected {expected:.4f} s, alarm at {found:.4f} s")
+
+
+def plant() -> None:
+    """The hour of a real valve, learned on its first third."""
+    if not PLANT_HOUR.exists():
+        print(f"plant hour: {PLANT_HOUR} is not there")
+        return
+    import scipy.io
+
+    t, p1, p2, _, flow, cv, x = scipy.io.loadmat(PLANT_HOUR)["OneHourTestData_ExampleII"][:7].astype(float)
+    names = ("position", "setpoint", "upstream_pressure", "downstream_pressure", "mass_flow")
+    data = Measurements(t, dict(zip(names, (3.81e-4 * x, cv / 100, 1e3 * p1, 1e3 * p2, flow / 3.6), strict=True)))
+    third = len(data) // 3
+    watch = learn(data[:third])
+    alarms, load = watched(watch, data[third:])
+    print(f"plant hour: {alarms} alarms in the other two thirds, highest score {load.max():.2f} of the limit")
+    print(f"  {watch.false_alarms.sentence}")
+
+
+def watched(watch: Watch, data: Measurements) -> tuple[int, Array]:
+    """Alarms and scores (n_samples,) of a run."""
+    state, alarms, load = watch.initial(), 0, np.zeros(len(data))
+    for i, row in enumerate(data):
+        state, said = watch.step(state, row)
+        alarms += said.began
+        load[i] = said.load if said.verdict.used else 0.0
+    return alarms, load
+
+
+def false_alarms(hours: float) -> None:
+    """A healthy day, noise on, for every setting: alarms seen, and the month that the scores extrapolate to."""
+    print(f"false alarms without a fault, noise on, {hours:g} h simulated per setting; goal: below 1 a month")
+    for setting in SETTINGS:
+        scenario = Scenario("healthy", setting.words, setting.stimulus, 3600 * hours, (), setting.sample_s)
+        actuator = Actuator(setting.form, Parameters(), {})
+        recording, _ = run(scenario, actuator, Noise(11), duration=3600 * hours, sample=setting.sample_s)
+        data = Measurements.recorded(recording)[round(30 / setting.sample_s) :]
+        learned = round(LEARN_S[setting.sample_s] / setting.sample_s)
+        begun = time.process_time()
+        watch = learn(data[:learned], ten_hertz.MODEL)
+        alarms, load = watched(watch, data[learned:])
+        month = Blocks.of(load[100:], setting.sample_s, strokes_of(data.values["position"])).rate()
+        print(
+            f"  {setting.words}: {alarms} alarms in {len(load) * setting.sample_s / 3600:.1f} h; a month "
+            f"{month.per_month:.2g}, upper 95 % bound {month.upper:.2g}; stated when learned on "
+            f"{LEARN_S[setting.sample_s]:.0f} s: {watch.false_alarms.per_month:.2g} ({watch.false_alarms.lower:.2g} to "
+            f"{watch.false_alarms.upper:.2g}); {time.process_time() - begun:.0f} s of processor",
+            flush=True,
+        )
+
+
+def main() -> None:
+    """Print what was asked for."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    parser.add_argument("--hours", type=float, default=1.0, help="simulated hours per setting")
+    parser.add_argument("--only", choices=("cost", "published", "plant", "alarms"))
+    chosen = parser.parse_args()
+    parts: dict[str, Callable[[], None]] = {
+        "cost": cost, "published": published, "plant": plant, "alarms": lambda: false_alarms(chosen.hours),
+    }  # fmt: skip
+    print(machine("numpy", "numba", "filterpy"))
+    for name, part in parts.items():
+        if chosen.only in (None, name):
+            part()
+
+
+if __name__ == "__main__":
+    main()

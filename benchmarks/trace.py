@@ -1,0 +1,324 @@
+"""How often `trace` names the effect that a plant has, on recordings of a plant it shares no code with.
+
+    python -m benchmarks.trace                            everything (many hours on two cores)
+    python -m benchmarks.trace --parts single --ids backlash,dead_time --valves 101 --strengths 6      a look
+    python -m benchmarks.trace --parts controls --controls 20 --jobs 2
+    python -m benchmarks.trace --report                   the tables of what has been run
+
+The plant is that of `benchmarks.plants`; strengths are the root mean square of an effect that is left in the position
+when the base model is fitted again, in standard deviations of the position noise; force noise is 0.1 % of the span.
+Fitted to: a staircase of 40 s and a sine of 50 s; held out: a multisine of 40 s. Every finished case is a line of the
+results file, and a study that is started again goes on behind them.
+
+Two effects are invisible unless something of the plant is known, and it is given: the preload for
+asymmetric_coulomb; mass, spring and preload for force_gain.
+
+Right: the verdict is the effect, or the effect is in the class that the verdict stands for. Wrong: any other effect's
+name. `none` and `unlisted` are misses. The true model's error is that of the plant itself on the recorded force, raw or
+smoothed over 60 ms, whichever is less.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import multiprocessing
+import os
+import resource
+import time
+import traceback
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.signal import savgol_filter
+
+from benchmarks._machine import machine
+from benchmarks.plants import integrate
+from benchmarks.plants_cases import COURSE, MULTIPLES, Case, force_course, recordings
+from benchmarks.plants_effects import HELD, KNOWN, OUTSIDE, SAME, Valve, fields_of
+from recordings import Recording
+
+VALVES = (101, 102, 103)
+RESULTS = Path("build/trace-study.jsonl")
+PARTS = ("single", "controls", "outside", "pairs", "slow")
+PAIRS = (
+    ("position_dependent_friction", "backlash"),
+    ("friction_drift", "hardening_spring"),
+    ("dwell_stiction", "sensor_drift"),
+    ("quadratic_drag", "periodic_force"),
+    ("contact_stiffness", "frictional_memory"),
+    ("dead_time", "position_dependent_friction"),
+    ("flow_force", "friction_drift"),
+    ("load_dependent_friction", "actuator_hysteresis"),
+    ("sensor_lag", "force_offset_drift"),
+    ("asymmetric_viscous", "sensor_nonlinearity"),
+)
+SLOW = ((100.0, "both"), (50.0, "both"), (100.0, "position"), (50.0, "position"))
+"""Rates [Hz] of the slow part, and whether both channels or the position alone are that slow."""
+ABSENT = ("none", "unlisted")
+GOAL = {"single": "95 % right, at most 1 % wrong", "controls": "99 % none", "outside": "90 % unlisted",
+        "pairs": "85 % both", "slow": "85 % right"}  # fmt: skip
+
+Row = dict[str, Any]
+Tracer = Callable[..., Any]
+
+
+def cases(part: str, asked: argparse.Namespace) -> Iterator[Case]:
+    """The cases of one part of the study."""
+    ids, strengths = asked.ids, asked.strengths
+    if part == "controls":
+        yield from (control(i) for i in range(asked.controls))
+        return
+    for valve in asked.valves:
+        if part == "single":
+            yield from (Case(valve, (e,), s, asked.form) for e in ids or SAME for s in strengths)
+        elif part == "outside":
+            yield from (Case(valve, (e,), s) for e in ids or OUTSIDE if e in OUTSIDE for s in strengths if s > 3)
+        elif part == "pairs":
+            yield from (
+                Case(valve, p, s, asked.form) for p in PAIRS if not ids or {*p} & {*ids} for s in strengths if s > 3
+            )
+        else:
+            for rate, slow in SLOW:
+                yield from (Case(valve, (e,), 6.0, asked.form, rate, slow) for e in ids or SAME if e in SAME)
+
+
+def control(i: int) -> Case:
+    """The i-th set of recordings without an effect: its own valve, noise of 1/2 to 2 times the usual, its own rate."""
+    rng = np.random.default_rng([i, 11])
+    noise, rate = rng.choice([0.5, 1.0, 1.0, 2.0]), rng.choice([500.0, 500.0, 250.0, 100.0])
+    return Case(1000 + i, noise=float(noise), rate=float(rate), slow="both" if rng.random() < 0.5 else "position")
+
+
+def examine(part: str, case: Case, tracer: Tracer | None = None) -> Row:
+    """Make the recordings of a case, trace them, and say what came out. An exception is an answer too: `failed`."""
+    if tracer is None:
+        from identification import trace as tracer
+    fitted, held_out, strengths = recordings(case)
+    row: Row = {"part": part, "name": case.name, **asdict(case), "strengths": strengths}
+    clock, processor = time.perf_counter(), time.process_time()
+    try:
+        found = tracer(fitted, holdout=held_out, **known(case))
+        row |= {
+            "verdict": found.verdict, "added": list(found.effects_added), "same_class": list(found.same_class),
+            "before": holdout_error(found.error, "before"), "after": holdout_error(found.error, "after"),
+        }  # fmt: skip
+    except Exception as error:
+        row |= {"verdict": "failed", "added": [], "same_class": [], "why": f"{type(error).__name__}: {error}"[:300],
+                "where": traceback.format_exc()[-600:]}  # fmt: skip
+    row |= {"seconds": time.perf_counter() - clock, "processor": time.process_time() - processor,
+            "true": true_error(case, held_out[0], strengths), "samples": sum(map(len, fitted)),
+            "peak_MB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024}  # fmt: skip
+    return row
+
+
+def known(case: Case) -> dict[str, dict[str, float]]:
+    """What a user would have to give, as an option of `trace`, for the effects of a case to be told from the base."""
+    items = [HELD[item] for effect in case.effects for item in KNOWN.get(effect, ())]
+    return {"given": {name: Valve.of(case.valve).values[name] for name in items}} if items else {}
+
+
+def holdout_error(error: Any, when: str) -> float | None:
+    """Free-run error on the held-out recording [m], from the mapping or the object that a trace has as its error."""
+    for item in (when, "holdout", "rmse_m"):
+        error = error.get(item) if isinstance(error, dict) else getattr(error, item, None)
+    return None if error is None else float(error)
+
+
+def true_error(case: Case, recording: Recording, strengths: dict[str, float]) -> float:
+    """Free-run error of the plant itself on the recorded force [m]: the lesser of raw and smoothed over 60 ms."""
+    valve = Valve.of(case.valve)
+    fields = fields_of(strengths, valve, case.form)
+    t, measured, force = recording.time, recording["position"].values, recording["force"].values
+    seen, errors = np.isfinite(measured), []
+    fine = np.arange(round(t[-1] * COURSE) + 1) / COURSE
+    window = 2 * round(0.03 / float(np.median(np.diff(t)))) + 1
+    rest = force_course(valve, "multisine", float(t[-1]), case.seed)[0]
+    for recorded in (force, savgol_filter(force, max(window, 5), 3)):
+        recorded = np.r_[rest, recorded[1:]]  # the plant starts where it was at rest
+        out = integrate(valve.physics(fields), np.interp(fine, t, recorded), COURSE)
+        errors.append(np.sqrt(np.mean((np.interp(t, fine, out[:, 0]) - measured)[seen] ** 2)))
+    return float(min(errors))
+
+
+def judged(row: Row) -> str:
+    """right, wrong, or the verdict that names nothing."""
+    if not row["effects"]:
+        return (
+            "right"
+            if row["verdict"] == "none"
+            else row["verdict"]
+            if row["verdict"] in (*ABSENT, "failed")
+            else "wrong"
+        )
+    if row["verdict"] in (*ABSENT, "failed"):
+        return str(row["verdict"])
+    named = {row["verdict"], *row["added"], *row["same_class"]}
+    if row["part"] == "pairs":
+        hits = len(named & {*row["effects"]})
+        return "right" if hits == 2 else "one" if hits and row["verdict"] in row["effects"] else "wrong"
+    return "right" if {row["verdict"], *row["same_class"]} & {*row["effects"]} else "wrong"
+
+
+def report(rows: Sequence[Row]) -> None:
+    """All tables of all parts that have rows."""
+    for part in PARTS:
+        mine = [row for row in rows if row["part"] == part]
+        if not mine:
+            continue
+        print(f"\n{part}: {len(mine)} cases; goal {GOAL[part]}")
+        hits(mine, part)
+        confusion(mine)
+        for row in mine:
+            if judged(row) in ("wrong", "failed"):
+                print(f"  {judged(row)}: {row['name']} -> {row['verdict']} {row.get('why', '')}")
+    if rows:
+        errors(rows)
+        costs(rows)
+
+
+def hits(rows: Sequence[Row], part: str) -> None:
+    """Shares of each judgement, in all and by what was varied."""
+    good = "unlisted" if part == "outside" else "right"
+    print(f"  all: {shares(rows)}")
+    if part != "controls":
+        extra = sum(bool({*row["added"]} - {*row["effects"], *row["same_class"], row["verdict"]}) for row in rows)
+        sizes = [len({*row["same_class"], row["verdict"]}) for row in rows if judged(row) == "right"]
+        print(f"  with a further name besides: {extra}; mean size of a right class: {np.mean(sizes or [0]):.1f}")
+    for key in ("strength", "form", "rate", "slow", "noise", "valve"):
+        values = sorted({row[key] for row in rows})
+        if len(values) > 1 and not (key == "valve" and len(values) > 12):
+            groups = {v: [row for row in rows if row[key] == v] for v in values}
+            print(f"  {good} by {key}: " + ", ".join(f"{v}: {tally(g, good)}" for v, g in groups.items()))
+
+
+def tally(rows: Sequence[Row], good: str) -> str:
+    """How many of how many."""
+    return f"{sum(judged(row) == good for row in rows)}/{len(rows)}"
+
+
+def shares(rows: Sequence[Row]) -> str:
+    """Every judgement with its share."""
+    counts = Counter(judged(row) for row in rows)
+    return ", ".join(f"{what} {n} ({100 * n / len(rows):.1f} %)" for what, n in counts.most_common())
+
+
+def confusion(rows: Sequence[Row]) -> None:
+    """Truths down, verdicts across; the columns are numbered, with the key underneath."""
+    verdicts = sorted({row["verdict"] for row in rows}, key=lambda v: (v in (*ABSENT, "failed"), v))
+    print(f"  {'':42}" + "".join(f"{i:4}" for i in range(1, len(verdicts) + 1)) + "   in class")
+    for truth in sorted({tuple(row["effects"]) for row in rows}):
+        mine = [row for row in rows if tuple(row["effects"]) == truth]
+        counts = Counter(row["verdict"] for row in mine)
+        inside = sum(judged(row) == "right" and row["verdict"] not in (*truth, "none") for row in mine)
+        print(
+            f"  {'+'.join(truth) or 'nothing':42}" + "".join(f"{counts[v] or '.':>4}" for v in verdicts) + f"{inside:7}"
+        )
+    print("  " + ", ".join(f"{i} {v}" for i, v in enumerate(verdicts, 1)))
+
+
+def errors(rows: Sequence[Row]) -> None:
+    """Held-out error before and after tracing, related to the true model's."""
+    print("\nheld-out error related to the true model's: median, 90 %, share within 1.1")
+    for part in PARTS:
+        mine = [row for row in rows if row["part"] == part and row.get("after") and row.get("before")]
+        for label, some in ((part, mine), (f"{part} where right", [row for row in mine if judged(row) == "right"])):
+            for when in ("before", "after") if some else ():
+                ratio = np.array([row[when] / row["true"] for row in some])
+                within = 100 * np.mean(ratio <= 1.1)
+                print(f"  {label}, {when}: {np.median(ratio):.2f}, {np.quantile(ratio, 0.9):.2f}, {within:.0f} %")
+
+
+def costs(rows: Sequence[Row]) -> None:
+    """Times and memory."""
+    print(f"\na trace, {np.median([row['samples'] for row in rows]):.0f} samples fitted: median, 90 %, longest")
+    for key, what in (("seconds", "clock [s]"), ("processor", "processor [s]"), ("peak_MB", "peak memory [MB]")):
+        values = [row[key] for row in rows]
+        print(f"  {what}: {np.median(values):.1f}, {np.quantile(values, 0.9):.1f}, {max(values):.1f}")
+
+
+def known_rows(path: Path) -> list[Row]:
+    """What a results file holds; a line that was cut off is left out."""
+    rows = []
+    for line in path.read_text().splitlines() if path.exists() else ():
+        try:
+            rows.append(json.loads(line))
+        except json.JSONDecodeError:
+            continue
+    return rows
+
+
+def study(work: Iterable[tuple[str, Case]], path: Path, jobs: int, tracer: Tracer | None = None) -> list[Row]:
+    """Run all cases that the results file does not have, and add them to it one by one. Returns all its rows."""
+    rows = known_rows(path)
+    done = {(row["part"], row["name"]) for row in rows}
+    left = [(part, case) for part, case in work if (part, case.name) not in done]
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("a+") as file:
+        file.seek(max(file.tell() - 1, 0))
+        if file.read(1) not in ("", "\n"):  # a line was cut off
+            file.write("\n")
+        for i, row in enumerate(results(left, jobs, tracer), 1):
+            file.write(json.dumps(row) + "\n")
+            file.flush()
+            rows.append(row)
+            said = f"{row['verdict']} ({judged(row)}, {row['seconds']:.0f} s)"
+            print(f"{i}/{len(left)} {row['part']} {row['name']}: {said}", flush=True)
+    return rows
+
+
+def results(work: Sequence[tuple[str, Case]], jobs: int, tracer: Tracer | None) -> Iterator[Row]:
+    """The rows of some cases, by one process or several."""
+    if jobs < 2:
+        yield from (examine(part, case, tracer) for part, case in work)
+        return
+    with ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn")) as pool:
+        waiting = [pool.submit(examine, part, case, tracer) for part, case in work]
+        yield from (future.result() for future in waiting)
+
+
+def options(words: Sequence[str] | None = None) -> argparse.Namespace:
+    """What was asked for on the command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    listed = {"single": SAME, "outside": OUTSIDE}
+    parser.add_argument("--parts", type=_names(PARTS), default=PARTS, help=f"of {', '.join(PARTS)}; by default all")
+    parser.add_argument("--ids", type=_names([*listed["single"], *listed["outside"]]), default=(), help="effects by id")
+    parser.add_argument("--valves", type=_numbers(int), default=VALVES, help="seeds of valves")
+    parser.add_argument("--strengths", type=_numbers(float), default=MULTIPLES, help="multiples of the noise")
+    parser.add_argument("--form", choices=("same", "other"), default="same", help="the catalogue's laws, or others")
+    parser.add_argument("--controls", type=int, default=200, help="number of sets without an effect")
+    parser.add_argument("--results", type=Path, default=RESULTS, help="file to add to and to go on from")
+    parser.add_argument("--jobs", type=int, default=1, help="number of processes")
+    parser.add_argument("--report", action="store_true", help="run nothing, print the tables of the results file")
+    return parser.parse_args(words)
+
+
+def _names(known: Iterable[str]) -> Callable[[str], tuple[str, ...]]:
+    def names(text: str) -> tuple[str, ...]:
+        asked = tuple(text.split(","))
+        if unknown := {*asked} - {*known}:
+            raise argparse.ArgumentTypeError(f"there is no {', '.join(sorted(unknown))}; there are {', '.join(known)}")
+        return asked
+
+    return names
+
+
+def _numbers(kind: Callable[[str], Any]) -> Callable[[str], tuple[Any, ...]]:
+    return lambda text: tuple(kind(item) for item in text.split(","))
+
+
+def main() -> None:
+    """Run what is asked for and print all tables."""
+    asked = options()
+    print(machine("casadi", "numba", "numpy", "scipy"), f"load {os.getloadavg()[0]:.1f}")
+    work = [] if asked.report else [(part, case) for part in asked.parts for case in cases(part, asked)]
+    report(study(work, asked.results, asked.jobs))
+
+
+if __name__ == "__main__":
+    main()

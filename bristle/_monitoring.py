@@ -1,0 +1,169 @@
+"""What `bristle monitor` and `bristle replay` share: the detector from options, events to their place, the end."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, Any
+
+from detector import Measurements, Watch, described, learn
+from hil import (
+    Monitor,
+    MonitorEnd,
+    MonitorEvent,
+    MonitorSession,
+    PollingDied,
+    RecorderSettings,
+    Source,
+    Statistics,
+    ValveStatus,
+    load_state,
+    monitor_session,
+)  # fmt: skip
+from recordings import BadInput, NegativeAnswer, Recording, read
+from simulator import ValveModel
+
+
+@dataclass(frozen=True)
+class Wishes:
+    """The options of both commands. model : file; learn_s [s]; calibrate : recordings of a healthy valve; state : file
+    that is taken up and saved; false_alarms : a month; events : file, None for stdout; fresh : whether learning anew
+    was asked for.
+    """
+
+    model: Path
+    learn_s: float | None
+    calibrate: Sequence[Path]
+    state: Path | None
+    false_alarms: float
+    events: Path | None
+    duration_s: float | None = None
+    record: RecorderSettings | None = None
+    own_clock: bool = False
+
+
+def watch(source: Source, wishes: Wishes) -> None:
+    """Watch a source, from the options to the exit code. Raises NegativeAnswer when an alarm was raised."""
+    model = ValveModel.read(wishes.model)
+    key = model.model_dump_json()
+    stroke = model.plant.get("stroke_m")
+
+    def learner(data: Measurements) -> Watch:
+        return learn(data, model, wishes.false_alarms)
+
+    monitor = Monitor(
+        source.signals, learner, wishes.learn_s, stroke_m=stroke if isinstance(stroke, float) else None,
+        own_clock=wishes.own_clock, told=_told,
+    )  # fmt: skip
+    _take_up(monitor, wishes, key, learner)
+    with _opened(wishes.events) as sink:
+        session = MonitorSession(
+            (sink,), wishes.duration_s, wishes.state, key, wishes.record, _show if sys.stderr.isatty() else None
+        )
+        end = _run(source, monitor, session)
+    _finish(end, monitor)
+
+
+def _run(source: Source, monitor: Monitor, session: MonitorSession) -> MonitorEnd:
+    try:
+        return asyncio.run(monitor_session(source, monitor, session))
+    except PollingDied as death:
+        raise NegativeAnswer(str(death)) from death
+
+
+def _take_up(monitor: Monitor, wishes: Wishes, key: str, learner: Callable[[Measurements], Watch]) -> None:
+    """What is known before the first sample: from recordings, or from an earlier session."""
+    if wishes.calibrate:
+        watch = learner(joined([read(path) for path in wishes.calibrate]))
+        for name, valve in monitor.valves.items():
+            valve.resume(watch)
+            _told(name, watch)
+    elif wishes.state is not None and wishes.state.exists() and wishes.learn_s is None:
+        known = load_state(wishes.state, key)
+        for name, valve in monitor.valves.items():
+            if name in known:
+                valve.resume(*known[name])
+                print(f"{name}: taken up from {wishes.state}", file=sys.stderr)
+
+
+def joined(recordings: Sequence[Recording]) -> Measurements:
+    """Several recordings as one row with gaps between. Raises BadInput when their signals differ."""
+    import numpy as np
+
+    parts = [Measurements.recorded(one) for one in recordings]
+    for recording, part in zip(recordings, parts, strict=True):
+        if set(part.values) != set(parts[0].values):
+            found = f"its signals are not those of {recordings[0].label}"
+            raise BadInput(recording.label, found, "calibrate with recordings of the same signals")
+    times, end = [], 0.0
+    for part in parts:
+        times.append(part.time_s - part.time_s[0] + end)
+        end = float(times[-1][-1]) + 1000.0 * float(np.median(np.diff(part.time_s)))
+    values = {name: np.concatenate([part.values[name] for part in parts]) for name in parts[0].values}
+    return Measurements(np.concatenate(times), values)
+
+
+class _opened:
+    """A sink that writes lines to a file, or to stdout; every line is out at once."""
+
+    def __init__(self, path: Path | None) -> None:
+        self._path = path
+        self._file: IO[str] = sys.stdout
+
+    def __enter__(self) -> Callable[[MonitorEvent], None]:
+        if self._path is not None:
+            try:
+                self._file = self._path.open("a", encoding="utf-8")
+            except OSError as error:
+                found = f"it cannot be written ({error.strerror})"
+                raise BadInput(str(self._path), found, "give another --events") from None
+        return self._write
+
+    def __exit__(self, *_: Any) -> None:
+        if self._file is not sys.stdout:
+            self._file.close()
+
+    def _write(self, event: MonitorEvent) -> None:
+        print(event.json_line(), file=self._file, flush=True)
+
+
+def _told(valve: str, watch: Watch) -> None:
+    for line in described(watch).splitlines():
+        print(f"{valve}: {line}", file=sys.stderr, flush=True)
+
+
+def _show(status: tuple[ValveStatus, ...], statistics: Statistics, seconds: float) -> None:
+    shown = "  ".join(_word(one) for one in status[:4]) + (f"  and {len(status) - 4} more" if len(status) > 4 else "")
+    missed = f"  {statistics.missed} deadlines missed" if statistics.missed else ""
+    print(f"\r{seconds:6.0f} s  {shown}{missed} \033[K", end="", file=sys.stderr, flush=True)
+
+
+def _word(one: ValveStatus) -> str:
+    if one.phase == "learning":
+        return f"{one.valve}: learning {100 * one.learned:.0f} %"
+    if one.phase == "alarm":
+        return f"{one.valve}: ALARM {one.fault or 'unknown kind'}"
+    return f"{one.valve}: watching, {100 * min(one.load, 9.99):.0f} % of the limit"
+
+
+def _finish(end: MonitorEnd, monitor: Monitor) -> None:
+    """The last words, and the exit code as an exception."""
+    if sys.stderr.isatty():
+        print(file=sys.stderr)
+    samples = sum(one.samples for one in monitor.status)
+    learning = [one.valve for one in monitor.status if one.phase == "learning"]
+    if end.recorded is not None:
+        for valve in end.recorded.valves:
+            for path in valve.files:
+                print(f"{valve.valve}: recorded to {path}", file=sys.stderr)
+    print(f"{samples} samples in {end.seconds:.1f} s, {end.alarms} alarms", file=sys.stderr)
+    if end.alarms:
+        raise NegativeAnswer(f"{end.alarms} alarms were raised")
+    if end.stopped_by is signal.SIGINT:
+        raise KeyboardInterrupt
+    if learning:
+        raise NegativeAnswer(f"it ended while {', '.join(learning)} was still learning: nothing was judged")

@@ -1,0 +1,35 @@
+"""A trace on the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from rich.table import Table
+
+if TYPE_CHECKING:
+    from identification import Trace
+
+SHOWN = 8
+
+
+def candidate_table(found: Trace) -> Table:
+    """The best candidates of the first round, with what became of them."""
+    table = Table("effect", "gain", "held-out t", "held-out rmse [m]", "outcome")
+    for c in found.candidates[:SHOWN]:
+        rmse = found.holdout_rmse.get(c.effect)
+        table.add_row(
+            c.effect, f"{c.gain:.4g}", "" if c.held is None else f"{c.held.t:.1f}",
+            "" if rmse is None else f"{rmse:.3g}", "accepted" if c.accepted else c.why,
+        )  # fmt: skip
+    return table
+
+
+def error_lines(found: Trace) -> Iterator[str]:
+    """The free-run errors before and after."""
+    error = found.error
+    for side in ("before", "after"):
+        for where, value in error[side].items():
+            if value:
+                yield f"free-run error {side}, {where}: {value['rmse_m']:.3g} m (nrmse {value.get('nrmse', 0):.3g})"
+    yield f"noise floor: {error['noise_floor_m']:.3g} m"

@@ -1,0 +1,37 @@
+"""`bristle evaluate`: detectors against the benchmark's scenarios, tables and a page."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from typer import Option
+
+
+def command(
+    out: Annotated[Path, Option(help="Folder for tables, page and results; made when it is not there.")],
+    detectors: Annotated[str, Option(help="Detectors, separated by commas; all of them otherwise.")] = "all",
+    scenarios: Annotated[str, Option(help="Scenarios, separated by commas; all 44 otherwise.")] = "all",
+    variants: Annotated[str, Option(help="play-1, lugre-1, lugre-10, lugre-100, lugre-400; or all.")] = "all",
+    seeds: Annotated[int, Option(help="Trials of each scenario.", min=1)] = 5,
+    false_alarms: Annotated[float, Option(help="Stated rate of false alarms, per hour.")] = 0.01,
+    smoke: Annotated[bool, Option("--smoke", help="Few fault-free hours: quick, and not to be relied on.")] = False,
+    plant: Annotated[
+        Path | None, Option(help="Measured hour of actuator 3 (MATLAB file), on which alarms are counted, too.")
+    ] = None,
+    workers: Annotated[int, Option(help="Processes; 0 for one per core.", min=0)] = 0,
+) -> None:
+    """Run detectors on the benchmark's scenarios, all at one rate of false alarms, and write what they saw.
+
+    An interrupted run goes on where it stopped when it is started again with the same options.
+
+    Example: bristle evaluate --detectors bank,kalman --scenarios f4-incipient,f11-abrupt-big --out compared
+    """
+    from bristle._console import stdout
+    from bristle._evaluating import plan_of, reported, summary
+
+    plan = plan_of(detectors, scenarios, variants, seeds, false_alarms, smoke)
+    outcome, files = reported(plan, out, workers, plant)
+    console = stdout()
+    console.print(summary(outcome))
+    console.print(f"wrote {len(files)} files to {out}, among them evaluation.md and evaluation.html")

@@ -1,0 +1,61 @@
+"""The classic residual generators of the source's Chapter 3, one file each, with one contract: `step`.
+
+>>> from detector.generators import Limits, Reading
+>>> limits = Limits(lower=(0.0,), upper=(10.0,))
+>>> state, residuals = limits.step(limits.initial(), Reading(u=[], y=[5.0]))
+>>> residuals.tolist()
+[0.0]
+"""
+
+from detector.generators._contract import Generator, Reading
+from detector.generators.estimation import Estimation, learn_estimation
+from detector.generators.fault_tree import FaultTree, Rule, explain
+from detector.generators.flow import Flow, learn_flow
+from detector.generators.fuzzy import Fuzzy
+from detector.generators.kalman import Innovation, MatchedFilters, settled
+from detector.generators.limits import Limits, learn_limits
+from detector.generators.luenberger import Luenberger, full_order, functional, least_order
+from detector.generators.neural import NeuralObserver, learn_neural
+from detector.generators.parity import Parity, dfd, dfi, static, temporal
+from detector.generators.plant import LinearPlant
+from detector.generators.servo import Servo, learn_servo
+from detector.generators.spectrum import Spectrum, learn_spectrum
+from detector.generators.voting import Voting
+from detector.generators.waves import Waves, learn_waves
+
+__all__ = [
+    "Estimation",
+    "FaultTree",
+    "Flow",
+    "Fuzzy",
+    "Generator",
+    "Innovation",
+    "Limits",
+    "LinearPlant",
+    "Luenberger",
+    "MatchedFilters",
+    "NeuralObserver",
+    "Parity",
+    "Reading",
+    "Rule",
+    "Servo",
+    "Spectrum",
+    "Voting",
+    "Waves",
+    "dfd",
+    "dfi",
+    "explain",
+    "full_order",
+    "functional",
+    "learn_estimation",
+    "learn_flow",
+    "learn_limits",
+    "learn_neural",
+    "learn_servo",
+    "learn_spectrum",
+    "learn_waves",
+    "least_order",
+    "settled",
+    "static",
+    "temporal",
+]

@@ -1,0 +1,143 @@
+"""Kalman filter innovations, and a bank of filters matched to what each fault does to them (3.2.2)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from detector._native import native
+from detector.generators._contract import Array, Generator, windows, with_past
+from detector.generators.plant import LinearPlant
+from recordings import BadInput
+
+_MOST_STEPS = 20_000
+
+
+@dataclass(frozen=True, eq=False)
+class Innovation(Generator):
+    """Innovations of the settled Kalman filter, whitened: of zero mean and unit covariance without a fault.
+
+    plant : without noise; gain (n, m); whitener (m, m) : inverse root of the innovations' covariance.
+    """
+
+    plant: LinearPlant
+    gain: Array
+    whitener: Array
+
+    @property
+    def width(self) -> tuple[int, int, int]:
+        """As many residuals as outputs."""
+        r, m, _ = self.plant.sizes
+        return r, m, m
+
+    def initial(self) -> Array:
+        """x = 0."""
+        return np.zeros(self.plant.order)
+
+    def response(self, fault: int, length: int) -> Array:
+        """Whitened innovations (length, m) that a unit step of a fault of the plant brings about."""
+        r, _, g = self.plant.sizes
+        f, u = np.zeros((length, g)), np.zeros((length, r))
+        f[:, fault] = 1.0
+        return self.run(self.initial(), u, self.plant.simulate(u, f=f))[1]
+
+    def _advance(self, state: Array, u: Array, y: Array) -> tuple[Array, Array]:
+        out, p = np.empty_like(y), self.plant
+        _filter(state, *(np.ascontiguousarray(a) for a in (p.A, p.B, p.C, p.D, self.gain, u, y)), out)
+        return state, out @ self.whitener.T
+
+
+def settled(plant: LinearPlant, Q: Array, R: Array) -> Innovation:
+    """The filter for process noise of covariance Q (n, n) and measurement noise R (m, m), run by filterpy until its
+    gain settles. Raises BadInput when it does not.
+    """
+    from filterpy.kalman import KalmanFilter
+
+    _, m, _ = plant.sizes
+    kf = KalmanFilter(dim_x=plant.order, dim_z=m)
+    kf.F, kf.H, kf.Q, kf.R = plant.A, plant.C, np.asarray(Q, float), np.asarray(R, float)
+    kf.P = np.eye(plant.order) * max(float(np.trace(kf.Q)), 1e-12) * 100
+    before = np.full_like(kf.K, np.inf)
+    for _ in range(_MOST_STEPS):
+        kf.predict()
+        kf.update(np.zeros((m, 1)))
+        if np.abs(kf.K - before).max() <= 1e-12 * max(1.0, np.abs(kf.K).max()):
+            values, vectors = np.linalg.eigh(kf.S)
+            return Innovation(plant, kf.K.copy(), (vectors / np.sqrt(values)) @ vectors.T)
+        before = kf.K.copy()
+    raise BadInput("Kalman filter", "its gain does not settle", "check that (C, A) is detectable and Q, R positive")
+
+
+@dataclass(frozen=True, eq=False)
+class MatchedFilters(Generator):
+    """For each suspected fault the best match of the last innovations with its response, over all arrival times.
+
+    responses : whitened innovations (length, m) after the arrival, by fault. Inputs: none; outputs: the innovations.
+    A residual is sum(g r) / sqrt(sum(g^2)), of unit deviation without a fault; of all arrival times within `length`
+    the one that matches best counts, with its sign.
+    """
+
+    responses: Mapping[str, Array]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The faults, in the order of the residuals."""
+        return tuple(self.responses)
+
+    @property
+    def width(self) -> tuple[int, int, int]:
+        """One residual per fault."""
+        return 0, next(iter(self.responses.values())).shape[1], len(self.responses)
+
+    def initial(self) -> Array:
+        """No innovations yet."""
+        return np.full((self._length - 1) * self.width[1], np.nan)
+
+    @property
+    def _length(self) -> int:
+        return len(next(iter(self.responses.values())))
+
+    def _advance(self, state: Array, u: Array, y: Array) -> tuple[Array, Array]:
+        joined, state = with_past(state, y, self._length - 1)
+        seen = np.nan_to_num(windows(joined, self._length - 1))
+        return state, np.column_stack([_best(seen, g) for g in self.responses.values()])
+
+
+def _best(seen: Array, response: Array) -> Array:
+    """The match of largest size over arrival times; a fault that arrived j readings ago shows j + 1 values of it."""
+    best = np.zeros(len(seen))
+    for shown in range(1, len(response) + 1):
+        g = response[:shown]
+        size = np.sqrt((g**2).sum())
+        if size > 1e-9:
+            match = np.einsum("kjm,jm->k", seen[:, -shown:], g) / size
+            best = np.where(np.abs(match) > np.abs(best), match, best)
+    return best
+
+
+@native
+def _filter(x: Array, A: Array, B: Array, C: Array, D: Array, K: Array, u: Array, y: Array, out: Array) -> None:
+    """Innovations over rows, changing the predicted state x in place."""
+    n, m, r = x.shape[0], y.shape[1], u.shape[1]
+    better = np.empty(n)
+    for k in range(y.shape[0]):
+        for i in range(m):
+            miss = y[k, i]
+            for j in range(n):
+                miss -= C[i, j] * x[j]
+            for j in range(r):
+                miss -= D[i, j] * u[k, j]
+            out[k, i] = miss
+        for i in range(n):
+            better[i] = x[i]
+            for j in range(m):
+                better[i] += K[i, j] * out[k, j]
+        for i in range(n):
+            total = 0.0
+            for j in range(n):
+                total += A[i, j] * better[j]
+            for j in range(r):
+                total += B[i, j] * u[k, j]
+            x[i] = total

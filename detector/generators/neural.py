@@ -1,0 +1,75 @@
+"""A neural observer: a network of ARX form, linear in its weights, that predicts each output from the past (3.2.2)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from detector.generators._contract import Array, Generator, windows, with_past
+from recordings import BadInput
+
+
+@dataclass(frozen=True, eq=False)
+class NeuralObserver(Generator):
+    """(y - W s(past)) / deviation: one step ahead, from the last `depth` outputs and the last `depth` + 1 inputs.
+
+    The layer s has the scaled past itself, 1, and `projections` of it through tanh, drawn once from a seed and kept, as
+    in a random-feature network: only W is learned, by least squares, so there is one optimum. outputs, inputs : numbers
+    of both; centre, scale : of the past; weights (n_features, m); deviation (m,).
+    """
+
+    depth: int
+    sizes: tuple[int, int]
+    projections: Array
+    centre: Array
+    scale: Array
+    weights: Array
+    deviation: Array
+
+    @property
+    def width(self) -> tuple[int, int, int]:
+        """As many residuals as outputs."""
+        return *self.sizes, self.sizes[1]
+
+    def initial(self) -> Array:
+        """No past yet."""
+        return np.full(self.depth * sum(self.sizes), np.nan)
+
+    def features(self, past: Array) -> Array:
+        """The layer s of the past (n, n_past): (n, n_features)."""
+        z = (past - self.centre) / self.scale
+        hidden = np.tanh(np.column_stack([z, np.ones(len(z))]) @ self.projections)
+        return np.column_stack([np.ones(len(z)), z, hidden])
+
+    def _past(self, joined: Array) -> Array:
+        """Rows of what is known before the output: past outputs, past and present inputs."""
+        seen, m = windows(joined, self.depth), self.sizes[1]
+        return np.hstack([seen[:, :-1, :m].reshape(len(seen), -1), seen[:, :, m:].reshape(len(seen), -1)])
+
+    def _advance(self, state: Array, u: Array, y: Array) -> tuple[Array, Array]:
+        joined, state = with_past(state, np.hstack([y, u]), self.depth)
+        past = self._past(joined)
+        known, found = np.isfinite(past).all(axis=1), np.zeros_like(y)
+        if known.any():
+            found[known] = (y[known] - self.features(past[known]) @ self.weights) / self.deviation
+        return state, found
+
+
+def learn_neural(
+    u: Array, y: Array, depth: int = 3, hidden: int = 80, seed: int = 0, ridge: float = 1e-6
+) -> NeuralObserver:
+    """Learn from fault-free rows u (n, r), y (n, m). Raises BadInput when there are hardly more rows than weights."""
+    sizes = (u.shape[1], y.shape[1])
+    n_past = depth * sum(sizes) + sizes[0]
+    if len(y) < 2 * (n_past + hidden + 1) + depth:
+        raise BadInput("neural observer", f"{len(y)} readings", f"give at least {2 * (n_past + hidden + 1) + depth}")
+    drawn = np.random.default_rng(seed).normal(size=(n_past + 1, hidden)) / np.sqrt(n_past / 4)
+    blank = NeuralObserver(depth, sizes, drawn, np.zeros(n_past), np.ones(n_past), np.zeros((0, 0)), np.ones(sizes[1]))
+    past = blank._past(np.hstack([y, u]))
+    centre, scale = np.asarray(past.mean(axis=0)), np.asarray(past.std(axis=0) + 1e-9, np.float64)
+    shaped = NeuralObserver(depth, sizes, drawn, centre, scale, np.zeros((0, 0)), np.ones(sizes[1]))
+    s, target = shaped.features(past), y[depth:]
+    weights = np.asarray(np.linalg.solve(s.T @ s + ridge * len(s) * np.eye(s.shape[1]), s.T @ target), np.float64)
+    deviation = np.asarray(np.std(target - s @ weights, axis=0) + 1e-12, np.float64)
+    return NeuralObserver(depth, sizes, drawn, centre, scale, weights, deviation)

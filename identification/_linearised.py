@@ -1,0 +1,185 @@
+"""One segment linearised along a path of its states, and what the measurements then say about path and parameters.
+
+The states are those of a kernel of an uncertain force: position, velocity, the memory of the effects, the force and its
+slope. Along the path every interval between samples has its own derivatives, so filter and smoother are linear: the
+innovations, their variances and their derivatives by the parameters follow, and for any move of the parameters the
+path that fits the measurements best (Bell, SIAM J. Optim. 4(3), 1994; Bryson and Frazier, 1963).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification._coordinates import Coordinates
+from identification._experiment import Segment
+from identification._force import Force, estimate_force, loops
+from simulator import Kernel
+
+Array = NDArray[np.float64]
+
+FINEST_NODES = 5e-3
+"""Longest time between nodes of a path [s]: between slow samples the force can do more than move at one slope."""
+NOISE_X, NOISE_V = 1e-9, 2e-6
+"""Noise of the model itself per interval, position [m] and velocity [m/s]: far below what can be measured."""
+FIRST_V, FIRST_SLOPE = 1e-4, 1e3
+"""Standard deviations of the first velocity [m/s] and slope of the force [N/s]."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A segment on the nodes of its path. t (n,) [s]; y (n,) [m] and u (n,) [N] measured, NaN at nodes between
+    samples; force : what the recording alone says of it; noise_y [m]; motion (n, 3): smoothed x [m] and v [m/s], and v
+    behind a dead zone at the level of the noise.
+    """
+
+    t: Array
+    y: Array
+    u: Array
+    force: Force
+    noise_y: float
+    motion: Array
+
+    @classmethod
+    def of(cls, segment: Segment, noise_y: float, noise_u: float) -> Scene:
+        """The scene of a segment with the noise of its channels, standard deviations."""
+        force = estimate_force(segment.t, segment.u, noise_u)
+        y = np.where(segment.seen, segment.y, np.nan)
+        motion = np.column_stack([segment.motion.x, segment.motion.v, segment.motion.crept])
+        scene = cls(np.ascontiguousarray(segment.t), y, segment.u, force, noise_y, motion)
+        between = int(np.ceil(segment.dt / FINEST_NODES - 1e-9))
+        return scene if between <= 1 else scene._with_nodes(between)
+
+    def part(self, at: slice) -> Scene:
+        """A part of the scene."""
+        f = self.force
+        force = replace(
+            f, u=f.u[at], slope=f.slope[at], std=f.std[at], intensity=f.intensity[at][: at.stop - at.start - 1]
+        )
+        return Scene(np.ascontiguousarray(self.t[at]), self.y[at], self.u[at], force, self.noise_y, self.motion[at])
+
+    def _with_nodes(self, between: int) -> Scene:
+        """The same scene with every interval divided."""
+        n = len(self.t)
+        t = np.interp(np.arange((n - 1) * between + 1) / between, np.arange(n), self.t)
+
+        def spread(values: Array) -> Array:
+            wide = np.full(len(t), np.nan)
+            wide[::between] = values
+            return wide
+
+        f = self.force
+        force = replace(
+            f, u=np.interp(t, self.t, f.u), slope=np.interp(t, self.t, f.slope), std=np.interp(t, self.t, f.std),
+            intensity=np.repeat(f.intensity, between),
+        )  # fmt: skip
+        motion = np.column_stack([np.interp(t, self.t, column) for column in self.motion.T])
+        return Scene(t, spread(self.y), spread(self.u), force, self.noise_y, motion)
+
+
+@dataclass(frozen=True)
+class Looseness:
+    """How much freedom the path has beside what the model says. force : factor on the standard deviations of the force;
+    bristle : noise of the memory per interval, as a share of the break-away deflection fc/sigma0; curvature : share of
+    an interval's present misfit that counts as its error of linearisation; h_max [s] largest sub-step.
+    """
+
+    force: float = 1.0
+    bristle: float = 1e-5
+    curvature: float = 0.1
+    h_max: float = 5e-4
+
+
+@dataclass(frozen=True)
+class Linearised:
+    """The filter along a path. innovations, variances (n, 2): of position and force, variance inf where there is no
+    measurement; by (n, 2, m): their derivatives by the free coordinates; the rest is what the smoother needs.
+    """
+
+    innovations: Array
+    variances: Array
+    by: Array
+    _smoother: tuple[Array, ...]
+
+    def correction(self, move: Array) -> Array:
+        """Where the smoothed path lies (n, n_states) beside the one linearised about, with the coordinates moved."""
+        mean, P, S, J, K, H, F = self._smoother
+        out = np.empty_like(mean)
+        move = np.ascontiguousarray(move)
+        loops().smoothed(mean, P, S, self.innovations, self.variances, J, K, H, F, move, out)
+        return out
+
+
+def first_path(kernel: Kernel, scene: Scene, p: Array, h_max: float = 1e-3) -> Array | None:
+    """A path (n, n_states) along the smoothed motion and force, on which the memory of the effects has run along."""
+    value = dict(zip(kernel.parameters, p, strict=True))
+    start = kernel.start(scene.motion[0, 0], 0.0, scene.force.u[0])
+    path = np.zeros((len(scene.t), len(kernel.states)))
+    path[:, : len(start)] = start
+    path[:, 0], path[:, 1] = scene.motion[:, 0], scene.motion[:, 2]  # noise on v would relax the bristle
+    path[:, -2], path[:, -1] = scene.force.u, scene.force.slope
+    deflection = value["lugre.fc"] / value["lugre.sigma0"]
+    left = scene.force.u[0] - value["spring.K"] * path[0, 0] - value["spring.F0"]
+    path[0, kernel.states.index("lugre.z")] = np.clip(left / value["lugre.sigma0"], -deflection, deflection)
+    run = kernel.shoot(scene.t, scene.force.u, p, path, h_max=h_max, carry=True)
+    path[:, 1] = scene.motion[:, 1]
+    return None if run.failed is not None or not np.isfinite(path).all() else path
+
+
+def linearise(
+    kernel: Kernel, coordinates: Coordinates, scene: Scene, p: Array, path: Array, loose: Looseness
+) -> Linearised | None:
+    """Filter a scene along a path at parameters p; None where the model has no solution."""
+    shots = kernel.shoot(scene.t, scene.force.u, p, path, h_max=loose.h_max)
+    if shots.failed is not None:
+        return None
+    n, s, q = len(scene.t), path.shape[1], len(p)
+    slope = coordinates.slope(p)
+    jump = shots.ends - path[1:]
+    E = np.column_stack([scene.y - shots.outputs[:, 0], scene.u - path[:, -2]])
+    H, D = np.zeros((n, 2, s)), np.zeros((n, 2, len(slope)))
+    H[:, 0], H[:, 1, -2] = shots.outputs_by[:, 0, q:], 1.0
+    D[:, 0] = shots.outputs_by[:, 0, :q][:, coordinates.free] * slope
+    F = np.ascontiguousarray(shots.by[:, :, q:])
+    G = np.ascontiguousarray(shots.by[:, :, :q][:, :, coordinates.free] * slope)
+    noise = np.array([scene.noise_y, loose.force * scene.force.noise])
+    R = np.where(np.isfinite(E), noise**2, np.inf)
+    A, P, S = np.zeros((n, s)), np.zeros((n, s, s)), np.zeros((n, s, len(slope)))
+    P[0] = np.diag(_first_variances(kernel, scene, p, loose))
+    V, J, K = np.empty((n, 2)), np.empty((n, 2, len(slope))), np.empty((n, 2, s))
+    Q = _noise(kernel, scene, p, loose, jump)
+    loops().filtered(np.nan_to_num(E, copy=False), H, D, F, G, jump, Q, R, A, P, S, V, J, K)
+    if not (V > 0).all() or not np.isfinite(E).all() or not np.isfinite(J).all():
+        return None
+    return Linearised(E, V, -J, (A, P, S, J, K, H, F))
+
+
+def _memory_std(kernel: Kernel, p: Array, share: float) -> Array:
+    """Standard deviations of the memory states (n_memory,) as shares of the break-away deflection or of their unit."""
+    value = dict(zip(kernel.parameters, p, strict=True))
+    deflection = value["lugre.fc"] / value["lugre.sigma0"]
+    return np.array([share * (deflection if m.unit == "m" else 1.0) for m in kernel.layout.memory])
+
+
+def _first_variances(kernel: Kernel, scene: Scene, p: Array, loose: Looseness) -> Array:
+    memory = _memory_std(kernel, p, 0.3) ** 2
+    known = [m.at_position or m.at_force for m in kernel.layout.memory]
+    memory[known] = np.array([scene.noise_y**2 if m.at_position else scene.force.noise**2
+                              for m in kernel.layout.memory if m.at_position or m.at_force])  # fmt: skip
+    force = 4 * (loose.force * scene.force.noise) ** 2
+    return np.array([4 * scene.noise_y**2, FIRST_V**2, *memory, force, FIRST_SLOPE**2])
+
+
+def _noise(kernel: Kernel, scene: Scene, p: Array, loose: Looseness, jump: Array) -> Array:
+    """Covariances (n - 1, s, s) of what happens in the intervals beside the model."""
+    s, dt = jump.shape[1], np.diff(scene.t)
+    base = np.array([NOISE_X, NOISE_V, *_memory_std(kernel, p, loose.bristle)]) ** 2
+    Q = np.zeros((len(dt), s, s))
+    index = np.arange(s - 2)
+    Q[:, index, index] = base + loose.curvature * jump[:, :-2] ** 2
+    intensity = loose.force**2 * scene.force.intensity
+    Q[:, -2, -2], Q[:, -1, -1] = intensity * dt**3 / 3, intensity * dt
+    Q[:, -2, -1] = Q[:, -1, -2] = intensity * dt**2 / 2
+    return Q

@@ -1,0 +1,260 @@
+"""Close the loop: fit, look at what is left, name what the model lacks, add it, and judge on held-out data.
+
+Forward selection by score test, refit and held-out judgement, one effect at a time. Nothing is accepted for fitting
+better: an effect has to explain recordings that were not fitted, and a name is given only when with it hardly
+anything is left. Otherwise the answer is `none` (nothing was left) or `unlisted` (no candidate explains it).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification._coordinates import Coordinates
+from identification._experiment import Experiment, Segment, experiment
+from identification._homotopy import Homotopy
+from identification._noise_aware import fit_noise_aware, scenes
+from identification._shake import shaken
+from identification._start import starts
+from identification._trace_judge import Comparison, Whiteness, compare, whiteness
+from identification._trace_model import REFIT, Bench, Model, problem
+from identification._trace_screen import Score, screen
+from recordings import BadInput, NegativeAnswer, Recording
+from simulator import BASE, kernel
+
+Array = NDArray[np.float64]
+
+TRIED = 5
+"""Candidates that are refitted in a round, the best by score."""
+PROMISING = 0.2
+"""Share of the best score below which a candidate is not refitted; the second best always is."""
+MOST = 3
+"""Effects that are added at most."""
+WORTH = 60.0
+"""Fall of the cost on the fitted recordings below which nothing is accepted, whatever its significance."""
+LEVEL = 5e-3
+"""Level of the held-out test, which only candidates that clearly show in the fitted recordings reach."""
+EXPLAINED = 0.8
+"""Share of what is left over the noise that an effect has to explain to be named."""
+ALIKE = 0.03
+"""Candidates whose held-out gains differ by less than this share, or insignificantly, are one class."""
+INSIGNIFICANT = 2.0
+"""Student's t below which two candidates explain held-out data alike."""
+HELD_SHARE = 0.25
+"""Share of each recording that is held out when no recording is."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A candidate and what became of it. gain : fall of the cost on the fitted recordings, by refit or, where refit is
+    None, by score; held : against the model without it on held-out data; why : in words.
+    """
+
+    effect: str
+    gain: float
+    values: Mapping[str, float]
+    refit: Model | None = None
+    held: Comparison | None = None
+    accepted: bool = False
+    why: str = ""
+
+
+@dataclass(frozen=True)
+class Tracing:
+    """Everything a trace found. base, final : models; candidates : of the first round, best first; added : effects in
+    the order of acceptance; same_class : effects these recordings cannot tell from the first; verdict : an effect id,
+    ``none`` or ``unlisted``; before, after : whiteness on the held-out data; experiments, held : what was used.
+    """
+
+    base: Model
+    final: Model
+    candidates: tuple[Candidate, ...]
+    added: tuple[str, ...]
+    same_class: tuple[str, ...]
+    verdict: str
+    before: Whiteness
+    after: Whiteness
+    experiments: tuple[Experiment, ...]
+    held: tuple[Experiment, ...]
+
+
+def select(
+    recordings: Sequence[Recording],
+    *,
+    holdout: Sequence[Recording] = (),
+    given: Mapping[str, float] | None = None,
+    hold: bool = False,
+) -> Tracing:
+    """Trace what a base model lacks. Raises BadInput for recordings that cannot be used, NegativeAnswer when the base
+    model cannot be fitted at all.
+    """
+    experiments = [experiment(r, hold=hold) for r in recordings]
+    others = [experiment(r, hold=hold) for r in holdout]
+    if any(e.causality != "force" for e in (*experiments, *others)):
+        raise BadInput(
+            "recordings", "the motion is imposed in them", "trace recordings in which the force drives the valve"
+        )
+    if not others:
+        experiments, others = split(experiments)
+    bench = bench_of(experiments, others, given or {})
+    base = base_model(experiments, bench).refitted(REFIT)
+    model, added, rounds = _selected(base)
+    before = _left(base)
+    verdict, added, model = _verdict(base, model, added, before, _left(model))
+    alike = same_class(rounds[0]) if added else ()
+    return Tracing(
+        base, model, rounds[0], added, alike, verdict, before, _left(model), tuple(experiments), tuple(others)
+    )  # fmt: skip
+
+
+def _selected(base: Model) -> tuple[Model, tuple[str, ...], list[tuple[Candidate, ...]]]:
+    """Forward selection from the base: the model, the effects added, and the candidates of every round."""
+    model, added, rounds = base, tuple[str, ...](), list[tuple[Candidate, ...]]()
+    while len(added) < MOST:
+        rounds.append(judged(model))
+        best = rounds[-1][0]
+        if not best.accepted or best.refit is None:
+            break
+        model, added = best.refit.refitted(REFIT), (*added, best.effect)
+    return model, added, rounds
+
+
+def split(experiments: Sequence[Experiment]) -> tuple[list[Experiment], list[Experiment]]:
+    """The first part of every recording to fit, the last to judge."""
+
+    def parts(e: Experiment) -> tuple[Experiment, Experiment]:
+        first, last = list[Segment](), list[Segment]()
+        total = sum(len(s.t) for s in e.segments)
+        seen = 0
+        for s in e.segments:
+            edge = int(np.clip((1 - HELD_SHARE) * total - seen, 0, len(s.t)))
+            seen += len(s.t)
+            if edge > 10:
+                first.append(s.part(0, edge))
+            if len(s.t) - edge > 10:
+                last.append(s.part(edge, len(s.t)))
+        return e.with_segments(tuple(first)), e.with_segments(tuple(last))
+
+    pairs = [parts(e) for e in experiments]
+    return [a for a, _ in pairs], [b for _, b in pairs]
+
+
+def bench_of(experiments: Sequence[Experiment], held: Sequence[Experiment], given: Mapping[str, float]) -> Bench:
+    """The bench of some experiments."""
+    fitted, other = scenes(experiments), scenes(held)
+    x = np.concatenate([s.motion[:, 0] for s in fitted])
+    force = np.concatenate([s.force.u for s in fitted])
+    return Bench(tuple(fitted), tuple(other), dict(given), (float(x.min()), float(x.max())), float(np.std(force)))
+
+
+def base_model(experiments: Sequence[Experiment], bench: Bench) -> Model:
+    """The base model, fitted without start values."""
+    smooth = smoothed(experiments, bench.fitted)
+    plain = Coordinates.of(kernel(BASE), bench.given, bench.force_std)
+    found = starts(smooth, BASE, plain)
+    if not found:
+        raise NegativeAnswer("the valve does not move in these recordings; excite it over a good part of its stroke")
+    theta = shaken(found[0].theta, Homotopy(kernel(BASE), plain, smooth))
+    work = problem(BASE, bench, bench.fitted)
+    estimate = None if theta is None else fit_noise_aware(work, theta)
+    if estimate is None:
+        raise NegativeAnswer("the base model diverged from every start; check units and signs of force and position")
+    return Model(BASE, bench, estimate)
+
+
+def smoothed(experiments: Sequence[Experiment], all_scenes: Sequence[object]) -> list[Experiment]:
+    """The experiments with their force smoothed."""
+    left = iter(all_scenes)
+
+    def one(s: Segment) -> Segment:
+        scene = next(left)
+        return replace(s, u=np.interp(s.t, scene.t, scene.force.u))  # type: ignore[attr-defined]
+
+    return [e.with_segments(tuple(one(s) for s in e.segments)) for e in experiments]
+
+
+def judged(model: Model) -> tuple[Candidate, ...]:
+    """The candidates of one round: all by score, the best refitted and judged on the held-out scenes."""
+    scores = screen(model)
+    worth = [s for s in scores[:TRIED] if s.gain > PROMISING * scores[0].gain or s is scores[1]]
+    tried = [_tried(model, s) for s in worth]
+    ranked = sorted(tried, key=lambda c: (not c.accepted, -(c.gain + (c.held.gain if c.held else 0.0))))
+    rest = [Candidate(s.effect, s.gain, s.values, why="others promise more") for s in scores if s not in worth]
+    return tuple(_only_first(ranked) + rest)
+
+
+def _only_first(ranked: list[Candidate]) -> list[Candidate]:
+    """Of the accepted candidates only the first is added."""
+    seen, found = False, []
+    for c in ranked:
+        found.append(
+            replace(c, accepted=False, why="explains less than the one accepted") if c.accepted and seen else c
+        )
+        seen = seen or c.accepted
+    return found
+
+
+def _tried(model: Model, s: Score) -> Candidate:
+    if s.gain < WORTH / 2:
+        return Candidate(s.effect, s.gain, s.values, why="hardly shows in the fitted recordings")
+    begun = model.with_effect(s.effect, s.values, steps=3)
+    refit = None if begun is None else begun.refitted()
+    if refit is None or refit.held is None or model.held is None:
+        return Candidate(s.effect, s.gain, s.values, why="the refit has no solution")
+    fitted = compare(model.estimate, refit.estimate, model.bench.fitted)
+    held = compare(model.held, refit.held, model.bench.held)
+    values = {name: value for name, value in refit.values.items() if name in s.values}
+    enough = fitted.gain > WORTH and held.gain > 0 and held.p_value < LEVEL
+    why = (
+        f"explains held-out data (t = {held.t:.1f})" if enough
+        else "gains too little on the fitted recordings" if fitted.gain <= WORTH
+        else f"does not explain held-out data (t = {held.t:.1f})"
+    )  # fmt: skip
+    return Candidate(s.effect, fitted.gain, values, refit, held, enough, why)
+
+
+def same_class(candidates: Sequence[Candidate]) -> tuple[str, ...]:
+    """The candidates that explain the held-out data as well as the first."""
+    best, found = candidates[0], []
+    assert best.held is not None
+    assert best.refit is not None
+    for c in candidates[1:]:
+        if c.held is None or c.refit is None or c.held.gain <= 0:
+            continue
+        near = (
+            abs(c.held.gain - best.held.gain) < ALIKE * abs(best.held.gain)
+            and abs(c.gain - best.gain) < ALIKE * best.gain
+        )
+        assert best.refit.held is not None
+        assert c.refit.held is not None
+        against = compare(c.refit.held, best.refit.held, best.refit.bench.held)
+        if near or (abs(against.t) < INSIGNIFICANT and abs(c.gain - best.gain) < WORTH / 3):
+            found.append(c.effect)
+    return tuple(found)
+
+
+def _silent(model: Model) -> bool:
+    """Whether nothing is left on the fitted scenes either."""
+    return whiteness(model.estimate, model.bench.fitted).white
+
+
+def _left(model: Model) -> Whiteness:
+    """Whether anything is left on the held-out scenes."""
+    if model.held is None:
+        return Whiteness(False, 0.0, float("inf"), 1.0)
+    return whiteness(model.held, model.bench.held)
+
+
+def _verdict(
+    base: Model, model: Model, added: tuple[str, ...], before: Whiteness, after: Whiteness
+) -> tuple[str, tuple[str, ...], Model]:
+    """The verdict: a name only when hardly anything is left with it."""
+    if not added:
+        return ("none" if before.white and _silent(base) else "unlisted"), (), base
+    explained = 1.0 - max(after.loss - 1.0, 0.0) / max(before.loss - 1.0, 1e-9)
+    if after.white or explained > EXPLAINED:
+        return added[0], added, model
+    return "unlisted", (), base

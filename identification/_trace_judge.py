@@ -1,0 +1,84 @@
+"""Judgement of models on held-out recordings, and whether anything is left to explain."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import norm
+from scipy.stats import t as student
+
+from identification._linearised import Scene
+from identification._noise_aware import OUTLIER, TUNING, UNIT_LOSS, Estimate
+
+Array = NDArray[np.float64]
+
+BLOCK = 1.0
+"""Length of the blocks that are taken for independent [s]."""
+ALLOWANCE = 0.03
+"""Excess of the mean loss that linearisation leaves even with the complete model."""
+OUTLIERS = 1e-3
+"""Share of outliers that it leaves at most."""
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """One model against another on the same scenes. gain : fall of the cost; t : Student's t of it over blocks;
+    p_value : one-sided.
+    """
+
+    gain: float
+    t: float
+    p_value: float
+
+
+def compare(before: Estimate, after: Estimate, scenes: tuple[Scene, ...]) -> Comparison:
+    """How much better the second estimate explains the position, block by block."""
+    gains = np.concatenate([_blocks(_robust(before, i) - _robust(after, i), scene) for i, scene in enumerate(scenes)])
+    spread = float(np.std(gains, ddof=1)) or 1e-12
+    value = float(np.mean(gains)) / (spread / np.sqrt(len(gains)))
+    return Comparison(float(gains.sum()), value, float(student.sf(value, len(gains) - 1)))
+
+
+def _robust(estimate: Estimate, i: int) -> Array:
+    """Robust loss plus log variance of the innovations of one scene (n,)."""
+    line = estimate.linearised[i]
+    seen = np.isfinite(line.variances)
+    variances = np.where(seen, line.variances, 1.0)
+    loss = TUNING**2 * np.log1p(line.innovations**2 / variances / TUNING**2)
+    return np.asarray((np.where(seen, loss, 0.0) + np.log(variances)).sum(axis=1), float)
+
+
+def _blocks(values: Array, scene: Scene) -> Array:
+    """Sums over blocks of time."""
+    block = np.floor((scene.t - scene.t[0]) / BLOCK).astype(int)
+    return np.asarray(np.bincount(block, values), float)
+
+
+@dataclass(frozen=True)
+class Whiteness:
+    """Whether innovations are noise of the size the recording has. loss : mean loss, 1 for a complete model."""
+
+    white: bool
+    p_value: float
+    loss: float
+    outliers: float
+
+
+def whiteness(estimate: Estimate, scenes: tuple[Scene, ...]) -> Whiteness:
+    """Test of the position's innovations: their size over blocks, and their outliers."""
+    levels = []
+    for i, scene in enumerate(scenes):
+        line = estimate.linearised[i]
+        seen = np.isfinite(line.variances[:, 0])
+        r2 = np.where(seen, line.innovations[:, 0] ** 2 / np.where(seen, line.variances[:, 0], 1.0), 0.0)
+        loss = _blocks(TUNING**2 * np.log1p(r2 / TUNING**2), scene)
+        count = _blocks(seen.astype(float), scene)
+        levels.append((loss / np.maximum(count, 1.0) / UNIT_LOSS)[count > 0])
+    level = np.concatenate(levels)
+    error = max(float(np.std(level, ddof=1)) / np.sqrt(len(level)), 1e-3)
+    p_value = float(norm.sf((float(level.mean()) - 1.0 - ALLOWANCE) / error))
+    if estimate.outliers > OUTLIERS:
+        p_value = min(p_value, float(norm.sf(OUTLIER)))
+    return Whiteness(p_value > 0.01, p_value, estimate.loss, estimate.outliers)

@@ -1,0 +1,165 @@
+"""A model under trial while tracing: some effects, their fit to the fitted recordings, and its judgement on others."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification._coordinates import Coordinates, parameters
+from identification._linearised import Looseness, Scene
+from identification._noise_aware import Estimate, NoiseAware
+from simulator import CATALOGUE, Kernel, kernel
+
+Array = NDArray[np.float64]
+
+FINAL = Looseness(1.0, 1e-5, 0.1, 5e-4)
+"""Looseness of all fits while tracing: they start near their end."""
+REFIT = 12
+"""Steps of a refit."""
+HELD_STEPS = 10
+"""Steps of the paths on held-out recordings."""
+FARTHEST = 3.0
+"""A strength starts at most this many of its scales from neutral."""
+
+
+@dataclass(frozen=True)
+class Bench:
+    """What all models are tried on: scenes to fit and scenes held out, constants that are held, and the travel
+    (lowest, highest position seen) [m].
+    """
+
+    fitted: tuple[Scene, ...]
+    held: tuple[Scene, ...]
+    given: Mapping[str, float]
+    travel: tuple[float, float]
+    force_std: float
+
+    def thinned(self) -> tuple[Bench, list[tuple[int, slice]]]:
+        """A bench of chunks of the fitted scenes, with where each comes from: enough for a first look."""
+        places = [(i, at) for i, scene in enumerate(self.fitted) for at in _chunks(scene)]
+        return replace(self, fitted=tuple(self.fitted[i].part(at) for i, at in places)), places
+
+    @property
+    def stroke(self) -> float:
+        """Length of the travel [m]."""
+        return self.travel[1] - self.travel[0]
+
+
+@dataclass(frozen=True)
+class Model:
+    """Effects with their estimate on the fitted scenes."""
+
+    effects: tuple[str, ...]
+    bench: Bench
+    estimate: Estimate
+
+    @property
+    def kernel(self) -> Kernel:
+        """The kernel of an uncertain force with these effects."""
+        return kernel(self.effects, "uncertain force")
+
+    @property
+    def coordinates(self) -> Coordinates:
+        """The coordinates of the free parameters."""
+        return coordinates(self.effects, self.bench)
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Parameter values by full name, SI units."""
+        return dict(zip(self.kernel.parameters, self.coordinates.p(self.estimate.theta).tolist(), strict=True))
+
+    @functools.cached_property
+    def held(self) -> Estimate | None:
+        """The paths on the held-out scenes at the fitted parameters."""
+        judge = problem(self.effects, self.bench, self.bench.held)
+        return judge.start(self.estimate.theta, FINAL, steps=HELD_STEPS)
+
+    def thinned(self) -> Model:
+        """The same model on chunks of its scenes."""
+        bench, places = self.bench.thinned()
+        paths = [np.ascontiguousarray(self.estimate.paths[i][at]) for i, at in places]
+        estimate = problem(self.effects, bench, bench.fitted).at(self.estimate.theta, paths, FINAL, steps=0)
+        return self if estimate is None else Model(self.effects, bench, estimate)
+
+    def relaxed(self, steps: int) -> Model:
+        """The same parameters after further steps of the paths."""
+        work = problem(self.effects, self.bench, self.bench.fitted)
+        estimate = work.at(self.estimate.theta, self.estimate.paths, FINAL, steps=steps)
+        return self if estimate is None else Model(self.effects, self.bench, estimate)
+
+    def refitted(self, steps: int = REFIT) -> Model:
+        """The same effects after further steps."""
+        work = problem(self.effects, self.bench, self.bench.fitted)
+        return Model(self.effects, self.bench, work.descend(self.estimate, FINAL, steps))
+
+    def with_effect(self, effect: str, values: Mapping[str, float], steps: int = 0) -> Model | None:
+        """This model and one more effect at some values of its parameters (by full name, the others at their defaults),
+        its memory run along the paths. None where that has no solution.
+        """
+        effects = in_order(*self.effects, effect)
+        target, here = kernel(effects, "uncertain force"), self.kernel
+        p = target.vector(defaults(effect, self.bench) | self.values | dict(values))
+        paths = [
+            extended(here, target, scene, p, path)
+            for scene, path in zip(self.bench.fitted, self.estimate.paths, strict=True)
+        ]
+        if any(path is None for path in paths):
+            return None
+        theta = coordinates(effects, self.bench).theta(p)
+        estimate = problem(effects, self.bench, self.bench.fitted).at(theta, paths, FINAL, steps=steps)
+        return None if estimate is None else Model(effects, self.bench, estimate)
+
+
+CHUNK, EVERY = 2.0, 7.0
+"""Length and distance of the chunks of a thinned scene [s]."""
+
+
+def _chunks(scene: Scene) -> list[slice]:
+    """Chunks spread over a scene; all of a short one."""
+    dt = (scene.t[-1] - scene.t[0]) / (len(scene.t) - 1)
+    length, distance = round(CHUNK / dt), round(EVERY / dt)
+    if len(scene.t) < 2 * distance or length < 20:
+        return [slice(0, len(scene.t))]
+    return [slice(first, first + length) for first in range(0, len(scene.t) - length, distance)]
+
+
+def in_order(*effects: str) -> tuple[str, ...]:
+    """Effects in the order of the catalogue."""
+    return tuple(e for e in CATALOGUE.ids if e in effects)
+
+
+def defaults(effect: str, bench: Bench) -> dict[str, float]:
+    """Neutral strengths, typical shapes and known constants of an effect, by full name."""
+    found = {}
+    for parameter in CATALOGUE[effect].parameters:
+        value = parameter.scale if parameter.neutral is None else parameter.neutral
+        found[CATALOGUE[effect].parameter_name(parameter.symbol)] = bench.stroke if parameter.known else value
+    return found
+
+
+def coordinates(effects: tuple[str, ...], bench: Bench) -> Coordinates:
+    """The coordinates of some effects: known constants and degenerate parameters are held."""
+    target = kernel(effects, "uncertain force")
+    known = {name: bench.stroke for name, p in parameters(target).items() if p.known}
+    given = {name: value for name, value in bench.given.items() if name in target.parameters}
+    return Coordinates.of(target, known | given, bench.force_std)
+
+
+def problem(effects: tuple[str, ...], bench: Bench, scenes: Sequence[Scene]) -> NoiseAware:
+    """The fit of some effects to some scenes."""
+    return NoiseAware(kernel(effects, "uncertain force"), coordinates(effects, bench), scenes)
+
+
+def extended(here: Kernel, target: Kernel, scene: Scene, p: Array, path: Array) -> Array | None:
+    """A path of `here` as one of `target`: what `here` does not have runs along it."""
+    wide = np.zeros((len(path), len(target.states)))
+    wide[:, : len(target.states) - 2] = target.start(path[0, 0], path[0, 1], path[0, -2])
+    shared = [target.states.index(name) for name in here.states]
+    wide[:, shared] = path
+    run = target.shoot(scene.t, scene.force.u, p, wide, h_max=1e-3, carry=True)
+    wide[:, shared] = path
+    return None if run.failed is not None or not np.isfinite(wide).all() else wide

@@ -1,0 +1,175 @@
+"""What a trace says: verdict, candidates, error before and after; `trace.json` of the contract, and its words."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from identification._crosscheck import Crosscheck
+from identification._result import Identification, error_of
+from identification._trace import Candidate, Tracing, select, smoothed
+from identification._trace_left import Remainder, remainder
+from identification._trace_runs import holdout_rmse, identification_of
+from recordings import Recording, save_text
+from simulator import CATALOGUE, ValveModel
+
+
+@dataclass(frozen=True)
+class Trace:
+    """The answer to the question what a model lacks.
+
+    tracing : the models and the candidates; base, final : before and after, with free runs and `model.json`;
+    holdout_rmse : free-run error [m] of the refitted candidates on held-out data, by effect; left : what no candidate
+    explains, or None.
+    """
+
+    tracing: Tracing
+    base: Identification
+    final: Identification
+    holdout_rmse: Mapping[str, float]
+    left: Remainder | None
+
+    @property
+    def verdict(self) -> str:
+        """An effect id, ``none`` or ``unlisted``."""
+        return self.tracing.verdict
+
+    @property
+    def effects_added(self) -> tuple[str, ...]:
+        """Accepted effects in the order of acceptance."""
+        return self.tracing.added
+
+    @property
+    def same_class(self) -> tuple[str, ...]:
+        """Effects that these recordings cannot tell from the verdict."""
+        return self.tracing.same_class
+
+    @property
+    def candidates(self) -> tuple[Candidate, ...]:
+        """Every candidate tried, best first."""
+        return self.tracing.candidates
+
+    @property
+    def model(self) -> ValveModel:
+        """The model after tracing."""
+        return self.final.model
+
+    @property
+    def noise_floor_m(self) -> float:
+        """Error of a perfect model: the noise of the position [m]."""
+        return float(np.sqrt(np.mean([e.noise_position**2 for e in self.tracing.experiments])))
+
+    @property
+    def error(self) -> dict[str, Any]:
+        """Free-run errors before and after, on the fitted and the held-out recordings, with the noise floor."""
+        sides = {"before": self.base, "after": self.final}
+        errors: dict[str, Any] = {
+            side: {"fit": error_of(found.trajectories), "holdout": error_of(found.holdout)}
+            for side, found in sides.items()
+        }
+        return errors | {"noise_floor_m": self.noise_floor_m}
+
+    @property
+    def closed(self) -> float:
+        """Share of the held-out gap between the base's error and the noise floor that was closed."""
+        before, after = (self.error[side]["holdout"] or {} for side in ("before", "after"))
+        gap = before.get("rmse_m", np.nan) - self.noise_floor_m
+        return float((before.get("rmse_m", np.nan) - after.get("rmse_m", np.nan)) / gap) if gap > 0 else 0.0
+
+    def as_json(self) -> dict[str, Any]:
+        """The content of `trace.json`."""
+        t = self.tracing
+        base = {
+            name: {"value": value.value, "std": value.std, "unit": value.unit, "status": value.status}
+            for name, value in self.base.model.parameters.items()
+        }
+        return {
+            "format": "valve-trace", "version": 1,
+            "base": {"effects": list(t.base.effects), "parameters": base},
+            "residual": {"white": t.before.white, "p_value": t.before.p_value, "noise_floor_m": self.noise_floor_m},
+            "candidates": [_candidate(c, self.holdout_rmse) for c in t.candidates],
+            "verdict": t.verdict, "effects_added": list(t.added), "same_class": list(t.same_class),
+            "unlisted": None if self.left is None else self.left.as_json(),
+            "error": self.error,
+            "residual_after": {"white": t.after.white, "p_value": t.after.p_value},
+            "crosscheck": _checked(self.final.crosscheck),
+        }  # fmt: skip
+
+    def write(self, path: str | os.PathLike[str]) -> None:
+        """Write `trace.json`, all or nothing. Raises BadInput when it cannot be written."""
+        save_text(Path(path), json.dumps(_finite(self.as_json()), indent=1, allow_nan=False) + "\n")
+
+    def sentences(self) -> list[str]:
+        """The answer in words."""
+        t, out = self.tracing, []
+        if t.verdict == "none":
+            out.append("Nothing is missing: what the model leaves is noise of the size the recordings have.")
+        elif t.verdict == "unlisted":
+            out.append("Something is missing, and it is none of the effects known here.")
+        for effect in t.added:
+            out.append(f"The model lacked {effect}: {CATALOGUE[effect].sentence}. Check {CATALOGUE[effect].check}.")
+        if t.same_class:
+            out.append(f"These recordings cannot tell it from {', '.join(t.same_class)}.")
+        if self.left is not None:
+            out.append(f"Left: {self.left.description}; {self.left.where}.")
+        if t.added and np.isfinite(self.closed):
+            out.append(
+                f"{100 * self.closed:.0f} % of the held-out gap between the error and the noise floor is closed."
+            )
+        return out
+
+
+def trace(
+    recordings: Sequence[Recording],
+    *,
+    holdout: Sequence[Recording] = (),
+    given: Mapping[str, float] | None = None,
+    hold: bool = False,
+) -> Trace:
+    """Find what a model of the base effects lacks in recordings: fit, test, add, refit, judge on held-out data.
+
+    holdout : recordings that only judge; without any, the last quarter of each recording. given : parameters held, by
+    full name, SI units; hold : the force is held between samples. Raises BadInput and NegativeAnswer as `identify`.
+    """
+    found = select(recordings, holdout=holdout, given=given, hold=hold)
+    fitted = smoothed(found.experiments, found.base.bench.fitted)
+    held = smoothed(found.held, found.base.bench.held)
+    base = identification_of(found.base, recordings, fitted, held)
+    final = base if found.final is found.base else identification_of(found.final, recordings, fitted, held)
+    left = None if found.after.white and found.verdict != "unlisted" else remainder(found)
+    rmse = {c.effect: holdout_rmse(c.refit, fitted, held) for c in found.candidates if c.refit is not None}
+    return Trace(found, base, final, rmse, left)
+
+
+def _candidate(c: Candidate, rmse: Mapping[str, float]) -> dict[str, Any]:
+    return {
+        "effect": c.effect, "gain": c.gain, "p_value": None if c.held is None else c.held.p_value,
+        "holdout_rmse_m": rmse.get(c.effect), "accepted": c.accepted, "why": c.why, "parameters": dict(c.values),
+    }  # fmt: skip
+
+
+def _checked(check: Crosscheck | None) -> dict[str, Any] | None:
+    if check is None:
+        return None
+    rows = [
+        {"name": r.name, "unit": r.unit, "fit": r.fitted, "check": r.regressed, "gate": r.gate, "counts": r.counts}
+        for r in check.rows
+    ]
+    return {"agrees": check.agrees, "rows": rows, "sentence": check.sentence}
+
+
+def _finite(value: Any) -> Any:
+    """The same with None for what is not finite: JSON has no word for it."""
+    if isinstance(value, dict):
+        return {k: _finite(v) for k, v in value.items()}
+    if isinstance(value, list):
+        return [_finite(v) for v in value]
+    if isinstance(value, float | np.floating):
+        return float(value) if np.isfinite(value) else None
+    return bool(value) if isinstance(value, np.bool_) else value

@@ -1,0 +1,160 @@
+"""The study of `trace`: what counts as right, that it goes on where it stopped, and that it survives a failure."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from benchmarks import plants_cases
+from benchmarks import trace as study
+from benchmarks.plants_cases import Case, recordings
+from benchmarks.plants_effects import SAME
+from identification import noise_std
+
+
+@pytest.fixture(autouse=True)
+def short(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Experiments of two seconds, of strengths that need no search."""
+    monkeypatch.setattr(plants_cases, "SECONDS", {"staircase": 2.0, "sine": 2.0, "multisine": 2.0})
+    monkeypatch.setattr(plants_cases, "_strength", lambda effect, valve, form, multiple: 0.01 * multiple)
+
+
+def answer(verdict: str, *, added: tuple[str, ...] | None = None, same: tuple[str, ...] = ()) -> Any:
+    """What a trace returns."""
+    named = (verdict,) if verdict not in study.ABSENT else ()
+    error = {"before": {"holdout": {"rmse_m": 4e-5}}, "after": {"holdout": {"rmse_m": 1e-5}}}
+    return SimpleNamespace(
+        verdict=verdict, effects_added=named if added is None else added, same_class=same, error=error
+    )
+
+
+def judgement(verdict: Any, effects: tuple[str, ...], part: str = "single") -> str:
+    row = study.examine(part, Case(3, effects, 6.0), lambda fitted, holdout: verdict)
+    return study.judged(row)
+
+
+@pytest.mark.parametrize(
+    ("verdict", "effects", "said"),
+    [
+        (answer("backlash"), ("backlash",), "right"),
+        (answer("sensor_lag", same=("sensor_lag", "dead_time")), ("dead_time",), "right"),
+        (answer("sensor_lag"), ("dead_time",), "wrong"),
+        (answer("none"), ("dead_time",), "none"),
+        (answer("unlisted"), ("hose",), "unlisted"),
+        (answer("backlash"), ("hose",), "wrong"),
+        (answer("none"), (), "right"),
+        (answer("unlisted"), (), "unlisted"),
+        (answer("backlash"), (), "wrong"),
+        # what is added after a wrong first name does not make it right
+        (answer("sensor_lag", added=("sensor_lag", "backlash")), ("backlash",), "wrong"),
+    ],
+)
+def test_judgement_of_one_effect(verdict: Any, effects: tuple[str, ...], said: str) -> None:
+    assert judgement(verdict, effects) == said
+
+
+@pytest.mark.parametrize(
+    ("added", "said"),
+    [
+        (("backlash", "friction_drift"), "right"),
+        (("backlash",), "one"),
+        (("backlash", "sensor_drift"), "one"),
+        (("sensor_drift", "backlash"), "wrong"),
+    ],
+)
+def test_judgement_of_pairs(added: tuple[str, ...], said: str) -> None:
+    verdict = answer(added[0], added=added)
+    assert judgement(verdict, ("friction_drift", "backlash"), "pairs") == said
+
+
+def test_study_goes_on_where_it_stopped(tmp_path: Path) -> None:
+    path, calls = tmp_path / "rows.jsonl", []
+
+    def counting(fitted: Any, *, holdout: Any) -> Any:
+        calls.append(1)
+        return answer("none")
+
+    work = [("controls", study.control(i)) for i in range(3)]
+    study.study(work[:2], path, 1, counting)
+    with path.open("a") as file:
+        file.write('{"part": "contr')
+    rows = study.study(work, path, 1, counting)
+    assert len(calls) == 3
+    assert [row["name"] for row in rows] == [case.name for _, case in work]
+    assert [row["name"] for row in study.known_rows(path)] == [case.name for _, case in work]
+
+
+@pytest.mark.long
+def test_two_processes_give_the_same_rows(tmp_path: Path) -> None:
+    work = [("controls", Case(3, seed=i, rate=100.0)) for i in range(2)]
+    rows = study.study(work, tmp_path / "rows.jsonl", 2, _absent)
+    assert [row["name"] for row in rows] == [case.name for _, case in work]
+    assert {study.judged(row) for row in rows} == {"right"}
+
+
+def _absent(fitted: Any, *, holdout: Any) -> Any:
+    """A trace that never finds anything, by a name that another process can import."""
+    assert (len(fitted), len(holdout)) == (2, 1)
+    return answer("none")
+
+
+def test_a_failing_trace_is_an_answer() -> None:
+    def failing(fitted: Any, *, holdout: Any) -> Any:
+        raise RuntimeError("no luck")
+
+    row = study.examine("single", Case(3, ("backlash",), 6.0), failing)
+    assert study.judged(row) == "failed"
+    assert row["why"] == "RuntimeError: no luck"
+    assert json.loads(json.dumps(row))["verdict"] == "failed"
+
+
+def test_true_error_is_near_the_noise() -> None:
+    case = Case(3, ("sensor_lag",), 6.0)
+    _, (held_out,), strengths = recordings(case)
+    error = study.true_error(case, held_out, strengths)
+    noise = noise_std(held_out["position"].values, 0.0, held_out.time)
+    assert 0.9 * noise < error < 4 * noise
+
+
+def test_every_part_has_its_cases() -> None:
+    asked = study.options(["--valves", "5", "--strengths", "3,6", "--controls", "4"])
+    count = {part: len(list(study.cases(part, asked))) for part in study.PARTS}
+    assert count["single"] == 2 * len(SAME)
+    assert count["controls"] == 4
+    assert count["slow"] == len(study.SLOW) * len(SAME)
+    names = [(part, case.name) for part in study.PARTS for case in study.cases(part, asked)]
+    assert len({*names}) == len(names)
+
+
+def test_what_has_to_be_known_is_given() -> None:
+    seen = {}
+
+    def noting(fitted: Any, *, holdout: Any, given: dict[str, float]) -> Any:
+        seen.update(given)
+        return answer("force_gain")
+
+    assert study.judged(study.examine("single", Case(3, ("force_gain",), 6.0), noting)) == "right"
+    assert {*seen} == {"mass.m", "spring.K", "spring.F0"}
+
+
+def test_unknown_ids_are_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        study.options(["--ids", "backlsh"])
+    assert "there is no backlsh" in capsys.readouterr().err
+
+
+def test_report_counts_names_and_errors(capsys: pytest.CaptureFixture[str]) -> None:
+    verdicts = [answer("backlash"), answer("sensor_lag", same=("backlash",)), answer("none"), answer("dead_time")]
+    rows = [study.examine("single", Case(3, ("backlash",), 6.0, seed=i), lambda f, holdout, v=v: v)
+            for i, v in enumerate(verdicts)]  # fmt: skip
+    study.report(rows)
+    shown = capsys.readouterr().out
+    assert "right 2 (50.0 %)" in shown
+    assert "wrong: backlash-v3-s6-same-3 -> dead_time" in shown
+    ratio = np.median([1e-5 / row["true"] for row in rows])
+    assert f"single, after: {ratio:.2f}" in shown

@@ -1,0 +1,123 @@
+"""A whole evaluation in small, its files, and that it goes on where it stopped."""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import re
+import signal
+import subprocess
+import sys
+from dataclasses import replace
+
+import pytest
+
+from bristle._app import run
+from detector.evaluation import BENCHMARK, detected, evaluate, smoke, tables, write
+
+WATCHED = ("bank", "limits", "random")
+SCENARIOS = ("f18-abrupt-big", "f14-abrupt-big")
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory):
+    """Outcome, folder and what the progress was told."""
+    out, told = tmp_path_factory.mktemp("evaluation"), []
+    outcome = evaluate(smoke(WATCHED, SCENARIOS), out, lambda *news: told.append(news), workers=1)
+    return outcome, out, told
+
+
+def test_what_can_be_seen_is_seen_and_the_rest_is_listed_with_its_ratio(small):
+    outcome, _, _ = small
+    seen = {name: detected(outcome, "play-1", name, "bank")[0] for name in SCENARIOS}
+    assert seen["f18-abrupt-big"] == 1
+    assert outcome.footprints["f14-abrupt-big"]["all"] == 0.0
+    assert outcome.hours["play-1"] == pytest.approx(1 - 300 / 3600 + 2 * 600 / 3600)
+
+
+def test_progress_is_told_for_every_stage(small):
+    stages = {label for label, _, _ in small[2]}
+    assert {"play: fault-free runs", "play: calibration", "play: scenarios"} <= stages
+    assert all(0 <= done <= total for _, done, total in small[2])
+
+
+def test_a_second_run_takes_up_what_is_there_and_gives_the_same(small):
+    outcome, out, _ = small
+    told = []
+    again = evaluate(smoke(WATCHED, SCENARIOS), out, lambda *news: told.append(news), workers=1)
+    assert again.judged == outcome.judged
+    assert not any("calibration" in label for label, _, _ in told)
+
+
+def test_an_interrupted_run_goes_on(small):
+    outcome, out, _ = small
+    plan = replace(smoke(WATCHED, (*SCENARIOS, "f2-abrupt-big")))
+
+    def stop(label, done, total):
+        if label == "play: scenarios" and done == total:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        evaluate(plan, out, stop, workers=1)
+    done = evaluate(plan, out, workers=1)
+    assert set(done.judged["play-1"]) == {*SCENARIOS, "f2-abrupt-big"}
+    assert done.judged["play-1"]["f18-abrupt-big"] == outcome.judged["play-1"]["f18-abrupt-big"]
+
+
+def test_files_hold_the_tables_and_the_page_needs_no_network(small):
+    outcome, out, _ = small
+    files = {path.name: path for path in write(outcome, out)}
+    with files["trials.csv"].open() as lines:
+        rows = list(csv.DictReader(lines))
+    assert len(rows) == len(SCENARIOS) * len(WATCHED)
+    assert {row["detector"] for row in rows} == set(WATCHED)
+    page = files["evaluation.html"].read_text()
+    assert "Bokeh" in page
+    markup = re.sub(r"<script.*?</script>", "", page, flags=re.DOTALL)
+    assert not re.search(r"https?://|<script|<link|<img", markup)
+    assert not re.search(r"<script[^>]*src=", page)
+    text = files["evaluation.md"].read_text()
+    assert "31 of 44 scenarios" in text
+    assert "f14-abrupt-big | 0.0000" in text
+
+
+def test_tables_are_rectangular(small):
+    for table in tables(small[0]):
+        assert all(len(row) == len(table.heads) for row in table.rows)
+
+
+def test_published_row_is_31_of_44():
+    from detector.evaluation._published import R2
+
+    assert len(R2) == len(BENCHMARK)
+    assert sum(said == "yes" for said in R2.values()) == 31
+
+
+def test_command_refuses_in_one_line(capsys, tmp_path):
+    assert run(["evaluate", "--out", str(tmp_path), "--detectors", "oracle"]) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert "there are bank" in said
+    assert run(["evaluate", "--out", str(tmp_path), "--smoke", "--plant", str(tmp_path / "none.mat")]) == 2
+
+
+def test_an_interrupted_command_says_so_in_a_word_and_goes_on(tmp_path):
+    """Two workers, interrupted as soon as something is kept."""
+    options = ["--smoke", "--detectors", "limits,random", "--scenarios", "f18-abrupt-big,f18-abrupt-small"]
+    command = [sys.executable, "-m", "bristle", "evaluate", *options, "--workers", "2", "--out", str(tmp_path)]
+    running = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+    while running.poll() is None and not list(tmp_path.glob("work/*/*.json")):
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            running.wait(0.05)
+    running.send_signal(signal.SIGINT)
+    _, said = running.communicate(timeout=60)
+    assert (running.returncode, said) == (130, "bristle: interrupted\n")
+    assert run(command[3:]) == 0
+    assert (tmp_path / "evaluation.md").exists()
+
+
+def test_command_runs_small(capsys, tmp_path):
+    arguments = ["evaluate", "--smoke", "--detectors", "limits", "--scenarios", "f18-abrupt-big", "--workers", "1"]
+    assert run([*arguments, "--out", str(tmp_path / "made")]) == 0
+    assert "wrote" in capsys.readouterr().out
+    assert (tmp_path / "made" / "evaluation.html").exists()

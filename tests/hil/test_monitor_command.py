@@ -1,0 +1,169 @@
+"""`bristle replay` and the monitor without a wire: what they refuse, what they keep, and several valves at once."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from monitor_rig import healthy_file, model_file
+
+from bristle._app import run
+from detector import Watch, learn
+from hil import LinkEvent, Monitor, MonitorEvent, Reading, Sample, load_state, open_source, save_state
+from recordings import BadInput, Recording, Signal, SignalSpec, read, write
+from simulator import ValveModel
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Path:
+    return tmp_path_factory.mktemp("replay")
+
+
+@pytest.fixture(scope="module")
+def model(folder) -> Path:
+    return model_file(folder)
+
+
+@pytest.fixture(scope="module")
+def healthy(folder) -> Path:
+    return healthy_file(folder)
+
+
+def broken_file(healthy: Path, path: Path, after_s: float = 30.0) -> Path:
+    """The healthy recording with a position sensor that reads 3 mm too much from some time on."""
+    recording = read(healthy)
+    wrong = np.where(recording.time - recording.time[0] > after_s, 3e-3, 0.0)
+    signals = [
+        Signal(one.name, one.values + wrong if one.name == "position" else one.values, one.unit, one.role)
+        for one in recording.signals.values()
+    ]
+    write(path, Recording.of(signals, plant=recording.plant))
+    return path
+
+
+def test_a_replay_tells_its_alarm_by_events_and_exit_code(model, healthy, tmp_path, capsys):
+    broken, events = broken_file(healthy, tmp_path / "broken.h5"), tmp_path / "events.jsonl"
+    known = ["--model", str(model), "--calibrate", str(healthy)]
+    assert run(["replay", str(healthy), *known]) == 0
+    assert capsys.readouterr().out == ""
+    assert run(["replay", str(broken), *known, "--events", str(events), "--valve", "LC74_20"]) == 1
+    assert "alarms were raised" in capsys.readouterr().err
+    first = json.loads(events.read_text().splitlines()[0])
+    assert list(first) == ["time", "t_s", "valve", "kind", "fault", "residual", "threshold", "text"]
+    assert (first["valve"], first["kind"]) == ("LC74_20", "alarm")
+    start = float(read(broken).time[0])
+    assert 30.0 < first["t_s"] - start < 32.0
+    assert first["residual"] > first["threshold"]
+
+
+def test_what_was_learned_is_kept_and_taken_up_and_belongs_to_its_model(model, healthy, tmp_path, capsys):
+    state = tmp_path / "state.json"
+    command = ["replay", str(healthy), "--model", str(model), "--state", str(state)]
+    assert run([*command, "--learn", "30"]) == 0
+    kept = json.loads(state.read_text())
+    assert kept["format"] == "monitor-state"
+    assert run(command) == 0
+    assert "taken up from" in capsys.readouterr().err
+    assert not list(tmp_path.glob("*.part"))
+    other = tmp_path / "other.json"
+    changed = json.loads(model.read_text())
+    changed["parameters"]["lugre.fc"]["value"] = 99.0
+    other.write_text(json.dumps(changed))
+    assert run(["replay", str(healthy), "--model", str(other), "--state", str(state)]) == 2
+    assert "another model" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("{", "cannot be read"),
+        ('{"format": "valve-model"}', "no monitor-state"),
+        ('{"format": "monitor-state", "version": 1, "model": "m", "valves": []}', "names no valves"),
+        ('{"format": "monitor-state", "version": 1, "model": "m", "valves": {"A": {}}}', "A"),
+        ('{"format": "monitor-state", "version": 1, "model": "m", "valves": {"A": {"watch": {}}}}', "learn anew"),
+    ],
+)
+def test_a_state_file_that_cannot_be_used_is_refused_in_words(text, words, tmp_path):
+    path = tmp_path / "state.json"
+    path.write_text(text)
+    with pytest.raises(BadInput, match=words):
+        load_state(path, "m")
+
+
+def test_a_replay_without_anything_learned_or_with_too_little_is_refused(model, healthy, tmp_path, capsys):
+    assert run(["replay", str(healthy), "--model", str(model)]) == 2
+    assert "--learn" in capsys.readouterr().err
+    assert run(["replay", str(healthy), "--model", str(model), "--learn", "5"]) == 2
+    assert "to and fro" in capsys.readouterr().err
+    assert run(["replay", str(healthy), "--model", str(model), "--learn", "1000"]) == 1
+    assert "still learning" in capsys.readouterr().err
+    assert run(["replay", str(tmp_path / "none.h5"), "--model", str(model), "--learn", "30"]) == 2
+    assert run(["replay", str(healthy), "--model", str(tmp_path / "none.json"), "--learn", "30"]) == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 2
+    assert all("none." in line for line in lines)
+
+
+def taken(monitor: Monitor, items: list[Sample | LinkEvent]) -> list[MonitorEvent]:
+    async def story() -> list[MonitorEvent]:
+        events = [await monitor.take(item) for item in items]
+        return [event for event in events if event is not None]
+
+    return asyncio.run(story())
+
+
+def played(path: Path, name: str) -> list[Sample | LinkEvent]:
+    async def story() -> list[Sample | LinkEvent]:
+        async with open_source(f"replay:{path}", name=name) as source:
+            return [item async for item in source]
+
+    return asyncio.run(story())
+
+
+@pytest.fixture(scope="module")
+def learner(model):
+    return lambda data: learn(data, ValveModel.read(model), 10.0)
+
+
+def test_several_valves_are_judged_each_by_its_own_and_link_events_are_passed_on(healthy, learner, tmp_path):
+    good, bad = played(healthy, "A"), played(broken_file(healthy, tmp_path / "broken.h5"), "B")
+    down = LinkEvent(good[200].time, good[200].wall, "A", "link_down", "closed by the peer")
+    both = sorted([*good, *bad, down], key=lambda item: item.time)
+    signals = {name: read(healthy).header.signals for name in ("A", "B")}
+    told: list[str] = []
+    monitor = Monitor(signals, learner, 25.0, own_clock=True, told=lambda valve, _: told.append(valve))
+    events = taken(monitor, both)
+    assert told == ["A", "B"]
+    assert [(event.valve, event.kind) for event in events[:2]] == [("A", "link_down"), ("B", "alarm")]
+    assert {event.valve for event in events if event.kind == "alarm"} == {"B"}
+    assert monitor.alarms >= 1
+    status = {one.valve: one for one in monitor.status}
+    assert (status["A"].phase, status["A"].samples) == ("watching", len(good))
+    save_state(tmp_path / "state.json", list(monitor.valves.values()), "m")
+    known = load_state(tmp_path / "state.json", "m")
+    assert {name: isinstance(watch, Watch) for name, (watch, _) in known.items()} == {"A": True, "B": True}
+
+
+def test_a_valve_that_cannot_be_learned_is_named_and_so_is_one_without_a_position(healthy, learner):
+    monitor = Monitor({"A": read(healthy).header.signals}, learner, 5.0, own_clock=True)
+    with pytest.raises(BadInput, match="valve A"):
+        taken(monitor, played(healthy, "A"))
+    with pytest.raises(BadInput, match="position"):
+        Monitor({"A": (SignalSpec("time", "s", "time"), SignalSpec("flow", "m3/h", "output"))}, learner)
+
+
+def test_a_position_in_percent_needs_the_stroke_and_bad_values_are_missing(healthy, learner):
+    specs = (
+        SignalSpec("time", "s", "time"),
+        SignalSpec("position", "%", "output"),
+        SignalSpec("setpoint", "%", "input"),
+    )
+    with pytest.raises(BadInput, match="stroke"):
+        Monitor({"A": specs}, learner)
+    monitor = Monitor({"A": specs}, learner, 25.0, stroke_m=0.04)
+    sample = Sample(5.0, 1e9, "A", {"position": Reading(50.0, "%"), "setpoint": Reading(25.0, "%")})
+    assert taken(monitor, [sample]) == []
+    assert monitor.status[0].phase == "learning"

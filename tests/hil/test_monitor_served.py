@@ -1,0 +1,124 @@
+"""`bristle monitor` against `bristle serve`, each in its process: over TCP, RTU and TLS, with faults and without."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import signal
+from pathlib import Path
+
+import pytest
+from monitor_rig import MonitorProcess, healthy_file, model_file, moving, serve
+
+from bristle._app import run
+from hil import make_test_authority
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Path:
+    return tmp_path_factory.mktemp("monitor")
+
+
+@pytest.fixture(scope="module")
+def model(folder) -> Path:
+    return model_file(folder)
+
+
+@pytest.fixture(scope="module")
+def healthy(folder) -> Path:
+    return healthy_file(folder)
+
+
+def decisions(lines: str) -> list[dict]:
+    return [event for event in map(json.loads, lines.splitlines()) if event["kind"] in ("alarm", "cleared", "gap")]
+
+
+def test_learned_live_over_tcp_a_friction_fault_is_found_and_a_replay_decides_the_same(model, tmp_path, capsys):
+    async def story() -> list[dict]:
+        served = await serve(["tcp://127.0.0.1:0"])
+        try:
+            async with moving(served.addresses[0]) as plant:
+                state, record = ("--state", str(tmp_path / "state.json")), ("--record", str(tmp_path / "rec"))
+                options = ("--learn", "18", "--false-alarms", "100", "--valve", "LC74_20", *record, *state)
+                monitor = await MonitorProcess.start(served.addresses[0], model, *options)
+                assert "95 % interval" in await monitor.said("false alarms")
+                begun = asyncio.get_running_loop().time()
+                await plant.write("damadics", "lugre.fs", 640.0)
+                await plant.write("damadics", "lugre.fc", 464.0)
+                await monitor.event("alarm", patience=8.0)
+                await monitor.event("alarm", fault="friction", patience=20.0)
+                assert asyncio.get_running_loop().time() - begun < 20.0
+                assert await monitor.end(signal.SIGTERM) == 1
+                return monitor.events
+        finally:
+            await served.end()
+
+    events = asyncio.run(story())
+    assert {event["valve"] for event in events} == {"LC74_20"}
+    assert json.loads((tmp_path / "state.json").read_text())["valves"].keys() == {"LC74_20"}
+    live = [event for event in events if event["kind"] in ("alarm", "cleared", "gap")]
+    recording = next((tmp_path / "rec").glob("*.h5"))
+    command = ["replay", str(recording), "--model", str(model), "--learn", "18", "--false-alarms", "100"]
+    assert run(command) == 1
+    assert decisions(capsys.readouterr().out) == live
+
+
+def test_over_rtu_a_spring_fault_is_found_by_what_was_learned_from_a_recording(model, healthy, tmp_path):
+    async def story() -> None:
+        served = await serve(["tcp://127.0.0.1:0", "pty:"])
+        try:
+            async with moving(served.addresses[0]) as plant:
+                state = ("--state", str(tmp_path / "state.json"))
+                options = ("--calibrate", str(healthy), "--false-alarms", "100", *state)
+                monitor = await MonitorProcess.start(served.addresses[1], model, *options)
+                await monitor.event("link_up")
+                await asyncio.sleep(4.0)  # the fault must not come while the detector still settles
+                await plant.write("damadics", "fault_strength", 0.75)
+                await plant.write("damadics", "fault", 11.0)
+                first = await monitor.event("alarm", patience=10.0)
+                assert first["residual"] > first["threshold"]
+                await monitor.event("alarm", fault="spring", patience=25.0)
+                assert await monitor.end(signal.SIGINT) == 1
+        finally:
+            await served.end()
+
+    asyncio.run(story())
+
+
+def test_over_tls_a_healthy_valve_and_a_killed_server_are_no_alarm_and_what_was_learned_is_taken_up(
+    model, healthy, tmp_path
+):
+    sides = make_test_authority(tmp_path / "tls")
+    server, client = sides.server, sides.client
+    keys = ("--cert", str(server.certificate), "--key", str(server.key), "--ca", str(server.authority))
+
+    async def story() -> None:
+        served = await serve(["tcp://127.0.0.1:0", "tls://127.0.0.1:0"], *keys)
+        plain, secret = served.addresses
+        source = f"{secret}?ca={client.authority}&cert={client.certificate}&key={client.key}"
+        state = ("--state", str(tmp_path / "state.json"))
+        try:
+            async with moving(plain):
+                monitor = await MonitorProcess.start(
+                    source, model, "--calibrate", str(healthy), "--false-alarms", "1", *state
+                )
+                await monitor.event("link_up")
+                await asyncio.sleep(3.0)  # watching a healthy valve
+            await served.end(kill=True)
+            await monitor.event("link_down")
+            served = await serve([plain, secret], *keys)
+            async with moving(plain):
+                await monitor.event("link_up")
+                await asyncio.sleep(3.0)
+                assert await monitor.end(signal.SIGTERM) == 0
+                kinds = {event["kind"] for event in monitor.events}
+                assert {"link_up", "link_down"} <= kinds
+                assert not kinds & {"alarm", "cleared"}
+                again = await MonitorProcess.start(source, model, *state)
+                assert "state.json" in await again.said("taken up")
+                await again.event("link_up")
+                assert await again.end(signal.SIGINT) == 130
+        finally:
+            await served.end()
+
+    asyncio.run(story())
