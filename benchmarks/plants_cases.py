@@ -33,8 +33,10 @@ TRIM = 0.03
 """Share of the samples, those with the largest errors, that do not count in what is left: one slip that comes 20 ms
 early leaves 4 noises in the mean square of 90 s, and would let a hardly visible effect pass for a strong one."""
 TABLE = Path(__file__).with_name("plants_strengths.json")
-"""Strengths found earlier, by effect, valve and form, and multiple of the noise."""
+"""Strengths found earlier and what they leave, by effect, valve and form, and multiple of the noise."""
 
+CEILING = 0.0
+"""Logarithm of the largest strength that makes sense: as much as the friction itself, lags of 0.1 s, 2 % of play."""
 COARSE = 1e-4
 """Step of the plant while strengths are sought [s]: its error is the same with and without the effect."""
 
@@ -184,25 +186,32 @@ def _plant(case: Case, valve: Valve) -> Plant:
 
 def strengths_of(case: Case) -> dict[str, float]:
     """The strength of each effect that, on its own, leaves what a case asks for: from the table, or found."""
-    return {effect: _strength(effect, case.valve, case.form, case.strength) for effect in case.effects}
+    return {effect: _strength(effect, case.valve, case.form, case.strength)[0] for effect in case.effects}
+
+
+def reached(case: Case) -> float:
+    """What the weakest effect of a case leaves, in noises: about its strength, or less where only a senseless strength
+    of the effect would do; 0 without effects."""
+    return min((_strength(e, case.valve, case.form, case.strength)[1] for e in case.effects), default=0.0)
 
 
 @lru_cache(maxsize=4096)
-def _strength(effect: str, valve: int, form: str, multiple: float) -> float:
+def _strength(effect: str, valve: int, form: str, multiple: float) -> tuple[float, float]:
     key = f"{effect} {valve} {form}"
     known = _table().get(key, {})
     if f"{multiple:g}" not in known:
         found = calibrated(effect, valve, form, {*MULTIPLES, multiple})
-        known = {f"{m:g}": float(f"{s:.4g}") for m, s in found.items()}
+        known = {f"{m:g}": (float(f"{s:.4g}"), float(f"{left:.3g}")) for m, (s, left) in found.items()}
         _keep(key, known)
-    return known[f"{multiple:g}"]
+    strength, left = known[f"{multiple:g}"]
+    return strength, left
 
 
-def _table() -> dict[str, dict[str, float]]:
+def _table() -> dict[str, dict[str, tuple[float, float]]]:
     return json.loads(TABLE.read_text()) if TABLE.exists() else {}
 
 
-def _keep(key: str, known: dict[str, float]) -> None:
+def _keep(key: str, known: dict[str, tuple[float, float]]) -> None:
     """Add to the table, whole or not at all."""
     table = _table()
     table[key] = table.get(key, {}) | known
@@ -211,39 +220,48 @@ def _keep(key: str, known: dict[str, float]) -> None:
     part.replace(TABLE)
 
 
-def calibrated(effect: str, valve: int, form: str, multiples: Iterable[float]) -> dict[float, float]:
-    """The strengths at which an effect leaves so many standard deviations of noise in the position.
+def calibrated(effect: str, valve: int, form: str, multiples: Iterable[float]) -> dict[float, tuple[float, float]]:
+    """The strengths at which an effect leaves so many standard deviations of noise, and what they leave.
 
     A search by secants in logarithms, each trial a refit of the base model to a plant without noise; all multiples use
-    all trials. Where the base takes an effect over in jumps, the nearest trial counts.
+    all trials. Where the base takes an effect over in jumps, the nearest trial counts, and where
+    it takes over so much that only a senseless strength would do, a strength of 1 that leaves less.
     """
     left = Remaining(Case(valve, (effect,), form=form))
     strength, seen, found = np.log(FIRST.get(effect, 0.05)), [], {}
     for multiple in sorted(multiples, reverse=True):
         for _ in range(7):
-            if not seen or abs(_nearest(seen, multiple)[1]) > TOLERANCE:
+            if not seen or (abs(_nearest(seen, multiple)[1]) > TOLERANCE and not _too_weak(seen, multiple)):
                 strength = _next(seen, multiple) if seen else strength
                 seen.append((strength, np.log(max(left(float(np.exp(strength))), 1e-3))))
-        found[multiple] = float(np.exp(_nearest(seen, multiple)[0]))
+        best, missed = _nearest(seen, multiple)
+        found[multiple] = float(np.exp(best)), float(multiple * np.exp(missed))
     return found
 
 
 def _nearest(seen: Seen, multiple: float) -> tuple[float, float]:
-    """The trial nearest to a multiple, with the logarithm of what it missed it by."""
+    """The trial nearest to a multiple, of those near enough the weakest, with the logarithm of what it missed it by."""
     trials = [(strength, left - np.log(multiple)) for strength, left in seen]
-    return min(trials, key=lambda one: abs(one[1]))
+    return min(trials, key=lambda one: (max(abs(one[1]), TOLERANCE), one[0]))
+
+
+def _too_weak(seen: Seen, multiple: float) -> bool:
+    """Whether even the strongest that makes sense leaves less than what was asked for, and so did all others."""
+    strongest = max(seen)
+    return strongest[0] >= CEILING and all(left < np.log(multiple) for _, left in seen)
 
 
 def _next(seen: Seen, multiple: float) -> float:
-    """The next logarithm of a strength: between trials on either side, or in proportion, at most a factor 8 away."""
+    """The next logarithm of a strength: towards the lowest crossing where trials lie on either side of one, otherwise
+    in proportion, at most a factor 8 away."""
     wanted = np.log(multiple)
-    low = max((one for one in seen if one[1] < wanted), default=None)
-    high = min((one for one in seen if one[1] > wanted and (low is None or one[0] > low[0])), default=None)
+    high = min((one for one in seen if one[1] > wanted), default=None)
+    low = max((one for one in seen if one[1] < wanted and (high is None or one < high)), default=None)
     if low and high:
         share = (wanted - low[1]) / (high[1] - low[1])
         return low[0] + min(max(share, 0.1), 0.9) * (high[0] - low[0])
-    strength, missed = _nearest(seen, multiple)
-    return strength - float(np.clip(missed, -np.log(8), np.log(8)))
+    strength, missed = high or low or seen[-1]
+    return min(strength - float(np.clip(missed - wanted, -np.log(8), np.log(8))), CEILING)
 
 
 class Remaining:

@@ -91,7 +91,9 @@ SAME: dict[str, Law] = {
         "dwell": s, "dwell_t": v.draw("dwell", 0.3, 2.0), "dwell_d": v.draw("wipe", 2e-4, 1e-3)},
     "frictional_memory": lambda s, v: {"late_lag": 0.05 * s},
     "nonlocal_presliding": lambda s, v: {
-        "slip_f": s * v.friction, "slip_d": v.draw("slip", 2e-4, 8e-4), "slip_n": 4},
+        "slip_f": s * v.friction,
+        "slip_d": max(v.draw("slip", 3e-4, 8e-4), 2.0 * v.friction / v.values["lugre.sigma0"]),
+        "slip_n": 4},
     "friction_drift": _FRICTION_DRIFT[0],
     "quadratic_drag": lambda s, v: {"drag": s * v.friction / 0.04},
     "hardening_spring": lambda s, v: {"cubic": s * v.span / v.stroke**3},
@@ -149,7 +151,7 @@ OUTSIDE: dict[str, Law] = {
     "snapping_spring": lambda s, v: {
         "snap": -s * v.friction, "snap_x": v.place("snap"), "snap_w": 0.01 * v.stroke},
     "repeated_samples": lambda s, v: {},
-    "saturated_sensor": lambda s, v: {"top": (0.95 - s) * v.stroke},
+    "saturated_sensor": lambda s, v: {"top": (1.2 - s) * v.stroke},
     "hose": lambda s, v: {
         "hose_m": s * v.values["mass.m"], "hose_k": s * v.values["mass.m"] * (6.28 * v.draw("hose", 3.0, 8.0)) ** 2,
         "hose_c": s * v.values["mass.m"] * 2.0},
@@ -180,7 +182,7 @@ HELD = {
 }
 """The base parameter that each item of /plant gives."""
 
-FIRST = {"frictional_memory": 0.1, "saturated_sensor": 0.1, "periodic_force": 0.1, "repeated_samples": 0.2}
+FIRST = {"frictional_memory": 0.1, "saturated_sensor": 0.3, "periodic_force": 0.1, "repeated_samples": 0.2}
 """Strength from which a calibration starts, where 0.05 is a bad guess."""
 
 

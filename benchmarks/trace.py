@@ -15,7 +15,7 @@ asymmetric_coulomb; mass, spring and preload for force_gain.
 
 Right: the verdict is the effect, or the effect is in the class that the verdict stands for. Wrong: any other effect's
 name. `none` and `unlisted` are misses. The true model's error is that of the plant itself on the recorded force, raw or
-smoothed over 60 ms, whichever is less.
+smoothed, whichever is least.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from scipy.signal import savgol_filter
 
 from benchmarks._machine import machine
 from benchmarks.plants import integrate
-from benchmarks.plants_cases import COURSE, MULTIPLES, Case, force_course, recordings
+from benchmarks.plants_cases import COURSE, MULTIPLES, Case, force_course, reached, recordings
 from benchmarks.plants_effects import HELD, KNOWN, OUTSIDE, SAME, Valve, fields_of
 from recordings import Recording
 
@@ -60,6 +60,8 @@ PAIRS = (
 )
 SLOW = ((100.0, "both"), (50.0, "both"), (100.0, "position"), (50.0, "position"))
 """Rates [Hz] of the slow part, and whether both channels or the position alone are that slow."""
+SMOOTHING = (0.06, 0.12, 0.24)
+"""Windows [s] over which the recorded force is smoothed for the true model."""
 ABSENT = ("none", "unlisted")
 GOAL = {"single": "95 % right, at most 1 % wrong", "controls": "99 % none", "outside": "90 % unlisted",
         "pairs": "85 % both", "slow": "85 % right"}  # fmt: skip
@@ -76,13 +78,12 @@ def cases(part: str, asked: argparse.Namespace) -> Iterator[Case]:
         return
     for valve in asked.valves:
         if part == "single":
-            yield from (Case(valve, (e,), s, asked.form) for e in ids or SAME for s in strengths)
+            yield from (Case(valve, (e,), s, asked.form) for e in ids or SAME if e in SAME for s in strengths)
         elif part == "outside":
             yield from (Case(valve, (e,), s) for e in ids or OUTSIDE if e in OUTSIDE for s in strengths if s > 3)
         elif part == "pairs":
-            yield from (
-                Case(valve, p, s, asked.form) for p in PAIRS if not ids or {*p} & {*ids} for s in strengths if s > 3
-            )
+            pairs = [pair for pair in PAIRS if not ids or {*pair} & {*ids}]
+            yield from (Case(valve, pair, s, asked.form) for pair in pairs for s in strengths if s > 3)
         else:
             for rate, slow in SLOW:
                 yield from (Case(valve, (e,), 6.0, asked.form, rate, slow) for e in ids or SAME if e in SAME)
@@ -92,7 +93,8 @@ def control(i: int) -> Case:
     """The i-th set of recordings without an effect: its own valve, noise of 1/2 to 2 times the usual, its own rate."""
     rng = np.random.default_rng([i, 11])
     noise, rate = rng.choice([0.5, 1.0, 1.0, 2.0]), rng.choice([500.0, 500.0, 250.0, 100.0])
-    return Case(1000 + i, noise=float(noise), rate=float(rate), slow="both" if rng.random() < 0.5 else "position")
+    slow = "position" if rate < COURSE and rng.random() < 0.5 else "both"
+    return Case(1000 + i, noise=float(noise), rate=float(rate), slow=slow)
 
 
 def examine(part: str, case: Case, tracer: Tracer | None = None) -> Row:
@@ -100,7 +102,7 @@ def examine(part: str, case: Case, tracer: Tracer | None = None) -> Row:
     if tracer is None:
         from identification import trace as tracer
     fitted, held_out, strengths = recordings(case)
-    row: Row = {"part": part, "name": case.name, **asdict(case), "strengths": strengths}
+    row: Row = {"part": part, "name": case.name, **asdict(case), "strengths": strengths, "reached": reached(case)}
     clock, processor = time.perf_counter(), time.process_time()
     try:
         found = tracer(fitted, holdout=held_out, **known(case))
@@ -131,15 +133,19 @@ def holdout_error(error: Any, when: str) -> float | None:
 
 
 def true_error(case: Case, recording: Recording, strengths: dict[str, float]) -> float:
-    """Free-run error of the plant itself on the recorded force [m]: the lesser of raw and smoothed over 60 ms."""
+    """Free-run error of the plant itself on the recorded force [m]: the least over several ways of smoothing that.
+
+    On the raw force it is far above the noise where the plant sticks and slips: noise lets it slip too early.
+    """
     valve = Valve.of(case.valve)
     fields = fields_of(strengths, valve, case.form)
     t, measured, force = recording.time, recording["position"].values, recording["force"].values
     seen, errors = np.isfinite(measured), []
     fine = np.arange(round(t[-1] * COURSE) + 1) / COURSE
-    window = 2 * round(0.03 / float(np.median(np.diff(t)))) + 1
+    dt = float(np.median(np.diff(t)))
+    windows = [max(2 * round(seconds / dt / 2) + 1, 5) for seconds in SMOOTHING]
     rest = force_course(valve, "multisine", float(t[-1]), case.seed)[0]
-    for recorded in (force, savgol_filter(force, max(window, 5), 3)):
+    for recorded in (force, *(savgol_filter(force, window, 3) for window in windows)):
         recorded = np.r_[rest, recorded[1:]]  # the plant starts where it was at rest
         out = integrate(valve.physics(fields), np.interp(fine, t, recorded), COURSE)
         errors.append(np.sqrt(np.mean((np.interp(t, fine, out[:, 0]) - measured)[seen] ** 2)))
@@ -147,22 +153,14 @@ def true_error(case: Case, recording: Recording, strengths: dict[str, float]) ->
 
 
 def judged(row: Row) -> str:
-    """right, wrong, or the verdict that names nothing."""
-    if not row["effects"]:
-        return (
-            "right"
-            if row["verdict"] == "none"
-            else row["verdict"]
-            if row["verdict"] in (*ABSENT, "failed")
-            else "wrong"
-        )
-    if row["verdict"] in (*ABSENT, "failed"):
-        return str(row["verdict"])
-    named = {row["verdict"], *row["added"], *row["same_class"]}
-    if row["part"] == "pairs":
-        hits = len(named & {*row["effects"]})
-        return "right" if hits == 2 else "one" if hits and row["verdict"] in row["effects"] else "wrong"
-    return "right" if {row["verdict"], *row["same_class"]} & {*row["effects"]} else "wrong"
+    """right, wrong, the verdict that names nothing, or for a pair one: the verdict is one of them."""
+    verdict, truth = str(row["verdict"]), {*row["effects"]}
+    if verdict in (*ABSENT, "failed"):
+        return "right" if verdict == "none" and not truth else verdict
+    first = {verdict, *row["same_class"]}
+    if row["part"] == "pairs" and first & truth:
+        return "right" if truth <= first | {*row["added"]} else "one"
+    return "right" if first & truth else "wrong"
 
 
 def report(rows: Sequence[Row]) -> None:
@@ -173,6 +171,9 @@ def report(rows: Sequence[Row]) -> None:
             continue
         print(f"\n{part}: {len(mine)} cases; goal {GOAL[part]}")
         hits(mine, part)
+        strong = [row for row in mine if row["effects"] and row["reached"] >= 2.5]
+        if 0 < len(strong) < len(mine):
+            print(f"  of those that leave 2.5 noises or more: {shares(strong)}")
         confusion(mine)
         for row in mine:
             if judged(row) in ("wrong", "failed"):
@@ -223,9 +224,11 @@ def confusion(rows: Sequence[Row]) -> None:
 
 
 def errors(rows: Sequence[Row]) -> None:
-    """Held-out error before and after tracing, related to the true model's."""
+    """Held-out error before and after tracing, related to the true model's; there is none outside the catalogue."""
     print("\nheld-out error related to the true model's: median, 90 %, share within 1.1")
     for part in PARTS:
+        if part == "outside":
+            continue
         mine = [row for row in rows if row["part"] == part and row.get("after") and row.get("before")]
         for label, some in ((part, mine), (f"{part} where right", [row for row in mine if judged(row) == "right"])):
             for when in ("before", "after") if some else ():

@@ -41,7 +41,7 @@ class Bench:
     def thinned(self) -> tuple[Bench, list[tuple[int, slice]]]:
         """A bench of chunks of the fitted scenes, with where each comes from: enough for a first look."""
         places = [(i, at) for i, scene in enumerate(self.fitted) for at in _chunks(scene)]
-        return replace(self, fitted=tuple(self.fitted[i].part(at) for i, at in places)), places
+        return replace(self, fitted=tuple(self.fitted[i].part(at.start, at.stop) for i, at in places)), places
 
     @property
     def stroke(self) -> float:
@@ -76,7 +76,8 @@ class Model:
     def held(self) -> Estimate | None:
         """The paths on the held-out scenes at the fitted parameters."""
         judge = problem(self.effects, self.bench, self.bench.held)
-        return judge.start(self.estimate.theta, FINAL, steps=HELD_STEPS)
+        found = judge.start(self.estimate.theta, FINAL, steps=HELD_STEPS)
+        return None if found is None else lean(found)
 
     def thinned(self) -> Model:
         """The same model on chunks of its scenes."""
@@ -94,7 +95,8 @@ class Model:
     def refitted(self, steps: int = REFIT) -> Model:
         """The same effects after further steps."""
         work = problem(self.effects, self.bench, self.bench.fitted)
-        return Model(self.effects, self.bench, work.descend(self.estimate, FINAL, steps))
+        begun = work.at(self.estimate.theta, self.estimate.paths, FINAL, steps=0)
+        return self if begun is None else Model(self.effects, self.bench, lean(work.descend(begun, FINAL, steps)))
 
     def with_effect(self, effect: str, values: Mapping[str, float], steps: int = 0) -> Model | None:
         """This model and one more effect at some values of its parameters (by full name, the others at their defaults),
@@ -103,11 +105,9 @@ class Model:
         effects = in_order(*self.effects, effect)
         target, here = kernel(effects, "uncertain force"), self.kernel
         p = target.vector(defaults(effect, self.bench) | self.values | dict(values))
-        paths = [
-            extended(here, target, scene, p, path)
-            for scene, path in zip(self.bench.fitted, self.estimate.paths, strict=True)
-        ]
-        if any(path is None for path in paths):
+        pairs = zip(self.bench.fitted, self.estimate.paths, strict=True)
+        paths = [path for path in (extended(here, target, *pair, p) for pair in pairs) if path is not None]
+        if len(paths) < len(self.bench.fitted):
             return None
         theta = coordinates(effects, self.bench).theta(p)
         estimate = problem(effects, self.bench, self.bench.fitted).at(theta, paths, FINAL, steps=steps)
@@ -125,6 +125,13 @@ def _chunks(scene: Scene) -> list[slice]:
     if len(scene.t) < 2 * distance or length < 20:
         return [slice(0, len(scene.t))]
     return [slice(first, first + length) for first in range(0, len(scene.t) - length, distance)]
+
+
+def lean(estimate: Estimate) -> Estimate:
+    """The estimate without what only a further step needs, which is most of its memory."""
+    nothing = np.empty((0, 2, 0))
+    lines = tuple(replace(line, by=nothing, _smoother=()) for line in estimate.linearised)
+    return replace(estimate, linearised=lines)
 
 
 def in_order(*effects: str) -> tuple[str, ...]:
@@ -154,7 +161,7 @@ def problem(effects: tuple[str, ...], bench: Bench, scenes: Sequence[Scene]) -> 
     return NoiseAware(kernel(effects, "uncertain force"), coordinates(effects, bench), scenes)
 
 
-def extended(here: Kernel, target: Kernel, scene: Scene, p: Array, path: Array) -> Array | None:
+def extended(here: Kernel, target: Kernel, scene: Scene, path: Array, p: Array) -> Array | None:
     """A path of `here` as one of `target`: what `here` does not have runs along it."""
     wide = np.zeros((len(path), len(target.states)))
     wide[:, : len(target.states) - 2] = target.start(path[0, 0], path[0, 1], path[0, -2])

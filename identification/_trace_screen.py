@@ -169,8 +169,8 @@ def _frequencies(base: Model, left: list[Array]) -> list[float]:
     t = base.bench.fitted[longest].t
     grid = np.linspace(t[0], t[-1], len(t))
     signal = np.interp(grid, t, left[longest])
-    power = np.abs(np.fft.rfft((signal - signal.mean()) * np.hanning(len(signal)))) ** 2
-    f = np.fft.rfftfreq(len(grid), grid[1] - grid[0])
+    power: Array = np.abs(np.fft.rfft((signal - signal.mean()) * np.hanning(len(signal)))) ** 2
+    f: Array = np.fft.rfftfreq(len(grid), grid[1] - grid[0])
     return _strongest(f, power, (f > 3 / (t[-1] - t[0])) & (f < 40.0))
 
 
@@ -186,8 +186,8 @@ def _pitches(base: Model, left: list[Array]) -> list[float]:
     count = np.bincount(place, minlength=bins)
     mean = np.bincount(place, force[moving], minlength=bins) / np.maximum(count, 1)
     mean -= mean[count > 0].mean() if (count > 0).any() else 0.0
-    power = np.abs(np.fft.rfft(np.where(count > 0, mean, 0.0) * np.hanning(bins), 4 * bins)) ** 2
-    k = np.fft.rfftfreq(4 * bins, bench.stroke / bins)
+    power: Array = np.abs(np.fft.rfft(np.where(count > 0, mean, 0.0) * np.hanning(bins), 4 * bins)) ** 2
+    k = np.asarray(np.fft.rfftfreq(4 * bins, bench.stroke / bins), float)
     return [1 / f for f in _strongest(k, power, (k > 1.5 / bench.stroke) & (k < 100 / bench.stroke))]
 
 

@@ -171,8 +171,8 @@ def uncertain(effects: tuple[Effect, ...]) -> tuple[Recurrence, Layout]:
     inputs = ca.vertcat(u + h / 2 * slope, columns)
     at_end = ca.vertcat(u + h * slope, later)
     exo = ca.vertcat(t, h, inputs, at_end) if driven.ends else ca.vertcat(t, h, inputs)
-    old: list[Expression] = [driven.step, driven.output, driven.residual, ca.vertcat(driven.guess)]
-    step, output, residual, guess = ca.substitute(old, [driven.exo], [exo])  # type: ignore[arg-type]
+    old: Expression = [driven.step, driven.output, driven.residual, driven.guess]
+    step, output, residual, guess = ca.substitute(old, [driven.exo], [exo])
     recurrence = Recurrence(
         ca.vertcat(driven.state, u, slope),
         ca.vertcat(t, h, columns, later) if driven.ends else ca.vertcat(t, h, columns),

@@ -21,7 +21,7 @@ from identification import noise_std
 def short(monkeypatch: pytest.MonkeyPatch) -> None:
     """Experiments of two seconds, of strengths that need no search."""
     monkeypatch.setattr(plants_cases, "SECONDS", {"staircase": 2.0, "sine": 2.0, "multisine": 2.0})
-    monkeypatch.setattr(plants_cases, "_strength", lambda effect, valve, form, multiple: 0.01 * multiple)
+    monkeypatch.setattr(plants_cases, "_strength", lambda effect, valve, form, multiple: (0.01 * multiple, multiple))
 
 
 def answer(verdict: str, *, added: tuple[str, ...] | None = None, same: tuple[str, ...] = ()) -> Any:

@@ -1,0 +1,107 @@
+"""Tracing: the effect that was put in is named, nothing where nothing is, and the files follow the contract."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from bristle._app import run
+from identification import Trace, trace
+from recordings import Recording, write
+from simulator import BASE, CATALOGUE, Excitation, Sensors, ValveModel, random_valve, simulate
+
+SEED, RATE = 3, 250.0
+COURSES = ("staircase:14", "sine:14", "multisine:12")
+
+
+def recorded(effect: str | None = None, values: Mapping[str, float] | None = None) -> list[Recording]:
+    """Two recordings to fit and one to judge of a valve with force noise of 0.1 % of span."""
+    valve, stroke = random_valve(SEED)
+    effects = tuple(e for e in CATALOGUE.ids if e in (*BASE, effect))
+    span = valve["spring.K"] * stroke
+    sensors = Sensors(RATE, position_noise=2e-4 * stroke, force_noise=1e-3 * span)
+    return [
+        simulate(
+            {**valve, **(values or {})}, Excitation.parse(course), sensors, stroke=stroke, effects=effects, seed=i
+        )[0]
+        for i, course in enumerate(COURSES)
+    ]
+
+
+@cache
+def traced(effect: str | None, **values: float) -> Trace:
+    """A trace of recordings with an effect."""
+    first, second, held = recorded(effect, {f"{effect}.{k}": v for k, v in values.items()})
+    return trace([first, second], holdout=[held])
+
+
+def test_a_complete_model_lacks_nothing():
+    found = traced(None)
+    assert found.verdict == "none"
+    assert found.effects_added == ()
+    assert found.tracing.after.white
+    assert not any(c.accepted for c in found.candidates)
+
+
+def test_a_stiffening_spring_is_named_and_measured():
+    found = traced("hardening_spring", k3=3e6)
+    assert found.verdict == "hardening_spring"
+    assert found.model.values["hardening_spring.k3"] == pytest.approx(3e6, rel=0.05)
+    before, after = (found.error[side]["holdout"]["rmse_m"] for side in ("before", "after"))
+    assert after < 0.5 * before
+    assert "hardening_spring" in found.model.effects
+
+
+def test_the_files_follow_the_contract(tmp_path: Path):
+    found = traced("hardening_spring", k3=3e6)
+    found.write(tmp_path / "trace.json")
+    found.model.write(tmp_path / "model.json")
+    content = json.loads((tmp_path / "trace.json").read_text())
+    assert (content["format"], content["version"]) == ("valve-trace", 1)
+    assert set(content) >= {
+        "base", "residual", "candidates", "verdict", "effects_added", "unlisted", "error", "residual_after",
+        "crosscheck",
+    }  # fmt: skip
+    assert content["effects_added"] == ["hardening_spring"]
+    accepted = [c for c in content["candidates"] if c["accepted"]]
+    assert [c["effect"] for c in accepted] == ["hardening_spring"]
+    assert set(accepted[0]) >= {"effect", "gain", "p_value", "holdout_rmse_m", "accepted", "why"}
+    assert {c["effect"] for c in content["candidates"]} <= set(CATALOGUE.ids) - set(BASE)
+    assert set(content["error"]) == {"before", "after", "noise_floor_m"}
+    model = ValveModel.read(tmp_path / "model.json")
+    assert model.parameters["hardening_spring.k3"].std is not None
+
+
+def test_the_report_is_one_page_with_the_story(tmp_path: Path):
+    from identification.report import write_trace_report
+
+    write_trace_report(tmp_path / "trace.html", traced("hardening_spring", k3=3e6))
+    text = (tmp_path / "trace.html").read_text()
+    assert "What the model lacked" in text
+    assert "hardening_spring" in text
+    assert 'src="http' not in text
+    assert 'href="http' not in text
+
+
+def test_a_missing_recording_is_refused_in_words(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    target = tmp_path / "nowhere.h5"
+    assert run(["trace", str(target)]) == 2
+    assert "nowhere.h5" in capsys.readouterr().err
+
+
+def test_the_command_says_what_it_found(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    paths = [tmp_path / f"{i}.h5" for i in range(3)]
+    for path, recording in zip(paths, recorded("hardening_spring", {"hardening_spring.k3": 3e6}), strict=True):
+        write(path, recording)
+    out, model = tmp_path / "trace.json", tmp_path / "model.json"
+    code = run(
+        ["trace", *map(str, paths[:2]), "--holdout", str(paths[2]), "--out", str(out), "--model-out", str(model)]
+    )
+    assert code == 0
+    assert "verdict: hardening_spring" in capsys.readouterr().out
+    assert json.loads(out.read_text())["verdict"] == "hardening_spring"
+    assert "hardening_spring" in ValveModel.read(model).effects
