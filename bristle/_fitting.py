@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from recordings import BadInput, Recording
 
 if TYPE_CHECKING:
+    from identification import Estimator
     from simulator import Causality
 
 LEFT_OUT = {"spring": {"spring.K": 0.0}}
@@ -41,6 +42,15 @@ def with_area(recordings: Sequence[Recording], area: float | None) -> list[Recor
     if area is None:
         return list(recordings)
     return [replace(r, plant=replace(r.plant, diaphragm_area_m2=area)) for r in recordings]
+
+
+def checked_estimator(text: str) -> Estimator:
+    """The estimator named on the command line. Raises BadInput for an unknown one."""
+    known: tuple[Estimator, ...] = ("auto", "output-error", "noise-aware")
+    for name in known:
+        if text == name:
+            return name
+    raise BadInput(f"--estimator {text}", "there is none of that name", "write auto, output-error or noise-aware")
 
 
 def checked_causality(text: str | None) -> Causality | None:

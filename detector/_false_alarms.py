@@ -135,6 +135,14 @@ def _gumbel(largest: Array) -> tuple[Array, Array]:
     return np.mean(largest, axis=1) - _EULER * spread, spread
 
 
+def least_limit(dt_s: float, per_month: float) -> float:
+    """The least limit of a CUSUM of log-likelihood ratios for a rate of false alarms.
+
+    Without a change it takes exp(limit) samples on average at least (Lorden 1971), however few data were learned from.
+    """
+    return math.log(max(MONTH_S / (dt_s * per_month), math.e))
+
+
 def strokes_of(x: Array) -> int:
     """How often a position (n_samples,) turns, motions below a share `STROKE` of its range not counted."""
     x = x[np.isfinite(x)]

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from detector._false_alarms import Blocks, strokes_of
+from detector._false_alarms import Blocks, least_limit, strokes_of
 from detector._measurements import Measurements, Row
 from detector._native import Array
 from recordings import BadInput
@@ -130,7 +130,7 @@ def learned_flow(data: Measurements, per_month: float) -> tuple[FlowRelation, Ar
         limit = max(
             Blocks.of(found, dt_s, strokes_of(data.values["position"])).limit(per_month),
             1.3 * float(found.max()),
-            2.0 * _CLIP,
+            0.5 * least_limit(dt_s, per_month / 2.0),
         )
     except BadInput:
         return None

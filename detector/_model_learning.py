@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from detector._calibration import MARGIN, noise_of
-from detector._false_alarms import Blocks, strokes_of
+from detector._false_alarms import Blocks, least_limit, strokes_of
 from detector._innovation import DIRECTIONS, Innovation, Load, ModelFilter
 from detector._measurements import Measurements
 from detector._native import Array
@@ -36,9 +36,6 @@ _AREA_BELIEF = 0.02
 
 LEAST_SIZES = (0.5, 0.1, 0.5)
 """Changes that are tested for: half of the friction, a tenth of the spring, a force of half the friction level."""
-
-LEAST_LIMIT = 3.0
-"""No sum alarms below this, whatever the data say: a likelihood ratio of twenty."""
 
 AHEAD = 10.0
 """A stem that is so many noise levels ahead of where it was moves, beyond doubt."""
@@ -114,14 +111,15 @@ def learned_test(filter: ModelFilter, data: Measurements, per_month: float) -> t
     run = _joined(innovations(trimmed(filter, second), first), innovations(trimmed(filter, first), second))
     used = ~run.fresh
     usual = float(np.mean(np.minimum(run.value**2 / run.variance, 100.0)[used])) + 1e-12
-    level = filter.values["lugre.fc"]
-    least = np.array(LEAST_SIZES) * (1.0, 1.0, level)
-    sizes = np.maximum(least, 2.0 * _wander(run, used))
+    level, noise = max(filter.values["lugre.fc"], 1e-3), filter.force_noise
+    noisy = 2.0 * np.array([noise / level, 0.0, noise])  # a change that drowns in the noise of the force is none
+    sizes = np.maximum.reduce([np.array(LEAST_SIZES) * (1.0, 1.0, level), noisy, 2.0 * _wander(run, used)])
     test = ChangeTest(tuple(sizes.tolist()), usual, (1e12,) * (N + 1))
     sums = replayed(test, run)
     dt_s, strokes = float(np.median(np.diff(data.time_s))), strokes_of(data.values["position"])
+    least = least_limit(dt_s, per_month / (2 * N + 1))
     wanted = [Blocks.of(row, dt_s, strokes).limit(per_month / (N + 1)) for row in sums.T]
-    limits = np.maximum(np.maximum(wanted, MARGIN * sums.max(axis=0)), LEAST_LIMIT)
+    limits = np.maximum(np.maximum(wanted, MARGIN * sums.max(axis=0)), least)
     return replace(test, limits=tuple(limits.tolist())), sums / limits
 
 

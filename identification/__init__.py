@@ -2,7 +2,7 @@
 
 from identification._crosscheck import Crosscheck, Row, crosscheck
 from identification._experiment import Experiment, Segment, experiment
-from identification._fit import Fit, Outcome, fit
+from identification._fit import Estimator, Fit, Outcome, fit
 from identification._identify import identify
 from identification._noise import noise_std
 from identification._profile import Profile, profile
@@ -14,6 +14,7 @@ from identification._uncertainty import Uncertainty, uncertainty
 __all__ = [
     "Candidate",
     "Crosscheck",
+    "Estimator",
     "Experiment",
     "Fit",
     "Identification",

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,13 +14,18 @@ from identification._coordinates import Coordinates, parameters
 from identification._experiment import Experiment
 from identification._homotopy import Homotopy, Path
 from identification._imposed import fit_imposed
+from identification._noise_aware import Estimate, converged
 from identification._problem import Problem
 from identification._shake import shaken
 from identification._start import Start, regression, starts
+from identification._uncertain_force import fit_uncertain, force_noise_matters
 from recordings import BadInput
-from simulator import BASE, Kernel, kernel
+from simulator import BASE, CATALOGUE, Kernel, kernel
 
 Array = NDArray[np.float64]
+Estimator = Literal["auto", "output-error", "noise-aware"]
+"""How a force-driven fit is made: `output-error` takes the recorded force for exact, `noise-aware` estimates it along
+with the motion, `auto` takes the second where the force has noise that matters."""
 
 TRIES = 4
 """Starts that are followed at most."""
@@ -30,6 +36,8 @@ WORTH = 0.98
 GOOD_ENOUGH = 1.15
 """Normalised root mean square residual at which no further start is tried."""
 
+HOPELESS = 50.0
+"""Mean loss of the innovations from which a noise-aware fit follows nothing of the data."""
 REAL_TRAVEL = 10.0
 """Way, in standard deviations of the noise, from which a position counts as moved."""
 
@@ -43,6 +51,10 @@ class Outcome(Enum):
 
     CONVERGED = "the fit converged"
     NOT_SETTLED = "the fit ran out of iterations before it settled; take the values as approximate"
+    NOT_CONVERGED = (
+        "the fit did not converge: what it leaves does not look like noise; take the values as approximate, and no "
+        "interval for granted"
+    )
     NO_MOTION = "the valve does not move in these recordings; excite it over a good part of its stroke"
     CONSTANT_INPUT = "the force is constant in these recordings; nothing can be learned from it"
     NO_FRICTION = "the motion never reverses; friction cannot be told from the spring's preload: record reversals"
@@ -53,13 +65,14 @@ class Outcome(Enum):
     @property
     def usable(self) -> bool:
         """Whether there are parameter values to report."""
-        return self in (Outcome.CONVERGED, Outcome.NOT_SETTLED, Outcome.NOT_EXPLAINED)
+        return self.name in ("CONVERGED", "NOT_SETTLED", "NOT_CONVERGED", "NOT_EXPLAINED")
 
 
 @dataclass(frozen=True)
 class Fit:
     """A fit as a value. kernel, coordinates, problem, path: what was solved and where it ended (None when nothing could
-    be); fit_quality : normalised root mean square residual, 1 at the noise floor.
+    be); rms : normalised root mean square residual (of the innovations where the force is estimated), 1 at the noise
+    floor; estimate : what was estimated of the force and the motion, where the fit is noise-aware.
     """
 
     outcome: Outcome
@@ -68,6 +81,12 @@ class Fit:
     problem: Problem | None = None
     path: Path | None = None
     rms: float = float("nan")
+    estimate: Estimate | None = None
+
+    @property
+    def estimator(self) -> str:
+        """Which estimator made the fit."""
+        return "output-error" if self.estimate is None else "noise-aware"
 
     @property
     def p(self) -> Array:
@@ -86,26 +105,64 @@ def fit(
     *,
     effects: tuple[str, ...] = BASE,
     given: Mapping[str, float] | None = None,
+    estimator: Estimator = "auto",
 ) -> Fit:
     """Fit all free parameters of `effects` to all experiments at once.
 
-    given : parameters by full name that are held, SI units. Raises BadInput for a name no effect has, for a value out
-    of its bounds, and for experiments of different causality.
+    given : parameters by full name that are held, SI units; estimator : see `Estimator`. Raises BadInput for a name
+    no effect has, for a value out of its bounds, and for experiments of different causality.
     """
+    given = _known(effects, experiments) | dict(given or {})
     causalities = {e.causality for e in experiments}
     if len(causalities) != 1:
         raise BadInput("recordings", "some are force-driven and some motion-driven", "fit them separately")
     valve = kernel(effects, causalities.pop())
-    _check_given(given or {}, valve)
+    _check_given(given, valve)
     force = np.concatenate([s.u for e in experiments for s in e.segments])
-    coordinates = Coordinates.of(valve, given or {}, float(np.std(force)) or 1.0)
+    coordinates = Coordinates.of(valve, given, float(np.std(force)) or 1.0)
     obstacle = _obstacle(experiments, coordinates, force)
     if obstacle is not None:
         return Fit(obstacle, valve, coordinates)
     if valve.causality == "motion":
         path, problem = fit_imposed(valve, coordinates, experiments)
         return _judged(valve, coordinates, problem, path)
+    if _noise_aware(estimator, coordinates, experiments):
+        return _uncertain(valve, coordinates, experiments)
     return _force_driven(valve, coordinates, experiments)
+
+
+def _known(effects: tuple[str, ...], experiments: Sequence[Experiment]) -> dict[str, float]:
+    """Parameters that are to be held at what is known of the valve: a sensor's range is the stroke."""
+    stroke = next((float(e.plant["stroke_m"]) for e in experiments if "stroke_m" in e.plant), None)
+    chosen = [(effect, p) for effect in CATALOGUE.pick(effects) for p in effect.parameters if p.known]
+    return {e.parameter_name(p.symbol): stroke if stroke and p.unit == "m" else p.scale for e, p in chosen}
+
+
+def _noise_aware(estimator: Estimator, coordinates: Coordinates, experiments: Sequence[Experiment]) -> bool:
+    """Whether to estimate the force. A plant without spring integrates every error of its model, which no noise of the
+    force explains: there the motion is reset to the data instead, as output error does. A held force is a converter's
+    output and exact.
+    """
+    if estimator != "auto":
+        return estimator == "noise-aware"
+    held = any(e.hold for e in experiments)
+    return not held and not _integrates(coordinates) and force_noise_matters(experiments)
+
+
+def _integrates(coordinates: Coordinates) -> bool:
+    held = dict(zip(coordinates.names, coordinates.base, strict=True)).get("spring.K") == 0.0
+    return held and not _free(coordinates, "spring.K")
+
+
+def _uncertain(valve: Kernel, coordinates: Coordinates, experiments: Sequence[Experiment]) -> Fit:
+    found = fit_uncertain(valve, coordinates, experiments)
+    if found is None:
+        return Fit(Outcome.DIVERGED, valve, coordinates)
+    outcome = Outcome.CONVERGED if converged(found.estimate) else Outcome.NOT_CONVERGED
+    if found.estimate.loss > HOPELESS:
+        outcome = Outcome.NOT_EXPLAINED
+    rms = float(np.sqrt(found.estimate.loss))
+    return Fit(outcome, valve, coordinates, found.problem, found.path, rms, found.estimate)
 
 
 def _check_given(given: Mapping[str, float], valve: Kernel) -> None:
@@ -119,8 +176,7 @@ def _check_given(given: Mapping[str, float], valve: Kernel) -> None:
 
 
 def _force_driven(valve: Kernel, coordinates: Coordinates, experiments: Sequence[Experiment]) -> Fit:
-    integrates = dict(zip(coordinates.names, coordinates.base, strict=True)).get("spring.K") == 0.0
-    window = INTEGRATING_WINDOW if integrates and not _free(coordinates, "spring.K") else np.inf
+    window = INTEGRATING_WINDOW if _integrates(coordinates) else np.inf
     homotopy, best = Homotopy(valve, coordinates, experiments, window), None
     ranked = starts(experiments, valve.effects, coordinates)
     for attempt in range(TRIES):

@@ -7,8 +7,9 @@ from collections.abc import Mapping, Sequence
 from identification._advice import advice
 from identification._crosscheck import crosscheck
 from identification._experiment import Experiment, experiment
-from identification._fit import Fit, fit
+from identification._fit import Estimator, Fit, fit
 from identification._result import Identification, free_runs, valve_model
+from identification._uncertain_force import with_smooth_force
 from identification._uncertainty import uncertainty
 from recordings import NegativeAnswer, Recording
 from simulator import BASE, Causality
@@ -27,24 +28,31 @@ def identify(
     causality: Causality | None = None,
     hold: bool = False,
     check: bool = True,
+    estimator: Estimator = "auto",
 ) -> Identification:
     """Fit, judge and cross-check. Raises BadInput for recordings that cannot be used and NegativeAnswer, with the
     outcome's sentence, when no values came out.
 
     given : parameters held, by full name, SI units; it goes before what the recordings say of the plant;
-    hold : the force is held between samples; check : also run the sparse-regression cross-check.
+    hold : the force is held between samples; check : also run the sparse-regression cross-check; estimator : as in
+    `fit`. Where the noise of the force is accounted for, free runs and cross-check are made on the smoothed force.
     """
     experiments = [experiment(r, causality, hold=hold) for r in recordings]
     held = _held(experiments) | dict(given or {})
-    found: Fit = fit(experiments, effects=effects, given=held)
+    found: Fit = fit(experiments, effects=effects, given=held, estimator=estimator)
     if not found.outcome.usable:
         raise NegativeAnswer(found.outcome.value)
     known = uncertainty(found)
+    smooth = found.estimate is not None
+    if smooth and found.problem is not None:
+        experiments = list(found.problem.experiments)
     runs = free_runs(found, experiments, fitted=True)
     others = [experiment(r, causality, hold=hold) for r in holdout]
+    others = with_smooth_force(others) if smooth else others
     held_out = free_runs(found, others, fitted=False) if others else ()
     checked = crosscheck(found, experiments, known.std) if check else None
     quality: dict[str, object] = {
+        "estimator": found.estimator,
         "correlated": [f"{a}, {b}: {c:+.3f}" for a, b, c in known.pairs()],
         "advice": list(advice(known)),
         "crosscheck": None if checked is None else checked.sentence,

@@ -52,13 +52,12 @@ class Scene:
         between = int(np.ceil(segment.dt / FINEST_NODES - 1e-9))
         return scene if between <= 1 else scene._with_nodes(between)
 
-    def part(self, at: slice) -> Scene:
-        """A part of the scene."""
-        f = self.force
-        force = replace(
-            f, u=f.u[at], slope=f.slope[at], std=f.std[at], intensity=f.intensity[at][: at.stop - at.start - 1]
-        )
-        return Scene(np.ascontiguousarray(self.t[at]), self.y[at], self.u[at], force, self.noise_y, self.motion[at])
+    def part(self, first: int, last: int) -> Scene:
+        """The nodes [first, last)."""
+        f, s = self.force, slice(first, last)
+        force = Force(f.u[s], f.slope[s], f.std[s], f.intensity[first : last - 1], f.noise)
+        t, motion = np.ascontiguousarray(self.t[s]), np.ascontiguousarray(self.motion[s])
+        return Scene(t, self.y[s], self.u[s], force, self.noise_y, motion)
 
     def _with_nodes(self, between: int) -> Scene:
         """The same scene with every interval divided."""
@@ -83,24 +82,31 @@ class Scene:
 class Looseness:
     """How much freedom the path has beside what the model says. force : factor on the standard deviations of the force;
     bristle : noise of the memory per interval, as a share of the break-away deflection fc/sigma0; curvature : share of
-    an interval's present misfit that counts as its error of linearisation; h_max [s] largest sub-step.
+    an interval's present misfit that counts as its error of linearisation; h_max [s] largest sub-step; share : of the
+    way to the smoothed path that is gone in one step (the whole way can diverge at break-aways); honest : an estimate's
+    cost is what it would be without the allowance for linearisation. With it, costs of different parameters cannot be
+    compared (a misfit buys its own excuse), but far from the end it guides better.
     """
 
     force: float = 1.0
     bristle: float = 1e-5
     curvature: float = 0.1
     h_max: float = 5e-4
+    share: float = 0.6
+    honest: bool = True
 
 
 @dataclass(frozen=True)
 class Linearised:
     """The filter along a path. innovations, variances (n, 2): of position and force, variance inf where there is no
-    measurement; by (n, 2, m): their derivatives by the free coordinates; the rest is what the smoother needs.
+    measurement; by (n, 2, m): their derivatives by the free coordinates; judged: innovations and variances by which
+    an estimate is judged; the rest is what the smoother needs.
     """
 
     innovations: Array
     variances: Array
     by: Array
+    judged: tuple[Array, Array]
     _smoother: tuple[Array, ...]
 
     def correction(self, move: Array) -> Array:
@@ -118,13 +124,15 @@ def first_path(kernel: Kernel, scene: Scene, p: Array, h_max: float = 1e-3) -> A
     start = kernel.start(scene.motion[0, 0], 0.0, scene.force.u[0])
     path = np.zeros((len(scene.t), len(kernel.states)))
     path[:, : len(start)] = start
-    path[:, 0], path[:, 1] = scene.motion[:, 0], scene.motion[:, 2]  # noise on v would relax the bristle
+    path[:, 0], path[:, 1] = (
+        scene.motion[:, 0],
+        scene.motion[:, 2],
+    )  # noise on v would relax the bristle, and linearise rest as motion
     path[:, -2], path[:, -1] = scene.force.u, scene.force.slope
     deflection = value["lugre.fc"] / value["lugre.sigma0"]
     left = scene.force.u[0] - value["spring.K"] * path[0, 0] - value["spring.F0"]
     path[0, kernel.states.index("lugre.z")] = np.clip(left / value["lugre.sigma0"], -deflection, deflection)
     run = kernel.shoot(scene.t, scene.force.u, p, path, h_max=h_max, carry=True)
-    path[:, 1] = scene.motion[:, 1]
     return None if run.failed is not None or not np.isfinite(path).all() else path
 
 
@@ -132,28 +140,62 @@ def linearise(
     kernel: Kernel, coordinates: Coordinates, scene: Scene, p: Array, path: Array, loose: Looseness
 ) -> Linearised | None:
     """Filter a scene along a path at parameters p; None where the model has no solution."""
-    shots = kernel.shoot(scene.t, scene.force.u, p, path, h_max=loose.h_max)
-    if shots.failed is not None:
-        return None
-    n, s, q = len(scene.t), path.shape[1], len(p)
-    slope = coordinates.slope(p)
-    jump = shots.ends - path[1:]
-    E = np.column_stack([scene.y - shots.outputs[:, 0], scene.u - path[:, -2]])
-    H, D = np.zeros((n, 2, s)), np.zeros((n, 2, len(slope)))
-    H[:, 0], H[:, 1, -2] = shots.outputs_by[:, 0, q:], 1.0
-    D[:, 0] = shots.outputs_by[:, 0, :q][:, coordinates.free] * slope
-    F = np.ascontiguousarray(shots.by[:, :, q:])
-    G = np.ascontiguousarray(shots.by[:, :, :q][:, :, coordinates.free] * slope)
+    model = _Model.of(kernel, coordinates, scene, p, path, loose.h_max)
+    line = None if model is None else _filtered(kernel, scene, p, loose, model)
+    if model is None or line is None or not loose.honest or loose.curvature == 0.0:
+        return line
+    plain = _filtered(kernel, scene, p, replace(loose, curvature=0.0), model.without_parameters())
+    return None if plain is None else replace(line, judged=plain.judged)
+
+
+@dataclass(frozen=True)
+class _Model:
+    """The affine model of a scene along a path. E (n, 2): measured less predicted; H (n, 2, s), D (n, 2, m):
+    derivatives of the predicted by state and coordinates; F (n - 1, s, s), G (n - 1, s, m): of the intervals; jump
+    (n - 1, s): where an interval ends less where the next one starts.
+    """
+
+    E: Array
+    H: Array
+    D: Array
+    F: Array
+    G: Array
+    jump: Array
+
+    @classmethod
+    def of(
+        cls, kernel: Kernel, coordinates: Coordinates, scene: Scene, p: Array, path: Array, h_max: float
+    ) -> _Model | None:
+        shots = kernel.shoot(scene.t, scene.force.u, p, path, h_max=h_max)
+        if shots.failed is not None:
+            return None
+        n, s, q, slope = len(scene.t), path.shape[1], len(p), coordinates.slope(p)
+        E = np.column_stack([scene.y - shots.outputs[:, 0], scene.u - path[:, -2]])
+        H, D = np.zeros((n, 2, s)), np.zeros((n, 2, len(slope)))
+        H[:, 0], H[:, 1, -2] = shots.outputs_by[:, 0, q:], 1.0
+        D[:, 0] = shots.outputs_by[:, 0, :q][:, coordinates.free] * slope
+        F = np.ascontiguousarray(shots.by[:, :, q:])
+        G = np.ascontiguousarray(shots.by[:, :, :q][:, :, coordinates.free] * slope)
+        return cls(E, H, D, F, G, shots.ends - path[1:])
+
+    def without_parameters(self) -> _Model:
+        """The same with no parameter free, which is filtered in a third of the time."""
+        return replace(self, D=np.zeros((len(self.D), 2, 0)), G=np.zeros((*self.G.shape[:2], 0)))
+
+
+def _filtered(kernel: Kernel, scene: Scene, p: Array, loose: Looseness, model: _Model) -> Linearised | None:
+    n, _, s = model.H.shape
+    m = model.D.shape[2]
     noise = np.array([scene.noise_y, loose.force * scene.force.noise])
-    R = np.where(np.isfinite(E), noise**2, np.inf)
-    A, P, S = np.zeros((n, s)), np.zeros((n, s, s)), np.zeros((n, s, len(slope)))
+    R = np.where(np.isfinite(model.E), noise**2, np.inf)
+    A, P, S = np.zeros((n, s)), np.zeros((n, s, s)), np.zeros((n, s, m))
     P[0] = np.diag(_first_variances(kernel, scene, p, loose))
-    V, J, K = np.empty((n, 2)), np.empty((n, 2, len(slope))), np.empty((n, 2, s))
-    Q = _noise(kernel, scene, p, loose, jump)
-    loops().filtered(np.nan_to_num(E, copy=False), H, D, F, G, jump, Q, R, A, P, S, V, J, K)
+    V, J, K = np.empty((n, 2)), np.empty((n, 2, m)), np.empty((n, 2, s))
+    E, Q = np.nan_to_num(model.E), _noise(kernel, scene, p, loose, model.jump)
+    loops().filtered(E, model.H, model.D, model.F, model.G, model.jump, Q, R, A, P, S, V, J, K)
     if not (V > 0).all() or not np.isfinite(E).all() or not np.isfinite(J).all():
         return None
-    return Linearised(E, V, -J, (A, P, S, J, K, H, F))
+    return Linearised(E, V, -J, (E, V), (A, P, S, J, K, model.H, model.F))
 
 
 def _memory_std(kernel: Kernel, p: Array, share: float) -> Array:

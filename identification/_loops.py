@@ -6,6 +6,7 @@ Shapes: n samples, s states, m free parameters. The last two states are the forc
 means are deviations from the path about which the model was linearised.
 """
 
+# mypy: disallow_untyped_decorators=False
 from __future__ import annotations
 
 from typing import Any

@@ -91,7 +91,7 @@ class Problem:
         """Unknowns with every segment started on its smoothed motion."""
         local = []
         for piece in self.pieces:
-            first = self.kernel.start(piece.segment.motion.x[0], piece.segment.motion.v[0])
+            first = self._first(piece.segment)
             local.append(first[self.local] / self.local_scale(piece))
         return np.concatenate([theta, *local])
 
@@ -152,7 +152,7 @@ class Problem:
         piece, kernel = self.pieces[i], self.kernel
         segment, scale = piece.segment, self.local_scale(piece)
         p = self.coordinates.p(unknowns[: self.n_free])
-        s0 = kernel.start(segment.motion.x[0], segment.motion.v[0])
+        s0 = self._first(segment)
         s0[self.local] = unknowns[self._local_slice(i)] * scale
         held = piece.hold and kernel.causality == "force"
         run = kernel.run(
@@ -166,6 +166,10 @@ class Problem:
         columns = run.jacobian[:, 0, :]
         by_p = columns[:, : len(p)][:, self.coordinates.free] * self.coordinates.slope(p)
         return Response(run.outputs[:, 0], np.hstack([by_p, columns[:, len(p) :][:, self.local] * scale]))
+
+    def _first(self, segment: Segment) -> Array:
+        """The state at the beginning of a segment as the recording shows it."""
+        return self.kernel.start(segment.motion.x[0], segment.motion.v[0], segment.u[0])
 
     def _input(self, segment: Segment) -> Array:
         if self.kernel.causality == "force":

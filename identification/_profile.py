@@ -48,6 +48,9 @@ def profile(fit: Fit, known: Uncertainty, name: str, points: int = 7, reach: flo
         raise BadInput(
             f"--profile {name}", "it is no free parameter of this fit", f"there are {', '.join(known.names)}"
         )
+    if fit.estimate is not None:
+        why = "the fit is noise-aware, and its cost has no profile yet that would be cheap enough"
+        raise BadInput(f"--profile {name}", why, "fit with --estimator output-error, or read the standard deviation")
     assert fit.path is not None
     place = known.names.index(name)
     width = known.std[name] / fit.coordinates.slope(fit.p)[place]

@@ -25,6 +25,9 @@ def command(
     area: Annotated[float | None, typer.Option(help="Diaphragm area [m2], to turn pressure into force.")] = None,
     hold: Annotated[bool, typer.Option(help="The force is held between samples (a converter's output).")] = False,
     profile: Annotated[list[str] | None, typer.Option(help="Profile likelihood of this parameter as well.")] = None,
+    estimator: Annotated[
+        str, typer.Option(help="'auto', 'output-error' (exact force) or 'noise-aware' (noisy force).")
+    ] = "auto",
     crosscheck: Annotated[bool, typer.Option(help="Cross-check with pysindy.")] = True,
 ) -> None:
     """Fit the LuGre friction parameters and the spring of a valve to recordings.
@@ -41,7 +44,7 @@ def command(
         working,
         writable,
     )
-    from bristle._fitting import checked_causality, free_parameters, with_area, without_effects
+    from bristle._fitting import checked_causality, checked_estimator, free_parameters, with_area, without_effects
     from identification import Outcome, identify
     from identification import profile as profile_of
     from recordings import NegativeAnswer
@@ -53,10 +56,16 @@ def command(
     read, others = (with_area(load(paths), area) for paths in (recordings, holdout or []))
     with working("fitting"):
         found = identify(
-            read, holdout=others, given=held, causality=checked_causality(causality), hold=hold, check=crosscheck
-        )
+            read, holdout=others, given=held, causality=checked_causality(causality), hold=hold, check=crosscheck,
+            estimator=checked_estimator(estimator),
+        )  # fmt: skip
     console = stdout()
     console.print(parameter_table(found))
+    noise = found.model.noise
+    console.print(
+        f"estimator: {found.fit.estimator}; noise of the position {1e6 * (noise['position_m'] or 0.0):.3g} µm, "
+        f"of the force {noise['force_N'] or 0.0:.3g} N"
+    )
     print_errors(console, found.model)
     for name in profiled:
         p = profile_of(found.fit, found.uncertainty, name)

@@ -41,7 +41,7 @@ class Plan:
     seeds: int = 5
     long_seeds: int = 3
     rate_per_h: float = 0.01
-    healthy_h: tuple[float, float, float] = (24.0, 96.0, 192.0)
+    healthy_h: tuple[float, float, float] = (24.0, 96.0, 96.0)
     other_healthy_h: tuple[float, float, float] = (8.0, 16.0, 16.0)
     examples: int = 3
     other_long_h: float = 2.0

@@ -191,7 +191,7 @@ def test_diagnosis_names_the_fault_or_those_it_cannot_tell_from_it():
     rng = np.random.default_rng(5)
     centres = {1: np.array([5.0, 0, 0]), 2: np.array([0, 5.0, 0]), 3: np.array([0, 5.0, 0.05])}
     made = [(f, f"{f} {i}", c + 0.3 * rng.normal(size=(10, 3))) for f, c in centres.items() for i in range(4)]
-    known = learn_diagnosis(made)
+    known = learn_diagnosis([*made, (9, "9 that raised no alarm", np.array([]))])
     assert known.members(1) == (1,)
     assert set(known.members(2)) == {2, 3}
     assert known.ranked(np.array([5.0, 0.1, 0]))[0][0] == 1

@@ -56,15 +56,15 @@ def test_a_step_of_a_fleet_leaves_its_argument_alone():
 
 STEP = """
 import sys, numba
-from detector import Observer, Sample
+from detector import HighOrder, regressors
 compiled = []
 original = numba.core.dispatcher._FunctionCompiler.compile
 def compile(self, *arguments):
     compiled.append(self.py_func.__name__)
     return original(self, *arguments)
 numba.core.dispatcher._FunctionCompiler.compile = compile
-_, said = Observer().step(Observer().initial(), Sample(0.0, position=0.1, input=0.2, velocity=0.3))
-print(len(compiled), said.xi2.hex(), said.rho.hex(), said.phi.hex())
+found = regressors(HighOrder(order=3, inputs=2), [0.1, 0.2])
+print(len(compiled), *(value.hex() for value in found.tolist()))
 """
 
 

@@ -1,0 +1,121 @@
+"""How well friction is identified when the recorded force is noisy: the estimators on the same seeded valves.
+
+    python -m benchmarks.estimators --valves 8 --noise 0.001
+
+Random valves of `simulator.random_valve`, truth with a sub-step of 0.05 ms; staircase 40 s and sine 50 s at 500 Hz;
+position noise 1e-4 to 4e-4 of the stroke, force noise a share of the force that the spring needs over the stroke. The
+bound is the Cramer-Rao bound of the model linearised about the smoothed path at the true parameters.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks._machine import machine
+from identification import Experiment, Fit, Outcome, experiment, fit, uncertainty
+from identification._coordinates import Coordinates
+from identification._innovations import STRICT, NoiseAware, scenes
+from identification._uncertain_force import with_smooth_force
+from simulator import BASE, Excitation, Sensors, kernel, random_valve, simulate
+
+Array = NDArray[np.float64]
+NAMES = ("spring.K", "lugre.fc", "fs - fc", "lugre.vs", "lugre.sigma0", "lugre.sigma1", "lugre.sigma2", "mass.m")
+WAYS = ("raw", "smoothed", "noise-aware")
+"""Output error on the recorded force, on the smoothed force, and the noise-aware estimator."""
+NORMAL_90 = 1.6449
+
+
+def valve(seed: int, noise: float, rate: float = 500.0) -> tuple[dict[str, float], list[Experiment]]:
+    """A random valve and its two recordings."""
+    values, stroke = random_valve(seed)
+    position = 10 ** np.random.default_rng([seed, 7]).uniform(-4, np.log10(4e-4)) * stroke
+    sensors = Sensors(rate, position_noise=position, force_noise=noise * values["spring.K"] * stroke)
+    runs = [
+        simulate(values, Excitation.parse(e), sensors, stroke=stroke, seed=10 * seed + i)[0]
+        for i, e in enumerate(("staircase:40", "sine:50"))
+    ]
+    return values, [experiment(r) for r in runs]
+
+
+def errors(values: dict[str, float], truth: dict[str, float]) -> Array:
+    """Relative errors [%] in the order of `NAMES`."""
+    pairs = [(with_excess(values)[n], with_excess(truth)[n]) for n in NAMES]
+    return np.array([100 * (a / b - 1) for a, b in pairs])
+
+
+def with_excess(values: dict[str, float]) -> dict[str, float]:
+    """The values with the excess of static over Coulomb friction."""
+    return values | {"fs - fc": values["lugre.fs"] - values["lugre.fc"]}
+
+
+def bound(truth: dict[str, float], experiments: list[Experiment]) -> Array:
+    """Standard deviations at the bound [%] in the order of `NAMES`."""
+    model = kernel(BASE, "uncertain force")
+    force = float(np.std(np.concatenate([s.u for e in experiments for s in e.segments])))
+    c = Coordinates.of(model, {}, force)
+    found = NoiseAware(model, c, scenes(experiments)).start(c.theta(model.vector(truth)), STRICT, steps=4)
+    if found is None:
+        return np.full(len(NAMES), np.nan)
+    covariance = found.covariance * np.outer(c.slope(c.p(found.theta)), c.slope(c.p(found.theta)))
+    std = dict(zip(c.names, np.sqrt(np.diag(covariance)), strict=True))
+    a, b = c.names.index("lugre.fs"), c.names.index("lugre.fc")
+    std["fs - fc"] = np.sqrt(covariance[a, a] + covariance[b, b] - 2 * covariance[a, b])
+    return np.array([100 * std[n] / abs(with_excess(truth)[n]) for n in NAMES])
+
+
+def fitted(name: str, experiments: list[Experiment]) -> Fit:
+    """A fit in one of `WAYS`."""
+    if name == "noise-aware":
+        return fit(experiments, estimator="noise-aware")
+    return fit(with_smooth_force(experiments) if name == "smoothed" else experiments, estimator="output-error")
+
+
+def covered(found: Fit, truth: dict[str, float]) -> dict[str, tuple[str, bool]]:
+    """Status of each parameter, and whether its nominal 90 % interval covers the truth."""
+    known = uncertainty(found)
+    return {
+        n: (known.status[n], abs(found.values[n] - truth[n]) <= NORMAL_90 * known.std[n]) for n in known.names
+    }  # fmt: skip
+
+
+def main() -> None:
+    """Print the table."""
+    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    options.add_argument("--valves", type=int, default=8)
+    options.add_argument("--first", type=int, default=0, help="seed of the first valve")
+    options.add_argument("--noise", type=float, default=1e-3, help="share of the force over the stroke")
+    options.add_argument("--only", default="", help="one estimator: raw, smoothed or noise-aware")
+    asked = options.parse_args()
+    print(machine("casadi", "numpy", "numba"))
+    table: dict[str, list[Array]] = {"bound": []}
+    cover: dict[str, list[tuple[str, bool]]] = {}
+    for seed in range(asked.first, asked.first + asked.valves):
+        truth, experiments = valve(seed, asked.noise)
+        table["bound"].append(bound(truth, experiments))
+        for name in [w for w in WAYS if asked.only in ("", w)]:
+            begun = time.process_time()
+            found = fitted(name, experiments)
+            took = time.process_time() - begun
+            if not found.outcome.usable:
+                print(f"  seed {seed} {name}: {found.outcome.name}")
+                continue
+            table.setdefault(name, []).append(errors(found.values, truth))
+            words = " ".join(f"{e:+.2f}" for e in table[name][-1])
+            print(f"  seed {seed} {name:12} {words}  {found.outcome.name} rms {found.rms:.3f} {took:.1f} s", flush=True)
+            if name == "noise-aware" and found.outcome is Outcome.CONVERGED:
+                for n, one in covered(found, truth).items():
+                    cover.setdefault(n, []).append(one)
+    print(f"median absolute error in %, force noise {100 * asked.noise:g} %\n  {'':12} " + "  ".join(NAMES))
+    for name, rows in table.items():
+        print(f"  {name:12} " + "  ".join(f"{x:.3g}" for x in np.median(np.abs(rows), axis=0)) + f"  ({len(rows)})")
+    for n, judged in cover.items():
+        sure = [inside for status, inside in judged if status == "identified"]
+        print(f"  {n}: 90 % intervals of {len(sure)} `identified` cover {sum(sure)}; {len(judged) - len(sure)} others")
+
+
+if __name__ == "__main__":
+    main()

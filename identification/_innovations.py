@@ -1,0 +1,235 @@
+"""Fit a valve whose recorded force is noisy: parameters and paths together.
+
+Output error takes the recorded force for exact; its noise then dithers the simulated bristle, and break-away force and
+Stribeck velocity come out wrong by a multiple. Here the force is estimated along with the motion: each step linearises
+all intervals along the present paths, filters, moves the parameters by Gauss-Newton on the innovations and the paths to
+where the smoother sees them then (an iterated extended Kalman smoother with parameters). At first the paths may stray
+from the model, which keeps the problem smooth; the looseness is then taken away.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification._coordinates import Coordinates
+from identification._experiment import Experiment
+from identification._least_squares import Normal, move, weighted
+from identification._linearised import Linearised, Looseness, Scene, first_path, linearise
+from simulator import Kernel
+
+Array = NDArray[np.float64]
+T = TypeVar("T")
+
+WORKERS = 2
+TUNING = 3.0
+"""Tuning of the Cauchy loss on normalised innovations, in sigmas."""
+UNIT_LOSS = 0.8695
+"""Expectation of that loss for a unit normal innovation."""
+LONGEST = 0.4
+"""Largest move of a coordinate in one step."""
+HOLD = 1.0 / np.log(3.0) ** 2
+"""Precision that keeps a coordinate near where it is in one step."""
+RELAXED = 2
+"""Steps of the path alone after a step has failed."""
+SETTLED, MOST_FAILURES = 0.3, 4
+"""A descent has settled with moves below so many standard deviations, or after so many failures in a row."""
+OUTLIER = 4.0
+"""Sigmas from which an innovation is an outlier."""
+
+STAGES = (
+    (Looseness(1.0, 1e-4, 0.1, 5e-4), 5),
+    (Looseness(1.0, 1e-5, 0.05, 5e-4), 8),
+    (Looseness(1.0, 1e-5, 0.02, 5e-4, share=1.0), 8),
+)
+"""Looseness and number of steps of the last stages, on whole recordings."""
+STRICT = Looseness(1.0, 1e-5, 0.0, 5e-4, share=1.0)
+STRICT_STEPS = 3
+"""Looseness and number of steps of the path by which ends of fits are judged."""
+Stages = Sequence[tuple[Looseness, int]]
+
+
+@dataclass(frozen=True)
+class Prior:
+    """A weak normal prior on a sum of coordinates: weights by parameter name, mean and standard deviation."""
+
+    weights: Mapping[str, float]
+    mean: float
+    std: float
+
+
+PRIORS = (
+    Prior({"lugre.fs": 1, "lugre.fc": -1}, float(np.log(1.3)), 0.4),
+    Prior({"lugre.vs": 1}, float(np.log(4e-3)), 1.0),
+    Prior({"mass.m": 1}, float(np.log(3.0)), 1.5),
+    Prior({"lugre.sigma1": 2, "lugre.sigma0": -1, "mass.m": -1}, float(np.log(0.36)), 1.5),
+)
+"""What is known of LuGre friction before any measurement: it matters only where a recording says nothing."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A step's outcome. theta (m,); paths and linearised, one per scene; normal : equations of the innovations with
+    the priors; cost : robust loss plus log variances; loss : mean loss of a position innovation, 1 when all is right;
+    outliers : share of innovations beyond `OUTLIER` sigmas.
+    """
+
+    theta: Array
+    paths: tuple[Array, ...]
+    linearised: tuple[Linearised, ...]
+    normal: Normal
+    cost: float
+    loss: float
+    outliers: float
+    settled: bool = False
+
+    @property
+    def covariance(self) -> Array:
+        """Covariance (m, m) of theta: the Cramer-Rao bound of the linearised model."""
+        return np.asarray(np.linalg.pinv(self.normal.matrix), float)
+
+    def by_sample(self) -> list[Array]:
+        """Square plus log variance of the innovations of each scene (n,), position and force together."""
+        out = []
+        for line in self.linearised:
+            innovations, variances = line.judged
+            variances = np.where(np.isfinite(variances), variances, 1.0)
+            out.append((innovations**2 / variances + np.log(variances)).sum(axis=1))
+        return out
+
+
+class NoiseAware:
+    """The fit of one kernel (of an uncertain force) to some scenes, with what is free given by coordinates."""
+
+    def __init__(self, kernel: Kernel, coordinates: Coordinates, scenes: Sequence[Scene]) -> None:
+        self.kernel, self.coordinates, self.scenes = kernel, coordinates, tuple(scenes)
+        self.names = [n for n, free in zip(coordinates.names, coordinates.free, strict=True) if free]
+
+    def start(self, theta: Array, loose: Looseness, *, steps: int = 3) -> Estimate | None:
+        """The estimate at fixed parameters, from paths along the smoothed motion. None where the model diverges."""
+        p = self.coordinates.p(theta)
+        paths = self._each(lambda i: first_path(self.kernel, self.scenes[i], p))
+        known = [path for path in paths if path is not None]
+        return self.at(theta, known, loose, steps=steps) if len(known) == len(paths) else None
+
+    def at(self, theta: Array, paths: Sequence[Array], loose: Looseness, *, steps: int = 1) -> Estimate | None:
+        """The estimate at fixed parameters after some steps of the paths."""
+        p, still = self.coordinates.p(theta), np.zeros(len(theta))
+
+        def one(i: int) -> tuple[Array, Linearised] | None:
+            path = paths[i]
+            for left in range(steps, -1, -1):
+                line = linearise(self.kernel, self.coordinates, self.scenes[i], p, path, loose)
+                if line is None or not left:
+                    break
+                path = path + loose.share * line.correction(still)
+            return None if line is None else (path, line)
+
+        found = [f for f in self._each(one) if f is not None]
+        if len(found) < len(self.scenes):
+            return None
+        return self._judged(theta, tuple(f[0] for f in found), tuple(f[1] for f in found))
+
+    def descend(self, now: Estimate, loose: Looseness, steps: int) -> Estimate:
+        """Gauss-Newton steps with adaptive damping; a step that raises the cost is taken back.
+
+        The cost about a path that is not yet the smoothed one can be too low, and then nothing is below it: after a
+        failure the path is first brought to rest where it is.
+        """
+        damping, failures, settled = 1e-3, 0, False
+        for _ in range(steps):
+            held = replace(now.normal, matrix=now.normal.matrix + HOLD * np.eye(len(now.theta)))
+            step = np.clip(move(held, damping), -LONGEST, LONGEST)
+            trial = self.at(now.theta + step, self._moved(now, step, loose.share), loose, steps=0)
+            if trial is not None and trial.cost < now.cost + 1.0:
+                gain, now = now.cost - trial.cost, trial
+                damping, failures = max(damping / 5, 1e-9), 0
+                settled = gain < 1.0 and bool(np.max(np.abs(step) / self._sigmas(now)) < SETTLED)
+            elif failures == 0:
+                now = self.at(now.theta, now.paths, loose, steps=RELAXED) or now
+                damping, failures = max(5 * damping, 1e-3), 1
+            else:
+                damping, failures = max(20 * damping, 1e-3), failures + 1
+                settled = failures > MOST_FAILURES
+            if settled:
+                break
+        return replace(now, settled=settled)
+
+    def follow(self, theta: Array, paths: Sequence[Array] | None = None, stages: Stages = STAGES) -> Estimate | None:
+        """All stages from a start; None where the model diverges."""
+        now: Estimate | None = None
+        for loose, steps in stages:
+            if now is not None:
+                theta, paths = now.theta, now.paths
+            begun = self.start(theta, loose) if paths is None else self.at(theta, paths, loose, steps=4)
+            if begun is None:
+                return now
+            now = self.descend(begun, loose, steps)
+        return now
+
+    def strict(self, now: Estimate) -> Estimate | None:
+        """The estimate without allowance for the error of linearisation, which makes costs of estimates comparable."""
+        end = self.at(now.theta, now.paths, STRICT, steps=STRICT_STEPS)
+        return None if end is None else replace(end, settled=now.settled)
+
+    def _sigmas(self, now: Estimate) -> Array:
+        return np.sqrt(np.maximum(np.diag(now.covariance), 1e-12))
+
+    def _moved(self, now: Estimate, step: Array, share: float) -> list[Array]:
+        return self._each(lambda i: now.paths[i] + share * now.linearised[i].correction(step))
+
+    def _judged(self, theta: Array, paths: tuple[Array, ...], lines: tuple[Linearised, ...]) -> Estimate | None:
+        total, cost, far, count, loss, seen_y = self._prior(theta), 0.0, 0, 0, 0.0, 0
+        for line in lines:
+            seen = np.isfinite(line.variances)
+            sigma = np.sqrt(line.variances[seen])
+            one = weighted(line.innovations[seen] / sigma, line.by[seen] / sigma[:, None], TUNING)
+            total = Normal(total.cost, total.gradient + one.gradient, total.matrix + one.matrix)
+            innovations, variances = line.judged
+            sigma = np.sqrt(variances[seen])
+            r = innovations[seen] / sigma
+            total = replace(total, cost=total.cost + _loss(r))
+            cost += 2 * float(np.sum(np.log(sigma)))
+            far, count = far + int(np.sum(np.abs(r) > OUTLIER)), count + len(r)
+            y = innovations[seen[:, 0], 0] / np.sqrt(variances[seen[:, 0], 0])
+            loss, seen_y = loss + _loss(y), seen_y + len(y)
+        if not np.isfinite(total.cost + cost):
+            return None
+        return Estimate(theta, paths, lines, total, total.cost + cost, loss / seen_y / UNIT_LOSS, far / count)
+
+    def _prior(self, theta: Array) -> Normal:
+        normal = Normal(0.0, np.zeros(len(theta)), np.zeros((len(theta), len(theta))))
+        for prior in PRIORS:
+            if not set(prior.weights) <= set(self.names):
+                continue
+            a = np.array([prior.weights.get(name, 0.0) for name in self.names])
+            off = float(a @ theta) - prior.mean
+            normal = Normal(
+                normal.cost + (off / prior.std) ** 2,
+                normal.gradient + off / prior.std**2 * a,
+                normal.matrix + np.outer(a, a) / prior.std**2,
+            )
+        return normal
+
+    def _each(self, task: Callable[[int], T]) -> list[T]:
+        if len(self.scenes) == 1:
+            return [task(0)]
+        with ThreadPoolExecutor(WORKERS) as pool:
+            return list(pool.map(task, range(len(self.scenes))))
+
+
+def _loss(r: Array) -> float:
+    """Cauchy's loss of normalised innovations, summed."""
+    return float(TUNING**2 * np.sum(np.log1p((r / TUNING) ** 2)))
+
+
+def scenes(experiments: Sequence[Experiment]) -> list[Scene]:
+    """The scenes of all segments."""
+    pairs = [(s, e) for e in experiments for s in e.segments]
+    with ThreadPoolExecutor(WORKERS) as pool:
+        return list(pool.map(lambda pair: Scene.of(pair[0], pair[1].noise_position, pair[1].noise_force), pairs))

@@ -1,0 +1,80 @@
+"""A force-driven fit where the recorded force is noisy: when it is needed, and how it is made of its parts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification._coordinates import Coordinates
+from identification._experiment import Experiment
+from identification._homotopy import Homotopy, Path
+from identification._linearised import Scene
+from identification._noise_aware import Estimate, NoiseAware, fit_noise_aware, scenes
+from identification._problem import Problem, Setting
+from identification._shake import shaken
+from identification._start import regression, starts
+from simulator import Kernel, kernel
+
+Array = NDArray[np.float64]
+
+MATTERS = 3e-4
+"""Noise of the force, as a share of Coulomb friction, from which it is not neglected. Noise shakes the simulated
+bristle by its share of the break-away deflection in every sample, and 0.2 % of it spoils break-away force by 30 %."""
+FREE_STEP = 2.5e-4
+"""Sub-step of free runs [s]."""
+
+
+@dataclass(frozen=True)
+class NoiseAwareFit:
+    """estimate: of parameters and paths; problem, path : the same end as a free run on the smoothed force."""
+
+    estimate: Estimate
+    problem: Problem
+    path: Path
+
+
+def force_noise_matters(experiments: Sequence[Experiment]) -> bool:
+    """Whether the noise of the recorded force is large enough to shake a simulated bristle."""
+    guess = regression(experiments)
+    noise = max(e.noise_force for e in experiments)
+    return guess is not None and noise > MATTERS * abs(guess["fc"])
+
+
+def with_smooth_force(experiments: Sequence[Experiment], seen: Sequence[Scene] | None = None) -> list[Experiment]:
+    """The experiments with their force smoothed; seen : their scenes, where they are at hand."""
+    left = iter(scenes(experiments) if seen is None else seen)
+    found = []
+    for e in experiments:
+        pairs = [(s, next(left)) for s in e.segments]
+        found.append(e.with_segments(tuple(replace(s, u=np.interp(s.t, scene.t, scene.force.u)) for s, scene in pairs)))
+    return found
+
+
+def fit_uncertain(valve: Kernel, coordinates: Coordinates, experiments: Sequence[Experiment]) -> NoiseAwareFit | None:
+    """Fit without start values; None where no start leads anywhere."""
+    seen = scenes(experiments)
+    smooth = with_smooth_force(experiments, seen)
+    ranked = starts(smooth, valve.effects, coordinates)
+    if not ranked:
+        return None
+    first = shaken(ranked[0].theta, Homotopy(valve, coordinates, smooth))
+    others = [s.theta for s in ranked[:1]]
+    work = NoiseAware(kernel(valve.effects, "uncertain force"), coordinates, seen)
+    estimate = fit_noise_aware(work, *([first, *others] if first is not None else others))
+    if estimate is None:
+        return None
+    problem = Problem(valve, coordinates, smooth)
+    unknowns = _started(problem, estimate)
+    return NoiseAwareFit(estimate, problem, Path(unknowns, estimate.normal, Setting(FREE_STEP), 0, estimate.settled))
+
+
+def _started(problem: Problem, estimate: Estimate) -> Array:
+    """Unknowns of free runs from where the estimated paths begin."""
+    local = [
+        path[0, problem.local] / problem.local_scale(piece)
+        for piece, path in zip(problem.pieces, estimate.paths, strict=True)
+    ]
+    return np.concatenate([estimate.theta, *local])

@@ -1,0 +1,120 @@
+"""A noisy force: what is estimated of it, which estimator is chosen, what comes out, and that a failure says so."""
+
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+import pytest
+from filterpy.kalman import KalmanFilter
+from seeded_valves import changed, recorded
+
+from identification import Fit, Outcome, experiment, fit, identify, uncertainty
+from identification._force import estimate_force, loops
+from recordings import BadInput, Recording
+from simulator import Excitation, Sensors, random_valve, simulate
+
+SEED = 7
+TRUTH, STROKE = random_valve(SEED)
+FORCE_NOISE = 1e-3 * TRUTH["spring.K"] * STROKE
+
+
+@functools.cache
+def noisy() -> tuple[Recording, Recording]:
+    sensors = Sensors(500.0, position_noise=2e-4 * STROKE, force_noise=FORCE_NOISE)
+    runs = [simulate(TRUTH, Excitation.parse(e), sensors, stroke=STROKE, seed=s)
+            for s, e in enumerate(("staircase:40", "sine:50"))]  # fmt: skip
+    return runs[0][0], runs[1][0]
+
+
+@functools.cache
+def found() -> Fit:
+    return fit([experiment(r) for r in noisy()])
+
+
+def breakaway_error(values: dict[str, float]) -> float:
+    excess = values["lugre.fs"] - values["lugre.fc"]
+    return abs(excess / (TRUTH["lugre.fs"] - TRUTH["lugre.fc"]) - 1)
+
+
+def test_the_filter_is_that_of_an_independent_implementation():
+    rng, n, s, m = np.random.default_rng(1), 40, 4, 2
+    F, G = np.eye(s) + 0.1 * rng.normal(size=(n - 1, s, s)), rng.normal(size=(n - 1, s, m))
+    H, D, jump = rng.normal(size=(n, 2, s)), np.zeros((n, 2, m)), rng.normal(size=(n - 1, s))
+    Q, R, E = np.tile(0.1 * np.eye(s), (n - 1, 1, 1)), np.full((n, 2), 0.5), rng.normal(size=(n, 2))
+    A, P, S = np.zeros((n, s)), np.zeros((n, s, s)), np.zeros((n, s, m))
+    P[0] = np.eye(s)
+    V, J, K, measured = np.empty((n, 2)), np.empty((n, 2, m)), np.empty((n, 2, s)), E.copy()
+    loops().filtered(E, H, D, F, G, jump, Q, R, A, P, S, V, J, K)
+    other = KalmanFilter(dim_x=s, dim_z=1)
+    other.P = np.eye(s)
+    for k in range(n):
+        for c in range(2):
+            other.update(measured[k, c], R=R[k, c], H=H[k, c][None])
+            assert E[k, c] == pytest.approx(other.y.item(), rel=1e-8, abs=1e-10)
+            assert V[k, c] == pytest.approx(other.S.item(), rel=1e-8)
+        if k + 1 < n:
+            other.predict(u=jump[k][:, None], B=np.eye(s), F=F[k], Q=Q[k])
+
+
+def test_the_error_of_the_smoothed_force_is_known():
+    t = np.arange(10000) / 500.0
+    true = 400 + 300 * np.sin(0.9 * t) + 50 * np.clip(t - 10, 0, 4)
+    force = estimate_force(t, true + np.random.default_rng(2).normal(0, 1.5, len(t)), 1.5)
+    z = (force.u - true) / force.std
+    assert 0.75 < np.sqrt(np.mean(z**2)) < 1.25
+    assert np.sqrt(np.mean((force.u - true) ** 2)) < 0.4 * 1.5
+
+
+def test_the_noise_of_both_channels_is_estimated_from_the_recording():
+    for recording in noisy():
+        e = experiment(recording)
+        assert e.noise_force == pytest.approx(FORCE_NOISE, rel=0.1)
+        assert e.noise_position == pytest.approx(2e-4 * STROKE, rel=0.1)
+
+
+def test_a_noisy_force_is_estimated_along_with_the_motion():
+    assert found().estimator == "noise-aware"
+    assert found().outcome is Outcome.CONVERGED
+    values = found().values
+    assert values["spring.K"] == pytest.approx(TRUTH["spring.K"], rel=1e-3)
+    assert values["lugre.fc"] == pytest.approx(TRUTH["lugre.fc"], rel=1e-2)
+    assert breakaway_error(values) < 0.1
+
+
+def test_its_free_run_is_on_the_smoothed_force_and_near_the_noise():
+    known = uncertainty(found())
+    assert all(known.std[name] > 0 for name in known.names)
+    problem, path = found().problem, found().path
+    assert problem is not None
+    assert path is not None
+    recordings_force = np.concatenate([experiment(r).segments[0].u for r in noisy()])
+    used = np.concatenate([p.segment.u for p in problem.pieces])
+    assert 0.7 * FORCE_NOISE < np.std(used - recordings_force) < 1.3 * FORCE_NOISE
+
+
+def test_an_exact_force_is_taken_for_exact():
+    assert fit([experiment(recorded(2))]).estimator == "output-error"
+
+
+def test_what_no_valve_does_is_said_not_to_have_converged():
+    sensors = Sensors(250.0, position_noise=2e-4 * STROKE, force_noise=FORCE_NOISE)
+    plain = simulate(TRUTH, Excitation.parse("sine:10"), sensors, stroke=STROKE, seed=3)[0]
+    other = 0.3 * TRUTH["lugre.fc"] * np.sin(20 * np.asarray(plain.time))
+    outcome = fit([experiment(changed(plain, force=plain["force"].values + other))])
+    assert outcome.outcome is Outcome.NOT_CONVERGED
+    assert set(uncertainty(outcome).status.values()) <= {"weak", "at_bound"}
+
+
+def test_a_profile_is_refused_for_it():
+    from identification import profile
+
+    with pytest.raises(BadInput, match="noise-aware"):
+        profile(found(), uncertainty(found()), "spring.K")
+
+
+@pytest.mark.long
+def test_the_whole_identification_says_which_estimator_it_used():
+    found = identify(noisy(), check=False)
+    assert found.model.quality["estimator"] == "noise-aware"
+    assert found.model.noise["force_N"] == pytest.approx(FORCE_NOISE, rel=0.1)
