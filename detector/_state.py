@@ -39,6 +39,11 @@ class State:
         return float(self.core[kernel.XI2])
 
     @property
+    def rho(self) -> float:
+        """The threshold."""
+        return float(self.core[kernel.RHO_LAST])
+
+    @property
     def w1(self) -> Array:
         """Weights of S1, a copy."""
         return self.core[kernel.WEIGHTS : kernel.WEIGHTS + self.n_first].copy()

@@ -132,7 +132,8 @@ class Watch:
         levels = tuple(level.step(s, row) for level, s in zip(self.levels, state.levels, strict=True))
         flow = self.flow.step(state.flow, row) if self.flow else state.flow
         scores = self._scores(model, levels, flow)
-        ratio = abs(said.xi2) / max(said.rho, 1e-300)
+        last = state.observer
+        ratio = min(abs(said.xi2) / max(said.rho, 1e-300), abs(last.xi2) / max(last.rho, 1e-300))  # two running
         scores[OBSERVER] = max(ratio, 1.0 + 1e-9) if said.alarm else min(ratio, 1.0)
         after = self._alarmed(replace(state, observer=inner, model=model, levels=levels, flow=flow), row.time_s, scores)
         gap = row.time_s - state.last_s if said.verdict is Verdict.GAP else 0.0

@@ -16,7 +16,7 @@ from simulator import CATALOGUE, Kernel, kernel
 
 Array = NDArray[np.float64]
 
-FINAL = Looseness(1.0, 1e-5, 0.1, 5e-4)
+FINAL = Looseness(1.0, 1e-5, 0.1, 5e-4, honest=False)
 """Looseness of all fits while tracing: they start near their end."""
 REFIT = 12
 """Steps of a refit."""
