@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import signal
 import sys
 from collections.abc import Sequence
 from typing import NoReturn
@@ -95,4 +96,7 @@ def _say(message: str, code: int) -> int:
 
 def main() -> NoReturn:
     """Entry point of the console script."""
-    sys.exit(run())
+    code = run()
+    if code == INTERRUPTED:  # who presses again while the process ends must not change how it ends
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+    sys.exit(code)

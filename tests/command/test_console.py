@@ -106,7 +106,7 @@ def test_ctrl_c_ends_a_fit_with_130_and_one_line(tmp_path):
     while not ended:  # a library that is just being imported may swallow an interrupt: a user presses again
         process.send_signal(signal.SIGINT)
         with contextlib.suppress(subprocess.TimeoutExpired):
-            process.wait(timeout=1.0)
+            process.wait(timeout=10.0)
         ended = process.poll() is not None
     _, err = process.communicate(timeout=120)
     assert process.returncode == 130
