@@ -9,6 +9,9 @@ from typing import Literal
 
 MonitorKind = Literal["alarm", "cleared", "link_down", "link_up", "gap", "deadline_missed", "bad_value"]
 
+NAMED = ("friction", "spring")
+"""Faults that the event stream has a word for; the others stand in the text alone."""
+
 
 @dataclass(frozen=True, slots=True)
 class MonitorEvent:
@@ -32,7 +35,8 @@ class MonitorEvent:
         """One line of the event stream."""
         about = {
             "time": datetime.fromtimestamp(self.wall, UTC).strftime("%Y-%m-%dT%H:%M:%S.%fZ"),
-            "t_s": round(self.t_s, 6), "valve": self.valve, "kind": self.kind, "fault": self.fault,
+            "t_s": round(self.t_s, 6), "valve": self.valve, "kind": self.kind,
+            "fault": self.fault if self.fault in NAMED else None,
             "residual": self.residual, "threshold": self.threshold, "text": self.text,
         }  # fmt: skip
         return json.dumps(about)
