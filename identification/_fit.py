@@ -14,7 +14,8 @@ from identification._coordinates import Coordinates, parameters
 from identification._experiment import Experiment
 from identification._homotopy import Homotopy, Path
 from identification._imposed import fit_imposed
-from identification._noise_aware import Estimate, converged
+from identification._innovations import Estimate
+from identification._noise_aware import converged
 from identification._problem import Problem
 from identification._shake import shaken
 from identification._start import Start, regression, starts
@@ -117,12 +118,12 @@ def fit(
     if len(causalities) != 1:
         raise BadInput("recordings", "some are force-driven and some motion-driven", "fit them separately")
     valve = kernel(effects, causalities.pop())
-    _check_given(given, valve)
+    check_given(given, valve)
     force = np.concatenate([s.u for e in experiments for s in e.segments])
     coordinates = Coordinates.of(valve, given, float(np.std(force)) or 1.0)
-    obstacle = _obstacle(experiments, coordinates, force)
-    if obstacle is not None:
-        return Fit(obstacle, valve, coordinates)
+    hindered = obstacle(experiments, coordinates, force)
+    if hindered is not None:
+        return Fit(hindered, valve, coordinates)
     if valve.causality == "motion":
         path, problem = fit_imposed(valve, coordinates, experiments)
         return _judged(valve, coordinates, problem, path)
@@ -158,14 +159,20 @@ def _uncertain(valve: Kernel, coordinates: Coordinates, experiments: Sequence[Ex
     found = fit_uncertain(valve, coordinates, experiments)
     if found is None:
         return Fit(Outcome.DIVERGED, valve, coordinates)
-    outcome = Outcome.CONVERGED if converged(found.estimate) else Outcome.NOT_CONVERGED
-    if found.estimate.loss > HOPELESS:
+    return fit_of(found.estimate, found.problem, found.path)
+
+
+def fit_of(estimate: Estimate, problem: Problem, path: Path) -> Fit:
+    """A noise-aware estimate as a fit, with its outcome; problem, path : the same end as a free run."""
+    outcome = Outcome.CONVERGED if converged(estimate) else Outcome.NOT_CONVERGED
+    if estimate.loss > HOPELESS:
         outcome = Outcome.NOT_EXPLAINED
-    rms = float(np.sqrt(found.estimate.loss))
-    return Fit(outcome, valve, coordinates, found.problem, found.path, rms, found.estimate)
+    rms = float(np.sqrt(estimate.loss))
+    return Fit(outcome, problem.kernel, problem.coordinates, problem, path, rms, estimate)
 
 
-def _check_given(given: Mapping[str, float], valve: Kernel) -> None:
+def check_given(given: Mapping[str, float], valve: Kernel) -> None:
+    """Raise BadInput for a held parameter that the valve has not, or that no valve can have."""
     known = parameters(valve)
     for name, value in given.items():
         if name not in known:
@@ -206,7 +213,7 @@ def _next_start(attempt: int, ranked: Sequence[Start], best: Path | None, homoto
     return ranked[0].theta if attempt == 0 else shaken(ranked[place].theta, homotopy)
 
 
-def _obstacle(experiments: Sequence[Experiment], coordinates: Coordinates, force: Array) -> Outcome | None:
+def obstacle(experiments: Sequence[Experiment], coordinates: Coordinates, force: Array) -> Outcome | None:
     """What makes a fit impossible before it starts, if anything."""
     if np.ptp(force) == 0.0:
         return Outcome.CONSTANT_INPUT

@@ -38,7 +38,7 @@ def identify(
     `fit`. Where the noise of the force is accounted for, free runs and cross-check are made on the smoothed force.
     """
     experiments = [experiment(r, causality, hold=hold) for r in recordings]
-    held = _held(experiments) | dict(given or {})
+    held = plant_constants(experiments) | dict(given or {})
     found: Fit = fit(experiments, effects=effects, given=held, estimator=estimator)
     if not found.outcome.usable:
         raise NegativeAnswer(found.outcome.value)
@@ -61,7 +61,8 @@ def identify(
     return Identification(found, known, model, runs, held_out, checked, advice(known))
 
 
-def _held(experiments: Sequence[Experiment]) -> dict[str, float]:
+def plant_constants(experiments: Sequence[Experiment]) -> dict[str, float]:
+    """The parameters that the recordings' plants fix, by full name, SI units."""
     return {
         parameter: float(e.plant[item])
         for e in experiments

@@ -93,15 +93,6 @@ class Estimate:
         """Covariance (m, m) of theta: the Cramer-Rao bound of the linearised model."""
         return np.asarray(np.linalg.pinv(self.normal.matrix), float)
 
-    def by_sample(self) -> list[Array]:
-        """Square plus log variance of the innovations of each scene (n,), position and force together."""
-        out = []
-        for line in self.linearised:
-            innovations, variances = line.judged
-            variances = np.where(np.isfinite(variances), variances, 1.0)
-            out.append((innovations**2 / variances + np.log(variances)).sum(axis=1))
-        return out
-
 
 class NoiseAware:
     """The fit of one kernel (of an uncertain force) to some scenes, with what is free given by coordinates."""
@@ -193,11 +184,11 @@ class NoiseAware:
             innovations, variances = line.judged
             sigma = np.sqrt(variances[seen])
             r = innovations[seen] / sigma
-            total = replace(total, cost=total.cost + _loss(r))
+            total = replace(total, cost=total.cost + float(cauchy(r).sum()))
             cost += 2 * float(np.sum(np.log(sigma)))
             far, count = far + int(np.sum(np.abs(r) > OUTLIER)), count + len(r)
             y = innovations[seen[:, 0], 0] / np.sqrt(variances[seen[:, 0], 0])
-            loss, seen_y = loss + _loss(y), seen_y + len(y)
+            loss, seen_y = loss + float(cauchy(y).sum()), seen_y + len(y)
         if not np.isfinite(total.cost + cost):
             return None
         return Estimate(theta, paths, lines, total, total.cost + cost, loss / seen_y / UNIT_LOSS, far / count)
@@ -223,9 +214,9 @@ class NoiseAware:
             return list(pool.map(task, range(len(self.scenes))))
 
 
-def _loss(r: Array) -> float:
-    """Cauchy's loss of normalised innovations, summed."""
-    return float(TUNING**2 * np.sum(np.log1p((r / TUNING) ** 2)))
+def cauchy(r: Array) -> Array:
+    """Cauchy's loss of each normalised innovation, of any shape."""
+    return np.asarray(TUNING**2 * np.log1p((r / TUNING) ** 2), float)
 
 
 def scenes(experiments: Sequence[Experiment]) -> list[Scene]:

@@ -12,12 +12,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from identification._innovations import OUTLIER, TUNING, UNIT_LOSS, Estimate, NoiseAware, Stages, scenes
+from identification._innovations import Estimate, NoiseAware, Stages
 from identification._linearised import Looseness, Scene
-
-__all__ = [
-    "OUTLIER", "TUNING", "UNIT_LOSS", "Estimate", "NoiseAware", "chunks", "converged", "fit_noise_aware", "scenes",
-]  # fmt: skip
 
 Array = NDArray[np.float64]
 

@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 
 from identification._coordinates import Coordinates
 from identification._experiment import Experiment, Segment, experiment
-from identification._homotopy import Homotopy
-from identification._noise_aware import fit_noise_aware, scenes
-from identification._shake import shaken
-from identification._start import starts
+from identification._fit import Outcome, check_given, obstacle
+from identification._identify import plant_constants
+from identification._innovations import scenes
 from identification._trace_judge import Comparison, Whiteness, compare, whiteness
-from identification._trace_model import REFIT, Bench, Model, problem
+from identification._trace_model import REFIT, Bench, Model, coordinates
 from identification._trace_screen import Score, screen
+from identification._uncertain_force import estimated, with_smooth_force
 from recordings import BadInput, NegativeAnswer, Recording
 from simulator import BASE, kernel
 
@@ -99,7 +99,9 @@ def select(
         )
     if not others:
         experiments, others = split(experiments)
-    bench = bench_of(experiments, others, given or {})
+    held = plant_constants(experiments) | dict(given or {})
+    _check(experiments, held)
+    bench = bench_of(experiments, others, held)
     base = base_model(experiments, bench).refitted(REFIT)
     model, added, rounds = _selected(base)
     before = _left(base)
@@ -110,13 +112,22 @@ def select(
     )  # fmt: skip
 
 
+def _check(experiments: Sequence[Experiment], given: Mapping[str, float]) -> None:
+    """Raise BadInput or NegativeAnswer for what no fit could be made with, before any work is done."""
+    valve, force = kernel(BASE), np.concatenate([s.u for e in experiments for s in e.segments])
+    check_given(given, valve)
+    hindered = obstacle(experiments, Coordinates.of(valve, given, float(np.std(force)) or 1.0), force)
+    if hindered is not None:
+        raise NegativeAnswer(hindered.value)
+
+
 def _selected(base: Model) -> tuple[Model, tuple[str, ...], list[tuple[Candidate, ...]]]:
     """Forward selection from the base: the model, the effects added, and the candidates of every round."""
     model, added, rounds = base, tuple[str, ...](), list[tuple[Candidate, ...]]()
     while len(added) < MOST:
         rounds.append(judged(model))
-        best = rounds[-1][0]
-        if not best.accepted or best.refit is None:
+        best = next((c for c in rounds[-1] if c.accepted), None)
+        if best is None or best.refit is None:
             break
         model, added = best.refit.refitted(REFIT), (*added, best.effect)
     return model, added, rounds
@@ -152,34 +163,17 @@ def bench_of(experiments: Sequence[Experiment], held: Sequence[Experiment], give
 
 def base_model(experiments: Sequence[Experiment], bench: Bench) -> Model:
     """The base model, fitted without start values."""
-    smooth = smoothed(experiments, bench.fitted)
-    plain = Coordinates.of(kernel(BASE), bench.given, bench.force_std)
-    found = starts(smooth, BASE, plain)
-    if not found:
-        raise NegativeAnswer("the valve does not move in these recordings; excite it over a good part of its stroke")
-    theta = shaken(found[0].theta, Homotopy(kernel(BASE), plain, smooth))
-    work = problem(BASE, bench, bench.fitted)
-    estimate = None if theta is None else fit_noise_aware(work, theta)
+    smooth = with_smooth_force(experiments, bench.fitted)
+    estimate = estimated(kernel(BASE), coordinates(BASE, bench), smooth, bench.fitted)
     if estimate is None:
-        raise NegativeAnswer("the base model diverged from every start; check units and signs of force and position")
+        raise NegativeAnswer(Outcome.DIVERGED.value)
     return Model(BASE, bench, estimate)
-
-
-def smoothed(experiments: Sequence[Experiment], all_scenes: Sequence[object]) -> list[Experiment]:
-    """The experiments with their force smoothed."""
-    left = iter(all_scenes)
-
-    def one(s: Segment) -> Segment:
-        scene = next(left)
-        return replace(s, u=np.interp(s.t, scene.t, scene.force.u))  # type: ignore[attr-defined]
-
-    return [e.with_segments(tuple(one(s) for s in e.segments)) for e in experiments]
 
 
 def judged(model: Model) -> tuple[Candidate, ...]:
     """The candidates of one round: all by score, the best refitted and judged on the held-out scenes."""
     scores = screen(model)
-    worth = [s for s in scores[:TRIED] if s.gain > PROMISING * scores[0].gain or s is scores[1]]
+    worth = [s for i, s in enumerate(scores[:TRIED]) if i < 2 or s.gain > PROMISING * scores[0].gain]
     tried = [_tried(model, s) for s in worth]
     ranked = sorted(tried, key=lambda c: (not c.accepted, -(c.gain + (c.held.gain if c.held else 0.0))))
     rest = [Candidate(s.effect, s.gain, s.values, why="others promise more") for s in scores if s not in worth]

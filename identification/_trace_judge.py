@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from scipy.stats import norm
 from scipy.stats import t as student
 
+from identification._innovations import OUTLIER, UNIT_LOSS, Estimate, cauchy
 from identification._linearised import Scene
-from identification._noise_aware import OUTLIER, TUNING, UNIT_LOSS, Estimate
 
 Array = NDArray[np.float64]
 
@@ -46,8 +46,8 @@ def _robust(estimate: Estimate, i: int) -> Array:
     line = estimate.linearised[i]
     seen = np.isfinite(line.variances)
     variances = np.where(seen, line.variances, 1.0)
-    loss = TUNING**2 * np.log1p(line.innovations**2 / variances / TUNING**2)
-    return np.asarray((np.where(seen, loss, 0.0) + np.log(variances)).sum(axis=1), float)
+    loss = cauchy(np.where(seen, line.innovations, 0.0) / np.sqrt(variances))
+    return np.asarray((loss + np.log(variances)).sum(axis=1), float)
 
 
 def _blocks(values: Array, scene: Scene) -> Array:
@@ -72,8 +72,8 @@ def whiteness(estimate: Estimate, scenes: tuple[Scene, ...]) -> Whiteness:
     for i, scene in enumerate(scenes):
         line = estimate.linearised[i]
         seen = np.isfinite(line.variances[:, 0])
-        r2 = np.where(seen, line.innovations[:, 0] ** 2 / np.where(seen, line.variances[:, 0], 1.0), 0.0)
-        loss = _blocks(TUNING**2 * np.log1p(r2 / TUNING**2), scene)
+        r = np.where(seen, line.innovations[:, 0], 0.0) / np.sqrt(np.where(seen, line.variances[:, 0], 1.0))
+        loss = _blocks(cauchy(r), scene)
         count = _blocks(seen.astype(float), scene)
         levels.append((loss / np.maximum(count, 1.0) / UNIT_LOSS)[count > 0])
     level = np.concatenate(levels)

@@ -31,9 +31,7 @@ class Remainder:
 def remainder(found: Tracing) -> Remainder:
     """Describe what is left of the force behind the final model, on the fitted recordings."""
     model = found.final
-    force = np.concatenate(
-        [p[:, -2] - s.force.u for p, s in zip(model.estimate.paths, model.bench.fitted, strict=True)]
-    )
+    force = np.concatenate(model.force_left)
     std = np.concatenate([s.force.std for s in model.bench.fitted])
     path = np.concatenate([p[:, :2] for p in model.estimate.paths])
     clock = np.concatenate([s.t for s in model.bench.fitted])

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification._coordinates import Coordinates, parameters
+from identification._innovations import Estimate, NoiseAware
 from identification._linearised import Looseness, Scene
-from identification._noise_aware import Estimate, NoiseAware
 from simulator import CATALOGUE, Kernel, kernel
 
 Array = NDArray[np.float64]
@@ -22,8 +22,8 @@ REFIT = 12
 """Steps of a refit."""
 HELD_STEPS = 10
 """Steps of the paths on held-out recordings."""
-FARTHEST = 3.0
-"""A strength starts at most this many of its scales from neutral."""
+RESTED = 2
+"""Steps of the paths after which the costs of a model and of a trial of another are compared."""
 
 
 @dataclass(frozen=True)
@@ -71,6 +71,17 @@ class Model:
     def values(self) -> dict[str, float]:
         """Parameter values by full name, SI units."""
         return dict(zip(self.kernel.parameters, self.coordinates.p(self.estimate.theta).tolist(), strict=True))
+
+    @property
+    def force_left(self) -> list[Array]:
+        """What the model had to add to the force as recorded, per fitted scene (n,) [N]."""
+        pairs = zip(self.estimate.paths, self.bench.fitted, strict=True)
+        return [path[:, -2] - scene.force.u for path, scene in pairs]
+
+    @functools.cached_property
+    def rested_cost(self) -> float:
+        """The cost after `RESTED` steps of the paths."""
+        return self.relaxed(RESTED).estimate.cost
 
     @functools.cached_property
     def held(self) -> Estimate | None:

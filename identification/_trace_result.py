@@ -13,9 +13,10 @@ import numpy as np
 
 from identification._crosscheck import Crosscheck
 from identification._result import Identification, error_of
-from identification._trace import Candidate, Tracing, select, smoothed
+from identification._trace import Candidate, Tracing, select
 from identification._trace_left import Remainder, remainder
 from identification._trace_runs import holdout_rmse, identification_of
+from identification._uncertain_force import with_smooth_force
 from recordings import Recording, save_text
 from simulator import CATALOGUE, ValveModel
 
@@ -138,8 +139,8 @@ def trace(
     full name, SI units; hold : the force is held between samples. Raises BadInput and NegativeAnswer as `identify`.
     """
     found = select(recordings, holdout=holdout, given=given, hold=hold)
-    fitted = smoothed(found.experiments, found.base.bench.fitted)
-    held = smoothed(found.held, found.base.bench.held)
+    fitted = with_smooth_force(found.experiments, found.base.bench.fitted)
+    held = with_smooth_force(found.held, found.base.bench.held)
     base = identification_of(found.base, recordings, fitted, held)
     final = base if found.final is found.base else identification_of(found.final, recordings, fitted, held)
     left = None if found.after.white and found.verdict != "unlisted" else remainder(found)

@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import find_peaks
 
-from identification._trace_model import FARTHEST, Bench, Model
+from identification._least_squares import Normal
+from identification._trace_model import RESTED, Bench, Model
 from simulator import CATALOGUE, Parameter
 
 Array = NDArray[np.float64]
@@ -24,6 +25,8 @@ PLACES = (0.15, 0.35, 0.5, 0.65, 0.85)
 """Places along the travel at which local effects are tried, as shares of it."""
 WIDTHS = (0.06, 0.2)
 """Their half widths, likewise."""
+FARTHEST, LEAST = 3.0, 0.05
+"""A refit starts with a strength at most, and one that can only grow at least, so many of its scales from neutral."""
 PEAKS = 3
 """Frequencies and pitches that are tried, the strongest in what is left of the force."""
 
@@ -50,7 +53,7 @@ class Rhythms:
 def screen(base: Model) -> list[Score]:
     """The scores of all candidates that the base does not have, best first."""
     candidates = [e for e in CATALOGUE.ids if e not in base.effects]
-    rhythms = Rhythms(_frequencies(base, residual_force(base)), _pitches(base, residual_force(base)))
+    rhythms = Rhythms(_frequencies(base), _pitches(base))
     thin = base.thinned()
     share = sum(len(s.t) for s in base.bench.fitted) / sum(len(s.t) for s in thin.bench.fitted)
     found = [best(thin, effect, rhythms) for effect in candidates]
@@ -71,56 +74,56 @@ def score(base: Model, effect: str, shape: Mapping[str, float]) -> Score | None:
     A strength that can only grow from zero is also tried at some sizes: a play operator at rest on noise shows
     nothing to first order.
     """
-    found = [_score(base, effect, shape, 0.0)]
-    for parameter in CATALOGUE[effect].parameters:
-        if parameter.neutral is not None and parameter.lower == parameter.neutral and CATALOGUE[effect].memory:
-            found += [_score(base, effect, shape, size) for size in _sizes(parameter, base.bench)]
+    found = [_score(base, effect, shape, trial) for trial in ({}, *_trials(effect, base.bench))]
     known = [one for one in found if one is not None]
     return max(known, key=lambda one: one.gain) if known else None
 
 
-def _sizes(parameter: Parameter, bench: Bench) -> list[float]:
-    """Strengths to try: multiples of the noise for a length, shares of the scale otherwise."""
-    noise = bench.fitted[0].noise_y
-    return [4 * noise, 16 * noise] if parameter.unit == "m" else [0.1 * parameter.scale, 0.5 * parameter.scale]
+def _trials(effect: str, bench: Bench) -> list[dict[str, float]]:
+    """Sizes at which to try the strengths of an effect with memory that can only grow: multiples of the noise for a
+    length, shares of the scale otherwise.
+    """
+    noise, found = bench.fitted[0].noise_y, list[dict[str, float]]()
+    for name, p in _strengths(effect).items():
+        if p.lower == p.neutral and CATALOGUE[effect].memory:
+            sizes = (4 * noise, 16 * noise) if p.unit == "m" else (0.1 * p.scale, 0.5 * p.scale)
+            found += [{name: size} for size in sizes]
+    return found
 
 
-def _score(base: Model, effect: str, shape: Mapping[str, float], size: float) -> Score | None:
-    one_sided = [
-        CATALOGUE[effect].parameter_name(p.symbol)
-        for p in CATALOGUE[effect].parameters
-        if p.neutral is not None and p.lower == p.neutral
-    ]
-    steps = 2 if size else 0
-    model = base.with_effect(effect, dict(shape) | ({one_sided[0]: size} if size else {}), steps=steps)
+def _strengths(effect: str) -> dict[str, Parameter]:
+    """The parameters that vanish with the effect, by full name."""
+    e = CATALOGUE[effect]
+    return {e.parameter_name(p.symbol): p for p in e.parameters if p.neutral is not None}
+
+
+def _score(base: Model, effect: str, shape: Mapping[str, float], trial: Mapping[str, float]) -> Score | None:
+    """The score about the neutral strengths, or about a trial of them."""
+    model = base.with_effect(effect, {**shape, **trial}, steps=RESTED if trial else 0)
     if model is None:
         return None
-    fallen = base.relaxed(steps).estimate.cost - model.estimate.cost if size else 0.0
-    normal, names = model.estimate.normal, _free(model)
-    strengths = {
-        CATALOGUE[effect].parameter_name(p.symbol): p for p in CATALOGUE[effect].parameters if p.neutral is not None
-    }
+    normal, strengths, names = model.estimate.normal, _strengths(effect), _free(model)
+    own = CATALOGUE[effect].parameter_names()
     seen = np.diag(normal.matrix) > 1e-12 * np.diag(normal.matrix).max()
     added = np.array([name in strengths for name in names]) & seen
-    old = np.array([not name.startswith(CATALOGUE[effect].parameter_name("")) for name in names]) & seen
+    old = np.array([name not in own for name in names]) & seen
     if not added.any():
         return None
-    both = added | old
-    move, gain = _gain(normal.matrix, normal.gradient, both)
-    gain += fallen - (0.0 if size else _gain(normal.matrix, normal.gradient, old)[1])
-    values = dict(model.values)
+    move, gain = _gain(normal, added | old)
+    gain += base.rested_cost - model.estimate.cost if trial else -_gain(normal, old)[1]
+    values = {name: value for name, value in model.values.items() if name in own}
     for i in np.flatnonzero(added):
         parameter = strengths[names[i]]
         step = float(np.clip(move[i], -FARTHEST, FARTHEST))
-        if parameter.lower == parameter.neutral and step <= 0 and not size:
-            gain, step = 0.0, 0.05
+        if parameter.lower == parameter.neutral and step <= 0 and not trial:
+            gain, step = 0.0, LEAST
         values[names[i]] = float(np.clip(values[names[i]] + step * parameter.scale, parameter.lower, parameter.upper))
-    added_values = {n: v for n, v in values.items() if n.startswith(CATALOGUE[effect].parameter_name(""))}
-    return Score(effect, max(gain, 0.0), added_values)
+    return Score(effect, max(gain, 0.0), values)
 
 
-def _gain(matrix: Array, gradient: Array, chosen: NDArray[np.bool_]) -> tuple[Array, float]:
+def _gain(normal: Normal, chosen: NDArray[np.bool_]) -> tuple[Array, float]:
     """The Gauss-Newton move in the chosen coordinates and the fall of the cost it promises."""
+    matrix, gradient = normal.matrix, normal.gradient
     scale = np.sqrt(np.diag(matrix)[chosen])
     inner = matrix[np.ix_(chosen, chosen)] / np.outer(scale, scale)
     move = np.zeros(len(gradient))
@@ -158,13 +161,9 @@ def _axis(parameter: Parameter, base: Model, rhythms: Rhythms) -> list[float]:
     return [parameter.scale]
 
 
-def residual_force(base: Model) -> list[Array]:
-    """What the model had to add to the force as recorded, per scene (n,) [N]."""
-    return [path[:, -2] - scene.force.u for scene, path in zip(base.bench.fitted, base.estimate.paths, strict=True)]
-
-
-def _frequencies(base: Model, left: list[Array]) -> list[float]:
+def _frequencies(base: Model) -> list[float]:
     """The strongest frequencies [Hz] in what is left, above three periods of the longest scene."""
+    left = base.force_left
     longest = max(range(len(left)), key=lambda i: base.bench.fitted[i].t[-1])
     t = base.bench.fitted[longest].t
     grid = np.linspace(t[0], t[-1], len(t))
@@ -174,14 +173,14 @@ def _frequencies(base: Model, left: list[Array]) -> list[float]:
     return _strongest(f, power, (f > 3 / (t[-1] - t[0])) & (f < 40.0))
 
 
-def _pitches(base: Model, left: list[Array]) -> list[float]:
+def _pitches(base: Model) -> list[float]:
     """The strongest periods [m] of what is left along the travel."""
     bench = base.bench
     bins = 512
     edges = np.linspace(*bench.travel, bins + 1)
     x = np.concatenate([path[:, 0] for path in base.estimate.paths])
     moving = np.concatenate([np.abs(path[:, 1]) for path in base.estimate.paths]) > 1e-4
-    force = np.concatenate(left)
+    force = np.concatenate(base.force_left)
     place = np.clip(np.digitize(x[moving], edges) - 1, 0, bins - 1)
     count = np.bincount(place, minlength=bins)
     mean = np.bincount(place, force[moving], minlength=bins) / np.maximum(count, 1)

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from identification._coordinates import Coordinates
 from identification._experiment import Experiment
 from identification._homotopy import Homotopy, Path
+from identification._innovations import Estimate, NoiseAware, scenes
 from identification._linearised import Scene
-from identification._noise_aware import Estimate, NoiseAware, fit_noise_aware, scenes
+from identification._noise_aware import fit_noise_aware
 from identification._problem import Problem, Setting
 from identification._shake import shaken
 from identification._start import regression, starts
@@ -57,18 +58,24 @@ def fit_uncertain(valve: Kernel, coordinates: Coordinates, experiments: Sequence
     """Fit without start values; None where no start leads anywhere."""
     seen = scenes(experiments)
     smooth = with_smooth_force(experiments, seen)
-    ranked = starts(smooth, valve.effects, coordinates)
-    if not ranked:
-        return None
-    first = shaken(ranked[0].theta, Homotopy(valve, coordinates, smooth))
-    others = [s.theta for s in ranked[:1]]
-    work = NoiseAware(kernel(valve.effects, "uncertain force"), coordinates, seen)
-    estimate = fit_noise_aware(work, *([first, *others] if first is not None else others))
+    estimate = estimated(valve, coordinates, smooth, seen)
     if estimate is None:
         return None
     problem = Problem(valve, coordinates, smooth)
     unknowns = _started(problem, estimate)
     return NoiseAwareFit(estimate, problem, Path(unknowns, estimate.normal, Setting(FREE_STEP), 0, estimate.settled))
+
+
+def estimated(
+    valve: Kernel, coordinates: Coordinates, smooth: Sequence[Experiment], seen: Sequence[Scene]
+) -> Estimate | None:
+    """Parameters and paths without start values, from experiments with a smooth force and their scenes."""
+    ranked = starts(smooth, valve.effects, coordinates)
+    if not ranked:
+        return None
+    first = shaken(ranked[0].theta, Homotopy(valve, coordinates, smooth))
+    found = [theta for theta in (first, ranked[0].theta) if theta is not None]
+    return fit_noise_aware(NoiseAware(kernel(valve.effects, "uncertain force"), coordinates, seen), *found)
 
 
 def _started(problem: Problem, estimate: Estimate) -> Array:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from identification._coordinates import parameters
 from identification._fit import Fit, Outcome
-from identification._noise_aware import TUNING, Estimate
+from identification._innovations import TUNING, Estimate
 from identification._problem import Problem, Setting
 from simulator import Status
 
@@ -86,7 +86,7 @@ def uncertainty(fit: Fit) -> Uncertainty:
     scaled = matrix[:n, :n] / np.sqrt(np.outer(np.diag(matrix)[:n], np.diag(matrix)[:n]).clip(1e-300))
     eigen = np.linalg.eigvalsh(scaled)
     std = dict(zip(names, (spread * slope).tolist(), strict=True))
-    status, note = judged(fit, names, std, correlation)
+    status, note = _judged(fit, names, std, correlation)
     inflation = float(np.median(np.sqrt(np.diag(robust)[:n] / np.diag(classic)[:n])))
     return Uncertainty(
         names, std, correlation, float(np.sqrt(eigen[-1] / max(eigen[0], 1e-30))), status, note, inflation
@@ -142,7 +142,7 @@ def _innovation_covariances(problem: Problem, estimate: Estimate) -> tuple[Array
     return estimate.normal.matrix, np.asarray(classic, float), np.asarray(robust, float)
 
 
-def judged(
+def _judged(
     fit: Fit, names: tuple[str, ...], std: dict[str, float], correlation: Array
 ) -> tuple[dict[str, Status], dict[str, str]]:
     """Status and note of every free parameter, by name."""

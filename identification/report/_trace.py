@@ -67,8 +67,7 @@ def _pictures(trace: Trace) -> dict[str, Any]:
 
 
 def _left(model: Model, column: int) -> tuple[Array, Array]:
-    paths, scenes = model.estimate.paths, model.bench.fitted
-    x = np.concatenate([p[:, column] for p in paths])
-    force = np.concatenate([p[:, -2] - s.force.u for p, s in zip(paths, scenes, strict=True)])
+    x = np.concatenate([p[:, column] for p in model.estimate.paths])
+    force = np.concatenate(model.force_left)
     step = max(1, len(x) // POINTS)
     return x[::step], force[::step]
