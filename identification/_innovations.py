@@ -29,7 +29,7 @@ T = TypeVar("T")
 WORKERS = 2
 TUNING = 3.0
 """Tuning of the Cauchy loss on normalised innovations, in sigmas."""
-UNIT_LOSS = 0.8695
+UNIT_LOSS = 0.8741
 """Expectation of that loss for a unit normal innovation."""
 LONGEST = 0.4
 """Largest move of a coordinate in one step."""
@@ -45,10 +45,10 @@ OUTLIER = 4.0
 STAGES = (
     (Looseness(1.0, 1e-4, 0.1, 5e-4), 5),
     (Looseness(1.0, 1e-5, 0.05, 5e-4), 8),
-    (Looseness(1.0, 1e-5, 0.02, 5e-4, share=1.0), 8),
+    (Looseness(1.0, 1e-5, 0.02, 2.5e-4, share=1.0), 8),
 )
 """Looseness and number of steps of the last stages, on whole recordings."""
-STRICT = Looseness(1.0, 1e-5, 0.0, 5e-4, share=1.0)
+STRICT = Looseness(1.0, 1e-5, 0.0, 2.5e-4, share=1.0)
 STRICT_STEPS = 3
 """Looseness and number of steps of the path by which ends of fits are judged."""
 Stages = Sequence[tuple[Looseness, int]]
