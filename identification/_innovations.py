@@ -39,6 +39,8 @@ RELAXED = 2
 """Steps of the path alone after a step has failed."""
 SETTLED, MOST_FAILURES = 0.3, 4
 """A descent has settled with moves below so many standard deviations, or after so many failures in a row."""
+SWING, MOST_BETWEEN = 0.75, 2
+"""Radians of a swing between nodes, and nodes per sample that are spent on it at most."""
 OUTLIER = 4.0
 """Sigmas from which an innovation is an outlier."""
 
@@ -224,3 +226,17 @@ def scenes(experiments: Sequence[Experiment]) -> list[Scene]:
     pairs = [(s, e) for e in experiments for s in e.segments]
     with ThreadPoolExecutor(WORKERS) as pool:
         return list(pool.map(lambda pair: Scene.of(pair[0], pair[1].noise_position, pair[1].noise_force), pairs))
+
+
+def resolving(seen: Sequence[Scene], omega: float) -> list[Scene]:
+    """Scenes with nodes close enough for a swing of omega [rad/s], within reason.
+
+    Between nodes a break-away is linearised as a whole: where the mass swings on its bristles by more than a radian in
+    that time, paths do not settle.
+    """
+
+    def between(scene: Scene) -> int:
+        spacing = float(np.median(np.diff(scene.t)))
+        return int(np.clip(np.ceil(omega * spacing / SWING), 1, MOST_BETWEEN))
+
+    return [scene.divided(between(scene)) for scene in seen]

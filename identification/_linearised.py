@@ -20,10 +20,11 @@ from simulator import Kernel
 
 Array = NDArray[np.float64]
 
-FINEST_NODES = 5e-3
+WIDEST_NODES = 5e-3
 """Longest time between nodes of a path [s]: between slow samples the force can do more than move at one slope."""
-NOISE_X, NOISE_V = 1e-9, 2e-6
-"""Noise of the model itself per interval, position [m] and velocity [m/s]: far below what can be measured."""
+NOISE_X, NOISE_V = 1e-8, 2e-5
+"""Noise of the model itself per interval, position [m] and velocity [m/s]: below what can be measured, but enough for
+the paths of very stiff bristles to settle."""
 FIRST_V, FIRST_SLOPE = 1e-4, 1e3
 """Standard deviations of the first velocity [m/s] and slope of the force [N/s]."""
 
@@ -49,8 +50,7 @@ class Scene:
         y = np.where(segment.seen, segment.y, np.nan)
         motion = np.column_stack([segment.motion.x, segment.motion.v, segment.motion.crept])
         scene = cls(np.ascontiguousarray(segment.t), y, segment.u, force, noise_y, motion)
-        between = int(np.ceil(segment.dt / FINEST_NODES - 1e-9))
-        return scene if between <= 1 else scene._with_nodes(between)
+        return scene.divided(int(np.ceil(segment.dt / WIDEST_NODES - 1e-9)))
 
     def part(self, first: int, last: int) -> Scene:
         """The nodes [first, last)."""
@@ -59,8 +59,10 @@ class Scene:
         t, motion = np.ascontiguousarray(self.t[s]), np.ascontiguousarray(self.motion[s])
         return Scene(t, self.y[s], self.u[s], force, self.noise_y, motion)
 
-    def _with_nodes(self, between: int) -> Scene:
-        """The same scene with every interval divided."""
+    def divided(self, between: int) -> Scene:
+        """The same scene with every interval divided in so many."""
+        if between <= 1:
+            return self
         n = len(self.t)
         t = np.interp(np.arange((n - 1) * between + 1) / between, np.arange(n), self.t)
 

@@ -17,8 +17,8 @@ from identification._linearised import Looseness, Scene
 
 Array = NDArray[np.float64]
 
-CHUNK, CHUNKS = 2500, 6
-"""Nodes of a chunk, and number of chunks of all recordings together, about."""
+CHUNK, CHUNK_S, CHUNKS = 2500, 4.0, 6
+"""Least nodes and seconds of a chunk, and number of chunks of all recordings together, about."""
 SCREEN = Looseness(1.0, 1e-4, 0.1, 1e-3)
 """Looseness at which starts are compared: loose settings do not tell a wrong mass from the right one."""
 CHANGES, ROUNDS = 10, 2
@@ -101,15 +101,16 @@ def _ways(problem: NoiseAware, starts: Sequence[Array]) -> Iterator[tuple[Array,
 
 def chunks(scenes: Sequence[Scene]) -> list[Scene]:
     """Some stretches of every scene, evenly spread, when scenes are long."""
-    total = sum(len(s.t) for s in scenes)
-    if total <= 1.5 * CHUNK * CHUNKS:
-        return list(scenes)
-    found = []
+    total, found = sum(len(s.t) for s in scenes), []
     for s in scenes:
         n, count = len(s.t), max(1, round(CHUNKS * len(s.t) / total))
+        length = max(CHUNK, int(CHUNK_S * (n - 1) / (s.t[-1] - s.t[0])))
+        if 1.5 * length * count >= n:
+            found.append(s)
+            continue
         for i in range(count):
-            first = int(np.clip((i + 0.5) / count * n - CHUNK / 2, 0, max(n - CHUNK, 0)))
-            found.append(s.part(first, min(n, first + CHUNK)))
+            first = int(np.clip((i + 0.5) / count * n - length / 2, 0, max(n - length, 0)))
+            found.append(s.part(first, min(n, first + length)))
     return found
 
 

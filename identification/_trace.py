@@ -17,13 +17,13 @@ from identification._coordinates import Coordinates
 from identification._experiment import Experiment, Segment, experiment
 from identification._fit import Outcome, check_given, obstacle
 from identification._identify import plant_constants
-from identification._innovations import scenes
+from identification._innovations import resolving, scenes
 from identification._trace_judge import Comparison, Whiteness, compare, whiteness
 from identification._trace_model import REFIT, Bench, Model, coordinates
 from identification._trace_screen import Score, screen
-from identification._uncertain_force import estimated, with_smooth_force
+from identification._uncertain_force import estimated, first_values, swing, with_smooth_force
 from recordings import BadInput, NegativeAnswer, Recording
-from simulator import BASE, kernel
+from simulator import BASE, CATALOGUE, kernel
 
 Array = NDArray[np.float64]
 
@@ -31,6 +31,8 @@ TRIED = 5
 """Candidates that are refitted in a round, the best by score."""
 PROMISING = 0.2
 """Share of the best score below which a candidate is not refitted; the second best always is."""
+FIRST, KEPT = 4, 0.4
+"""First steps of a refit, and share of the best gain after them below which a refit is given up."""
 MOST = 3
 """Effects that are added at most."""
 WORTH = 60.0
@@ -126,10 +128,12 @@ def _selected(base: Model) -> tuple[Model, tuple[str, ...], list[tuple[Candidate
     model, added, rounds = base, tuple[str, ...](), list[tuple[Candidate, ...]]()
     while len(added) < MOST:
         rounds.append(judged(model))
-        best = next((c for c in rounds[-1] if c.accepted), None)
-        if best is None or best.refit is None:
+        best = rounds[-1][0]
+        if not best.accepted or best.refit is None:
             break
         model, added = best.refit.refitted(REFIT), (*added, best.effect)
+        if _silent(model) and _left(model).white:
+            break
     return model, added, rounds
 
 
@@ -163,51 +167,79 @@ def bench_of(experiments: Sequence[Experiment], held: Sequence[Experiment], give
 
 def base_model(experiments: Sequence[Experiment], bench: Bench) -> Model:
     """The base model, fitted without start values."""
-    smooth = with_smooth_force(experiments, bench.fitted)
-    estimate = estimated(kernel(BASE), coordinates(BASE, bench), smooth, bench.fitted)
+    valve, free = kernel(BASE), coordinates(BASE, bench)
+    found = first_values(valve, free, with_smooth_force(experiments, bench.fitted))
+    omega = swing(valve, free, found)
+    bench = replace(bench, fitted=tuple(resolving(bench.fitted, omega)), held=tuple(resolving(bench.held, omega)))
+    estimate = estimated(valve, free, found, bench.fitted)
     if estimate is None:
         raise NegativeAnswer(Outcome.DIVERGED.value)
     return Model(BASE, bench, estimate)
 
 
 def judged(model: Model) -> tuple[Candidate, ...]:
-    """The candidates of one round: all by score, the best refitted and judged on the held-out scenes."""
+    """The candidates of one round: all by score, the best refitted and judged on the held-out scenes.
+
+    All that promise something are refitted a little, and those that then explain most to the end.
+    """
     scores = screen(model)
     worth = [s for i, s in enumerate(scores[:TRIED]) if i < 2 or s.gain > PROMISING * scores[0].gain]
-    tried = [_tried(model, s) for s in worth]
+    begun = [_begun(model, s) for s in worth]
+    most = max((c.gain for c in begun if c.refit is not None), default=0.0)
+    tried = [_ended(model, c) if c.refit is not None and c.gain >= KEPT * most else replace(c, refit=None)
+             for c in begun]  # fmt: skip
     ranked = sorted(tried, key=lambda c: (not c.accepted, -(c.gain + (c.held.gain if c.held else 0.0))))
     rest = [Candidate(s.effect, s.gain, s.values, why="others promise more") for s in scores if s not in worth]
-    return tuple(_only_first(ranked) + rest)
+    return tuple(_simplest_first(ranked) + rest)
 
 
-def _only_first(ranked: list[Candidate]) -> list[Candidate]:
-    """Of the accepted candidates only the first is added."""
-    seen, found = False, []
-    for c in ranked:
-        found.append(
-            replace(c, accepted=False, why="explains less than the one accepted") if c.accepted and seen else c
-        )
-        seen = seen or c.accepted
-    return found
-
-
-def _tried(model: Model, s: Score) -> Candidate:
+def _begun(model: Model, s: Score) -> Candidate:
+    """A candidate after the first steps of its refit; refit is None where it is not worth one."""
     if s.gain < WORTH / 2:
         return Candidate(s.effect, s.gain, s.values, why="hardly shows in the fitted recordings")
     begun = model.with_effect(s.effect, s.values, steps=3)
-    refit = None if begun is None else begun.refitted()
-    if refit is None or refit.held is None or model.held is None:
+    if begun is None:
         return Candidate(s.effect, s.gain, s.values, why="the refit has no solution")
+    refit = begun.refitted(FIRST)
+    return Candidate(s.effect, model.estimate.cost - refit.estimate.cost, s.values, refit, why="others explain more")
+
+
+def _ended(model: Model, c: Candidate) -> Candidate:
+    """A candidate refitted to the end and judged."""
+    assert c.refit is not None
+    refit = c.refit.refitted(REFIT - FIRST)
+    if refit.held is None or model.held is None:
+        return replace(c, refit=None, why="the refit has no solution")
     fitted = compare(model.estimate, refit.estimate, model.bench.fitted)
     held = compare(model.held, refit.held, model.bench.held)
-    values = {name: value for name, value in refit.values.items() if name in s.values}
+    values = {name: value for name, value in refit.values.items() if name in c.values}
     enough = fitted.gain > WORTH and held.gain > 0 and held.p_value < LEVEL
     why = (
         f"explains held-out data (t = {held.t:.1f})" if enough
         else "gains too little on the fitted recordings" if fitted.gain <= WORTH
         else f"does not explain held-out data (t = {held.t:.1f})"
     )  # fmt: skip
-    return Candidate(s.effect, fitted.gain, values, refit, held, enough, why)
+    return Candidate(c.effect, fitted.gain, values, refit, held, enough, why)
+
+
+def _simplest_first(ranked: list[Candidate]) -> list[Candidate]:
+    """Of the accepted candidates only one is added: of those that explain as much as the best, the simplest."""
+    accepted = [c for c in ranked if c.accepted]
+    if not accepted:
+        return ranked
+    alike = same_class(accepted)
+    first = min((c for c in accepted if c is accepted[0] or c.effect in alike), key=lambda c: _size(c.effect))
+    others = [
+        replace(c, accepted=False, why=f"cannot be told from {first.effect}" if c.effect in (*alike, accepted[0].effect)
+                else "explains less than the one accepted") if c.accepted else c
+        for c in ranked if c is not first
+    ]  # fmt: skip
+    return [first, *others]
+
+
+def _size(effect: str) -> int:
+    """Number of free parameters of an effect."""
+    return sum(not p.known for p in CATALOGUE[effect].parameters)
 
 
 def same_class(candidates: Sequence[Candidate]) -> tuple[str, ...]:

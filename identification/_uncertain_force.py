@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from identification._coordinates import Coordinates
 from identification._experiment import Experiment
 from identification._homotopy import Homotopy, Path
-from identification._innovations import Estimate, NoiseAware, scenes
+from identification._innovations import Estimate, NoiseAware, resolving, scenes
 from identification._linearised import Scene
 from identification._noise_aware import fit_noise_aware
 from identification._problem import Problem, Setting
@@ -58,7 +58,8 @@ def fit_uncertain(valve: Kernel, coordinates: Coordinates, experiments: Sequence
     """Fit without start values; None where no start leads anywhere."""
     seen = scenes(experiments)
     smooth = with_smooth_force(experiments, seen)
-    estimate = estimated(valve, coordinates, smooth, seen)
+    found = first_values(valve, coordinates, smooth)
+    estimate = estimated(valve, coordinates, found, resolving(seen, swing(valve, coordinates, found)))
     if estimate is None:
         return None
     problem = Problem(valve, coordinates, smooth)
@@ -66,15 +67,29 @@ def fit_uncertain(valve: Kernel, coordinates: Coordinates, experiments: Sequence
     return NoiseAwareFit(estimate, problem, Path(unknowns, estimate.normal, Setting(FREE_STEP), 0, estimate.settled))
 
 
-def estimated(
-    valve: Kernel, coordinates: Coordinates, smooth: Sequence[Experiment], seen: Sequence[Scene]
-) -> Estimate | None:
-    """Parameters and paths without start values, from experiments with a smooth force and their scenes."""
+def first_values(valve: Kernel, coordinates: Coordinates, smooth: Sequence[Experiment]) -> list[Array]:
+    """Start values (m,), the best first, from experiments with a smooth force; none where nothing moves."""
     ranked = starts(smooth, valve.effects, coordinates)
     if not ranked:
-        return None
+        return []
     first = shaken(ranked[0].theta, Homotopy(valve, coordinates, smooth))
-    found = [theta for theta in (first, ranked[0].theta) if theta is not None]
+    return [theta for theta in (first, ranked[0].theta) if theta is not None]
+
+
+def swing(valve: Kernel, coordinates: Coordinates, found: Sequence[Array]) -> float:
+    """Angular frequency [rad/s] of the mass on its bristles at the first start values; 0 where there are none."""
+    if not found:
+        return 0.0
+    value = dict(zip(valve.parameters, coordinates.p(found[0]).tolist(), strict=True))
+    return float(np.sqrt(value["lugre.sigma0"] / value["mass.m"]))
+
+
+def estimated(
+    valve: Kernel, coordinates: Coordinates, found: Sequence[Array], seen: Sequence[Scene]
+) -> Estimate | None:
+    """Parameters and paths of scenes from start values."""
+    if not found:
+        return None
     return fit_noise_aware(NoiseAware(kernel(valve.effects, "uncertain force"), coordinates, seen), *found)
 
 
