@@ -11,6 +11,7 @@ Interrupted, it goes on where it stopped.
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 import time
 from pathlib import Path
@@ -67,7 +68,7 @@ def main() -> None:
         print(more[0].markdown())
     write(outcome, options.out, more)
     report(outcome)
-    print(f"took {time.perf_counter() - start:.0f} s")
+    print(f"took {time.perf_counter() - start:.0f} s, {sum(os.times()[:4]):.0f} s of processor time in all processes")
 
 
 if __name__ == "__main__":

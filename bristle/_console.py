@@ -104,6 +104,24 @@ def parameter_table(found: Identification, truth: dict[str, float] | None = None
     return table
 
 
+def print_identification(console: Console, found: Identification, *, crosscheck: bool) -> None:
+    """Everything a fit has to say: parameters, noise, errors, advice and the cross-check that was asked for."""
+    console.print(parameter_table(found))
+    noise = found.model.noise
+    console.print(
+        f"estimator: {found.fit.estimator}; noise of the position {1e6 * (noise['position_m'] or 0.0):.3g} µm, "
+        f"of the force {noise['force_N'] or 0.0:.3g} N"
+    )
+    print_errors(console, found.model)
+    for sentence in found.advice:
+        console.print(sentence)
+    if found.crosscheck:
+        console.print(crosscheck_table(found.crosscheck))
+        console.print(found.crosscheck.sentence)
+    elif crosscheck:
+        console.print("no cross-check: these recordings show too little sliding for one")
+
+
 def crosscheck_table(check: Crosscheck) -> object:
     """The cross-check, row by row."""
     from rich.table import Table

@@ -3,41 +3,42 @@
 from __future__ import annotations
 
 import asyncio
-import json
 import math
-import sys
-from asyncio.subprocess import PIPE, Process
-from collections.abc import AsyncIterator, Callable
-from contextlib import asynccontextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from detector import Measurements, Watch, learn
-from hil import (
-    LinkEvent,
-    LiveSource,
-    Monitor,
-    MonitorEvent,
-    MonitorSession,
-    Polling,
-    RegisterMap,
-    WriteMap,
-    monitor_session,
-    open_source,
-    valves_of,
+from bristle._demo_valve import (
+    DATA_SHEET,
+    FRICTION,
+    HUM_SAMPLES,
+    STEP_S,
+    VALVE,
+    controller,
+    moving,
+    ring,
+    served,
+    terminable,
 )
-from recordings import BadInput, NegativeAnswer
+from detector import Measurements, Watch, learn
+from hil import LiveSource, Monitor, MonitorEvent, MonitorSession, monitor_session
+from recordings import NegativeAnswer
 from simulator import ValveModel
-from simulator.damadics import Parameters
 
-SPEED, RATE = 5.0, 50.0
-"""Times real time of the served valve, and polls per second: ten samples per second of plant time."""
+SPEED = 8.0
+"""Times real time of the served valve. The samples have its own clock, so that the model fits as it is."""
 
-LEARN_S, BEFORE_S, PATIENCE_S = 18.0, 2.0, 20.0
-"""Seconds of the clock: of learning, of watching before the fault, and until the alarm has to be there and named."""
+LEARN_S, BEFORE_S = 80.0, 8.0
+"""Plant time of learning, and of watching before the fault [s]."""
 
-FRICTION = {"lugre.fc": 464.0, "lugre.fs": 640.0}
-"""The fault: four times the friction of the healthy valve [N]."""
+PATIENCE_S = 20.0
+"""Seconds of the clock until the alarm has to be there and named."""
+
+WORSE = 2.0
+"""The fault: so many times the friction of the healthy valve."""
+
+FALSE_ALARMS = 100.0
+"""A month: as few as so short a learning time can support."""
 
 Say = Callable[[str], None]
 
@@ -55,65 +56,80 @@ class Watched:
 
 
 def watch_stage(model: Path, out: Path, say: Say = print) -> Watched:
-    """Watch a simulated valve with a model file until an injected friction fault is found. About half a minute.
+    """Watch the simulated valve with a model file until an injected friction fault is found.
 
     Everything runs on loopback and is ended before this returns. Raises NegativeAnswer when no alarm comes, or one
     before the fault.
     """
     known = ValveModel.read(model)
-    served = Parameters()
-    plant = {"diaphragm_area_m2": served.diaphragm_area, "stroke_m": served.stroke} | known.plant
-    return asyncio.run(_stage(known.model_copy(update={"plant": plant}), out / "events.jsonl", say))
+    known = known.model_copy(update={"plant": DATA_SHEET.known() | known.plant})
+    with terminable():
+        return asyncio.run(_stage(known, out / "events.jsonl", say))
 
 
 async def _stage(model: ValveModel, events: Path, say: Say) -> Watched:
-    async with _served() as address, _moving(address) as plant:
-        say(f"The monitor learns the valve behind {address} for {LEARN_S:.0f} s, at {SPEED:g} times real time.")
-        learned, news = asyncio.Event(), asyncio.Queue[MonitorEvent]()
+    async with (
+        served("--speed", f"{SPEED:g}", "--allow-faults") as address,
+        controller(address) as plant,
+        moving(plant, setpoint, SPEED),
+    ):
+        return await _watched(address, plant, model, events, say)
 
-        def learner(data: Measurements) -> Watch:
-            return learn(data, model, per_month=100.0)
 
-        def told(valve: str, watch: Watch) -> None:
-            say(watch.false_alarms.sentence)
-            learned.set()
+def setpoint(t: float) -> float:
+    """Two sines of plant time: the stem moves to and fro over its range, never twice in the same way."""
+    return 0.5 + 0.2 * math.sin(2 * math.pi * t / 8.0) + 0.1 * math.sin(t / 2.6)
 
-        source = open_source(address, valves_of(RegisterMap.load("damadics")), Polling(RATE))
-        monitor = Monitor(source.signals, learner, LEARN_S, told=told)
-        with events.open("w", encoding="utf-8") as file:
 
-            def sink(event: MonitorEvent) -> None:
-                print(event.json_line(), file=file, flush=True)
-                news.put_nowait(event)
+async def _watched(address: str, plant: LiveSource, model: ValveModel, events: Path, say: Say) -> Watched:
+    say(f"The monitor learns the valve behind {address} for {LEARN_S / SPEED:.0f} s, at {SPEED:g} times real time.")
+    learned, news = asyncio.Event(), asyncio.Queue[MonitorEvent]()
 
-            session = asyncio.ensure_future(monitor_session(source, monitor, MonitorSession((sink,))))
-            found = asyncio.ensure_future(_fault(plant, learned, news, events, say))
-            try:
-                await asyncio.wait((session, found), return_when=asyncio.FIRST_COMPLETED)
-                if not found.done():
-                    await session  # it never ends by itself: this raises what ended it
-                    raise NegativeAnswer("the source ended before the fault was found")
+    def learner(data: Measurements) -> Watch:
+        return learn(data, model, per_month=FALSE_ALARMS)
+
+    def told(valve: str, watch: Watch) -> None:
+        say(watch.false_alarms.sentence)
+        learned.set()
+
+    source = ring(address)
+    monitor = Monitor(source.signals, learner, LEARN_S, told=told)
+    with events.open("w", encoding="utf-8") as file:
+
+        def sink(event: MonitorEvent) -> None:
+            print(event.json_line(), file=file, flush=True)
+            news.put_nowait(event)
+
+        session = asyncio.ensure_future(monitor_session(source, monitor, MonitorSession((sink,))))
+        found = asyncio.ensure_future(_fault(plant, monitor, learned, news, events, say))
+        try:
+            await asyncio.wait((session, found), return_when=asyncio.FIRST_COMPLETED)
+            if found.done():
                 return await found
-            finally:
-                for task in (session, found):
-                    task.cancel()
-                await asyncio.gather(session, found, return_exceptions=True)
+            if (await session).stopped_by is not None:  # it never ends by itself; else this raises what ended it
+                raise KeyboardInterrupt
+            raise NegativeAnswer("the monitor ended before the fault was found")
+        finally:
+            for task in (session, found):
+                task.cancel()
+            await asyncio.gather(session, found, return_exceptions=True)
 
 
 async def _fault(
-    plant: LiveSource, learned: asyncio.Event, news: asyncio.Queue[MonitorEvent], events: Path, say: Say
-) -> Watched:
-    """Inject the fault and wait for the alarm and its name."""
+    plant: LiveSource, monitor: Monitor, learned: asyncio.Event, news: asyncio.Queue[MonitorEvent], events: Path,
+    say: Say,
+) -> Watched:  # fmt: skip
+    """Inject the fault when the healthy valve was watched for a while, and wait for the alarm and its name."""
     await learned.wait()
-    await asyncio.sleep(BEFORE_S)
+    await _judged(monitor, round(BEFORE_S / (HUM_SAMPLES * STEP_S)))
     while not news.empty():
         early = news.get_nowait()
         if early.kind == "alarm":
             raise NegativeAnswer(f"there was an alarm before the fault: {early.text}")
     for name, value in FRICTION.items():
-        await plant.write("damadics", name, value)
+        await plant.write(VALVE, name, WORSE * value)
     begun = asyncio.get_running_loop().time()
-    say(f"Watching. Now the friction of the valve is raised to {FRICTION['lugre.fc']:.0f} N.")
+    say(f"Watching. Now the friction of the valve is raised from {FRICTION['lugre.fc']:.0f} N, {WORSE:g} times.")
     alarm_s: float | None = None
     try:
         async with asyncio.timeout(PATIENCE_S):
@@ -132,54 +148,8 @@ async def _fault(
         return Watched(alarm_s, None, None, events)
 
 
-@asynccontextmanager
-async def _served() -> AsyncIterator[str]:
-    """`bristle serve` in a process of its own; its address."""
-    options = ("--friction", "lugre", "--noise", "--speed", f"{SPEED:g}", "--allow-faults")
-    command = (sys.executable, "-m", "bristle", "serve", "--listen", "tcp://127.0.0.1:0", *options)
-    process: Process = await asyncio.create_subprocess_exec(*command, stdout=PIPE)
-    try:
-        if process.stdout is None or not (line := await process.stdout.readline()):
-            raise BadInput("simulated valve", "it did not start", "try bristle serve by hand to see why")
-        yield str(json.loads(line)["listening"][0])
-    finally:
-        if process.returncode is None:
-            process.terminate()
-        await process.wait()
-
-
-@asynccontextmanager
-async def _moving(address: str) -> AsyncIterator[LiveSource]:
-    """A second connection that moves the set point, as a process controller would; it can write to the valve."""
-    valves = valves_of(RegisterMap.load("damadics"))
-    write_map = WriteMap.load("damadics-write")
-    plant = open_source(address, valves, Polling(1.0), write_map=write_map, allow_write=True)
-    if not isinstance(plant, LiveSource):
-        raise BadInput(address, "it is a recording", "a valve that can be moved is needed")
-    async with plant:
-        async for item in plant:
-            if not isinstance(item, LinkEvent):
-                break
-        tasks = [asyncio.ensure_future(work) for work in (_drain(plant), _exercise(plant))]
-        try:
-            yield plant
-        finally:
-            for task in tasks:
-                task.cancel()
-            await asyncio.gather(*tasks, return_exceptions=True)
-
-
-async def _drain(plant: LiveSource) -> None:
-    async for _ in plant:
-        pass
-
-
-async def _exercise(plant: LiveSource) -> None:
-    """Two sines: the stem moves to and fro over its range, never twice in the same way."""
-    loop = asyncio.get_running_loop()
-    begun = loop.time()
-    while True:
-        t = SPEED * (loop.time() - begun)
-        setpoint = 0.5 + 0.12 * math.sin(2.0 * math.pi * t / 14.0) + 0.08 * math.sin(2.0 * math.pi * t / 47.0)
-        await plant.write("damadics", "setpoint", setpoint)
-        await asyncio.sleep(0.1)
+async def _judged(monitor: Monitor, n_samples: int) -> None:
+    """Wait until so many more samples were judged."""
+    enough = monitor.status[0].samples + n_samples
+    while monitor.status[0].samples < enough:
+        await asyncio.sleep(0.05)

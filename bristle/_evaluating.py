@@ -12,19 +12,26 @@ if TYPE_CHECKING:
     from detector.evaluation import Outcome, Plan
 
 
-def plan_of(detectors: str, scenarios: str, variants: str, seeds: int, rate_per_h: float, small: bool) -> Plan:
-    """The plan that the options ask for. Raises BadInput for unknown names."""
-    from detector.evaluation import BENCHMARK, DETECTORS, MAIN, VARIANTS, Plan, smoke
+def plan_of(
+    detectors: str, scenarios: str, variants: str, seeds: int | None, rate_per_h: float | None, small: bool
+) -> Plan:
+    """The plan that the options ask for; what is None is as usual, or small. Raises BadInput for unknown names."""
+    from detector.evaluation import BENCHMARK, DETECTORS, MAIN, SMOKE, VARIANTS, Plan, smoke
 
     ways = (MAIN,) if small and variants == "all" else _names(variants, VARIANTS)
-    chosen, runs = _names(detectors, tuple(DETECTORS)), _names(scenarios, BENCHMARK)
-    if small:
-        return replace(smoke(chosen, runs), variants=ways)
-    return Plan(chosen, runs, ways, seeds=seeds, long_seeds=min(seeds, 3), rate_per_h=rate_per_h)
+    chosen = _names(detectors, tuple(DETECTORS))
+    runs = _names(scenarios, SMOKE if small else BENCHMARK)
+    plan = replace(smoke(chosen, runs), variants=ways) if small else Plan(chosen, runs, ways)
+    if seeds is not None:
+        plan = replace(plan, seeds=seeds, long_seeds=min(seeds, 3))
+    return plan if rate_per_h is None else replace(plan, rate_per_h=rate_per_h)
 
 
 def _names(text: str, all_names: tuple[str, ...]) -> tuple[str, ...]:
-    return all_names if text == "all" else tuple(name.strip() for name in text.split(",") if name.strip())
+    """Each name once."""
+    return (
+        all_names if text == "all" else tuple(dict.fromkeys(name.strip() for name in text.split(",") if name.strip()))
+    )
 
 
 def reported(plan: Plan, out: Path, workers: int, plant: Path | None) -> tuple[Outcome, list[Path]]:

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import itertools
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
+
+from rich.status import Status
 
 from recordings import BadInput, Recording
 
 if TYPE_CHECKING:
-    from identification import Estimator
+    from rich.console import Console
+
+    from identification import Estimator, Identification
     from simulator import Causality
 
 LEFT_OUT = {"spring": {"spring.K": 0.0}}
@@ -62,3 +67,25 @@ def checked_causality(text: str | None) -> Causality | None:
     if text == "motion":
         return "motion"
     raise BadInput(f"--causality {text}", "it is neither", "write force (force in, position out) or motion")
+
+
+def print_profiles(console: Console, found: Identification, names: Sequence[str]) -> None:
+    """The profile likelihoods of some parameters."""
+    from identification import profile
+
+    for name in names:
+        p = profile(found.fit, found.uncertainty, name)
+        low, high = (f"{x:.6g}" if x is not None else "(no end found)" for x in (p.lower, p.upper))
+        console.print(f"profile of {name}: 90 % interval from {low} to {high}")
+
+
+def counted(status: object, trials: int) -> Callable[[], None]:
+    """Shows on a terminal's status how many of some trials are done, one more at every call."""
+    done = itertools.count(1)
+
+    def told() -> None:
+        text = f"bootstrap: {next(done)} of {trials} twins fitted"
+        if isinstance(status, Status):
+            status.update(text)
+
+    return told

@@ -2,18 +2,17 @@
 
 numba's own disk cache keeps its files where others may write and does not notice a change in a function that is
 called. So every compiled function becomes an artefact of the private cache of `simulator`, whose key names the text of
-all of this room.
+all of this room, and numba finds its own files in a folder that is sealed and ours alone.
 """
 
 from __future__ import annotations
 
 import functools
-import pickle  # numba's form of machine code; read only from artefacts that are sealed and ours alone
 from pathlib import Path
 from typing import Any
 
-from numba.core import compiler, serialize
-from numba.core.caching import NullCache
+from numba.core import compiler
+from numba.core.caching import IndexDataCacheFile, NullCache
 
 from simulator import artefact, machine
 
@@ -38,14 +37,14 @@ class KeptCode(NullCache):  # type: ignore[misc]
         except (_Absent, OSError):
             return None
         target_context.refresh()
-        payload = pickle.loads((folder / PAYLOAD).read_bytes())
-        return compiler.CompileResult._rebuild(target_context, *payload)
+        payload = _files(folder).load(PAYLOAD)
+        return None if payload is None else compiler.CompileResult._rebuild(target_context, *payload)
 
     def save_overload(self, sig: Any, cres: Any) -> None:
         """Keep a compiled function, where anything can be kept."""
 
         def write(folder: Path) -> None:
-            (folder / PAYLOAD).write_bytes(serialize.dumps(cres._reduce()))
+            _files(folder).save(PAYLOAD, cres._reduce())
 
         try:
             artefact(self._key(sig), write)
@@ -54,6 +53,11 @@ class KeptCode(NullCache):  # type: ignore[misc]
 
     def _key(self, sig: Any) -> str:
         return "\0".join(("detector", self._name, str(sig), _sources(self._package), *machine()))
+
+
+def _files(folder: Path) -> Any:
+    """numba's own files of machine code in an artefact; the key of the artefact says all that a stamp would."""
+    return IndexDataCacheFile(str(folder), PAYLOAD, PAYLOAD)
 
 
 def _absent(folder: Path) -> None:

@@ -20,6 +20,9 @@ from simulator import ValveModel
 TESTS = (*DIRECTIONS, "energy")
 """Names of the scores."""
 
+BEYOND = 0.25
+"""How far the stem may leave the positions it was learned in, as a share of their range."""
+
 
 class ModelState(NamedTuple):
     """What is remembered: of the filter, the tests and the balance; n_samples : since the start."""
@@ -32,20 +35,26 @@ class ModelState(NamedTuple):
 
 @dataclass(frozen=True)
 class ModelWatch:
-    """Filter, change test and balance of one valve."""
+    """Filter, change test and balance of one valve. low, high : positions between which the model was learned [m], a
+    quarter of their distance more on either side; beyond, on a stop above all, it knows nothing of the forces.
+    """
 
     filter: ModelFilter
     test: ChangeTest
     balance: BalanceTest
+    low: float
+    high: float
 
     def step(self, before: ModelState | None, row: Row, fresh: bool, alarmed: bool) -> ModelState | None:
-        """One sample. fresh : start anew here; the evidence for a kind is kept then. None until the force is known."""
+        """One sample. fresh : start anew here, as beyond the learned positions; the evidence for a kind is kept then.
+        None until the force is known.
+        """
         if not np.isfinite(self.filter.force(row)):
             return before
         if before is None:
             start = self.balance.start(self.filter, row)
             return ModelState(self.filter.start(row), self.test.start(), start, 1)
-        if fresh:
+        if fresh or not self.low <= row.values["position"] <= self.high:
             return ModelState(self.filter.start(row), before.evidence, before.balance, 1)
         inner, seen = self.filter.step(before.filter, row)
         count = min(before.n_samples + 1, SKIPPED + 1)
@@ -69,13 +78,14 @@ class ModelWatch:
     def as_dict(self) -> dict[str, Any]:
         """Plain numbers, for JSON."""
         balance = asdict(self.balance)
-        return {"filter": self.filter.as_dict(), "test": self.test.as_dict(), "balance": balance}
+        parts = {"filter": self.filter.as_dict(), "test": self.test.as_dict(), "balance": balance}
+        return parts | {"low": self.low, "high": self.high}
 
     @classmethod
     def from_dict(cls, parts: Mapping[str, Any]) -> ModelWatch:
         """What `as_dict` gave."""
         filter, test = ModelFilter.from_dict(parts["filter"]), ChangeTest.from_dict(parts["test"])
-        return cls(filter, test, BalanceTest(**parts["balance"]))
+        return cls(filter, test, BalanceTest(**parts["balance"]), parts["low"], parts["high"])
 
 
 def learned_model(model: ValveModel, data: Measurements, per_month: float) -> tuple[ModelWatch, Array] | None:
@@ -90,7 +100,10 @@ def learned_model(model: ValveModel, data: Measurements, per_month: float) -> tu
     filter = trimmed(filter, data)
     if not np.isfinite(scores).all():
         raise BadInput("model", "it cannot follow the data", "fit it to recordings of this valve: bristle fit")
-    return ModelWatch(filter, test, _usual(filter, data)), scores
+    x = data.values["position"]
+    low, high = np.nanmin(x), np.nanmax(x)
+    margin = BEYOND * (high - low)
+    return ModelWatch(filter, test, _usual(filter, data), float(low - margin), float(high + margin)), scores
 
 
 def _usual(filter: ModelFilter, data: Measurements) -> BalanceTest:

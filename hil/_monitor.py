@@ -76,8 +76,14 @@ class Monitor:
         return tuple(valve.status for valve in self.valves.values())
 
     def check(self) -> None:
-        """Raise BadInput for a valve of which nothing is known and nothing will be learned."""
-        for valve in self.valves.values():
+        """Raise BadInput for a valve of which nothing is known and nothing will be learned, or whose detector was
+        learned with signals that do not come.
+        """
+        for name, valve in self.valves.items():
+            missing = [] if valve.watch is None else self._makers[name].lacks(valve.watch.signals)
+            if missing:
+                found = f"its detector was learned with {' and '.join(missing)}, and no {missing[0]} comes"
+                raise BadInput(f"valve {name}", found, "learn from these signals, or give a source that has them all")
             if valve.watch is None and valve.learn_s is None:
                 remedy = "give --learn SECONDS, --calibrate REC, or the --state of an earlier session"
                 raise BadInput(f"valve {valve.valve}", "nothing was learned of it yet", remedy)

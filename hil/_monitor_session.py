@@ -13,7 +13,7 @@ from typing import Self
 
 from hil._monitor import Monitor
 from hil._monitor_event import MonitorEvent
-from hil._monitor_state import save_state
+from hil._monitor_state import check_state, save_state
 from hil._monitor_valve import ValveStatus
 from hil._recorder import Recorder, RecorderReport
 from hil._recorder_files import RecorderSettings
@@ -111,9 +111,12 @@ class _Watched:
 async def monitor_session(source: Source, monitor: Monitor, session: MonitorSession) -> MonitorEnd:
     """Watch a source until it ends, the duration is over, or SIGINT or SIGTERM comes; what is learned is saved then.
 
-    Raises BadInput as `Monitor.take` and `Recorder.run` do, and PollingDied as the source does.
+    Raises BadInput as `Monitor.check`, `Monitor.take` and `Recorder.run` do, also when the state cannot be saved, and
+    PollingDied as the source does.
     """
     monitor.check()
+    if session.state is not None:
+        check_state(session.state)
     loop, stop, seen = asyncio.get_running_loop(), asyncio.Event(), list[signal.Signals]()
 
     def on_signal(number: signal.Signals) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,14 @@ def save_state(path: Path, valves: Sequence[ValveWatch], model_key: str) -> None
     }
     text = json.dumps({"format": FORMAT, "version": VERSION, "model": model_key, "valves": known})
     save_text(path, text + "\n")
+
+
+def check_state(path: Path) -> None:
+    """Raise BadInput when nothing can be saved there: better now than when hours have been learned from."""
+    if path.is_dir():
+        raise BadInput(str(path), "it is a directory", "name a file for --state")
+    if not os.access(path.parent, os.W_OK | os.X_OK):
+        raise BadInput(str(path), f"nothing can be written to the folder {path.parent}", "give another --state")
 
 
 def load_state(path: Path, model_key: str) -> Mapping[str, tuple[Watch, WatchState]]:

@@ -29,6 +29,10 @@ class RowMaker:
             there = ", ".join(spec.name for spec in signals)
             raise BadInput(f"valve {valve}", f"its position is not read; there are {there}", "name it in the map")
 
+    def lacks(self, names: Sequence[str]) -> list[str]:
+        """Which of these signals never come."""
+        return [name for name in names if name not in self._scales]
+
     def row(self, sample: Sample, time_s: float) -> Row:
         """The row of a sample at a time of the detector's clock [s]."""
         values = {}

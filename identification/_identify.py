@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from identification._advice import advice
+from identification._bootstrap import bootstrap, checked_trials, with_bootstrap
 from identification._crosscheck import crosscheck
 from identification._experiment import Experiment, experiment
 from identification._fit import Estimator, Fit, fit
@@ -29,20 +30,26 @@ def identify(
     hold: bool = False,
     check: bool = True,
     estimator: Estimator = "auto",
+    trials: int = 0,
+    progress: Callable[[], None] = lambda: None,
 ) -> Identification:
     """Fit, judge and cross-check. Raises BadInput for recordings that cannot be used and NegativeAnswer, with the
     outcome's sentence, when no values came out.
 
     given : parameters held, by full name, SI units; it goes before what the recordings say of the plant;
     hold : the force is held between samples; check : also run the sparse-regression cross-check; estimator : as in
-    `fit`. Where the noise of the force is accounted for, free runs and cross-check are made on the smoothed force.
+    `fit`; trials : of a parametric bootstrap, 0 for none, with `progress` called after each. Where the noise of the
+    force is accounted for, free runs and cross-check are made on the smoothed force.
     """
+    trials = checked_trials(trials)
     experiments = [experiment(r, causality, hold=hold) for r in recordings]
     held = plant_constants(experiments) | dict(given or {})
     found: Fit = fit(experiments, effects=effects, given=held, estimator=estimator)
     if not found.outcome.usable:
         raise NegativeAnswer(found.outcome.value)
     known = uncertainty(found)
+    scatter = bootstrap(found, trials, progress=progress) if trials else None
+    known = known if scatter is None else with_bootstrap(found, known, scatter)
     smooth = found.estimate is not None
     if smooth and found.problem is not None:
         experiments = list(found.problem.experiments)
@@ -56,6 +63,7 @@ def identify(
         "correlated": [f"{a}, {b}: {c:+.3f}" for a, b, c in known.pairs()],
         "advice": list(advice(known)),
         "crosscheck": None if checked is None else checked.sentence,
+        "bootstrap": None if scatter is None else {"trials": scatter.trials, "failed": scatter.failed},
     }
     model = valve_model(found, known, recordings, experiments, {"fit": runs, "holdout": held_out}, quality)
     return Identification(found, known, model, runs, held_out, checked, advice(known))

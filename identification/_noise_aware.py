@@ -37,6 +37,8 @@ WIDE: Stages = (
 """Ways from a start on chunks, by how much freedom the path has at first."""
 PROMISING = 1.03
 """Mean loss on chunks up to which an end is taken to be the right one at once."""
+UNEXPLAINED, NOT_FAR = 3.0, 2.0
+"""Mean loss from which the model is known to lack much, and how many times the least loss is not far behind it."""
 MOST_TRIES = 6
 """Ways that are gone at most before the best end is carried to whole recordings."""
 CLEAN_LOSS, CLEAN_OUTLIERS = 1.015, 5e-4
@@ -58,15 +60,26 @@ def fit_noise_aware(problem: NoiseAware, theta: Array, *others: Array) -> Estima
     The end may be the wrong one: ask `converged`.
     """
     small = NoiseAware(problem.kernel, problem.coordinates, chunks(problem.scenes))
-    best: Estimate | None = None
+    ends: list[Estimate] = []
     for tries, (start, stages) in enumerate(_ways(small, (theta, *others)), 1):
         end = small.follow(start, stages=stages)
         end = None if end is None else small.strict(end)
-        if end is not None and (best is None or end.cost < best.cost):
-            best = end
-        if tries == MOST_TRIES or (best is not None and best.loss < PROMISING):
+        if end is not None:
+            ends.append(end)
+        if tries == MOST_TRIES or (end is not None and end.loss < PROMISING):
             break
-    return None if best is None else _carried(problem, small, best)
+    return _carried(problem, small, _best(small, ends, others[-1] if others else theta)) if ends else None
+
+
+def _best(problem: NoiseAware, ends: Sequence[Estimate], guess: Array) -> Estimate:
+    """The end with the least cost; where the model explains nothing well, of those not far behind the one whose mass is
+    nearest to a guess: likelihood would then choose what bends the model most, a mass of tons for example.
+    """
+    least = min(end.loss for end in ends)
+    if least < UNEXPLAINED or "mass.m" not in problem.names:
+        return min(ends, key=lambda end: end.cost)
+    mass = problem.names.index("mass.m")
+    return min((e for e in ends if e.loss < NOT_FAR * least), key=lambda end: abs(end.theta[mass] - guess[mass]))
 
 
 def _carried(problem: NoiseAware, small: NoiseAware, best: Estimate) -> Estimate | None:

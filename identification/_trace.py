@@ -19,7 +19,7 @@ from identification._fit import Outcome, check_given, obstacle
 from identification._identify import plant_constants
 from identification._innovations import resolving, scenes
 from identification._trace_judge import Comparison, Whiteness, compare, whiteness
-from identification._trace_model import REFIT, Bench, Model, coordinates
+from identification._trace_model import Bench, Model, coordinates
 from identification._trace_screen import Score, screen
 from identification._uncertain_force import estimated, first_values, swing, with_smooth_force
 from recordings import BadInput, NegativeAnswer, Recording
@@ -27,24 +27,30 @@ from simulator import BASE, CATALOGUE, kernel
 
 Array = NDArray[np.float64]
 
-TRIED = 5
-"""Candidates that are refitted in a round, the best by score."""
-PROMISING = 0.2
-"""Share of the best score below which a candidate is not refitted; the second best always is."""
-FIRST, KEPT = 4, 0.4
-"""First steps of a refit, and share of the best gain after them below which a refit is given up."""
+TRIED = 8
+"""Candidates that are sought in a round, the best by score."""
+PROMISING = 0.1
+"""Share of the best score below which a candidate is not sought; the second best always is."""
+FAR_OFF = 1.4
+"""Mean loss from which scores are not to be trusted, and all candidates are sought."""
+KEPT = 0.5
+"""Share of the best gain on chunks below which a candidate is given up."""
 MOST = 3
 """Effects that are added at most."""
 WORTH = 60.0
 """Fall of the cost on the fitted recordings below which nothing is accepted, whatever its significance."""
-LEVEL = 5e-3
-"""Level of the held-out test, which only candidates that clearly show in the fitted recordings reach."""
+LEVEL, CLEAR_LEVEL = 5e-3, 0.05
+"""Levels of the held-out test over blocks, which only candidates that clearly show in the fitted recordings reach. An
+effect that acts in a few places has few blocks to show itself in: where the held-out cost falls by `WORTH` as well, the
+second level is enough."""
 EXPLAINED = 0.8
 """Share of what is left over the noise that an effect has to explain to be named."""
 ALIKE = 0.03
 """Candidates whose held-out gains differ by less than this share, or insignificantly, are one class."""
 INSIGNIFICANT = 2.0
 """Student's t below which two candidates explain held-out data alike."""
+STIFFER = 2.0
+"""Bristles are at most so many times as stiff as those of the base model's first fit."""
 HELD_SHARE = 0.25
 """Share of each recording that is held out when no recording is."""
 
@@ -104,13 +110,12 @@ def select(
     held = plant_constants(experiments) | dict(given or {})
     _check(experiments, held)
     bench = bench_of(experiments, others, held)
-    base = base_model(experiments, bench).refitted(REFIT)
+    base = settled(base_model(experiments, bench))
     model, added, rounds = _selected(base)
-    before = _left(base)
-    verdict, added, model = _verdict(base, model, added, before, _left(model))
+    verdict, added, model = _verdict(base, model, added)
     alike = same_class(rounds[0]) if added else ()
     return Tracing(
-        base, model, rounds[0], added, alike, verdict, before, _left(model), tuple(experiments), tuple(others)
+        base, model, rounds[0], added, alike, verdict, _left(base), _left(model), tuple(experiments), tuple(others)
     )  # fmt: skip
 
 
@@ -131,10 +136,22 @@ def _selected(base: Model) -> tuple[Model, tuple[str, ...], list[tuple[Candidate
         best = rounds[-1][0]
         if not best.accepted or best.refit is None:
             break
-        model, added = best.refit.refitted(REFIT), (*added, best.effect)
-        if _silent(model) and _left(model).white:
+        earlier = added
+        model, added = _pruned(settled(best.refit), (*added, best.effect))
+        if set(added) <= set(earlier) or (_fit(model).white and _left(model).white):
             break
     return model, added, rounds
+
+
+def _pruned(model: Model, added: tuple[str, ...]) -> tuple[Model, tuple[str, ...]]:
+    """The model without what it no longer needs: an effect that was added before a better one, or one whose gain came
+    of fitting the others better.
+    """
+    for effect in added if len(added) > 1 else ():
+        other = model.without(effect)
+        if other is not None and other.estimate.cost < model.estimate.cost + WORTH:
+            return _pruned(other, tuple(e for e in added if e != effect))
+    return model, added
 
 
 def split(experiments: Sequence[Experiment]) -> tuple[list[Experiment], list[Experiment]]:
@@ -174,17 +191,28 @@ def base_model(experiments: Sequence[Experiment], bench: Bench) -> Model:
     estimate = estimated(valve, free, found, bench.fitted)
     if estimate is None:
         raise NegativeAnswer(Outcome.DIVERGED.value)
-    return Model(BASE, bench, estimate)
+    found_model = Model(BASE, bench, estimate)
+    return replace(found_model, bench=replace(bench, stiffest=STIFFER * found_model.values["lugre.sigma0"]))
+
+
+def settled(model: Model) -> Model:
+    """A model fitted on from where it is and from the best that a search finds; the better of both."""
+    here, other = model.refitted(), model.sought()
+    there = None if other is None else other.carried(model.bench)
+    better = there is not None and there.estimate.cost < here.estimate.cost and there.estimate.loss < here.estimate.loss
+    return there if better and there is not None else here
 
 
 def judged(model: Model) -> tuple[Candidate, ...]:
-    """The candidates of one round: all by score, the best refitted and judged on the held-out scenes.
-
-    All that promise something are refitted a little, and those that then explain most to the end.
+    """The candidates of one round: all by score, the best sought on chunks, and those that then explain most refitted
+    and judged on the held-out scenes.
     """
     scores = screen(model)
     worth = [s for i, s in enumerate(scores[:TRIED]) if i < 2 or s.gain > PROMISING * scores[0].gain]
-    begun = [_begun(model, s) for s in worth]
+    far_off = model.estimate.loss > FAR_OFF
+    worth = scores if far_off else worth
+    plain = model.sought()
+    begun = [_begun(model, plain, s, far_off) for s in worth]
     most = max((c.gain for c in begun if c.refit is not None), default=0.0)
     tried = [_ended(model, c) if c.refit is not None and c.gain >= KEPT * most else replace(c, refit=None)
              for c in begun]  # fmt: skip
@@ -193,27 +221,28 @@ def judged(model: Model) -> tuple[Candidate, ...]:
     return tuple(_simplest_first(ranked) + rest)
 
 
-def _begun(model: Model, s: Score) -> Candidate:
-    """A candidate after the first steps of its refit; refit is None where it is not worth one."""
-    if s.gain < WORTH / 2:
+def _begun(model: Model, plain: Model | None, s: Score, far_off: bool) -> Candidate:
+    """A candidate with the best fit to chunks; refit is None where it is not worth one."""
+    if s.gain < WORTH / 2 and not far_off:
         return Candidate(s.effect, s.gain, s.values, why="hardly shows in the fitted recordings")
-    begun = model.with_effect(s.effect, s.values, steps=3)
-    if begun is None:
+    found = model.sought(s.effect, values=s.values)
+    if found is None or plain is None:
         return Candidate(s.effect, s.gain, s.values, why="the refit has no solution")
-    refit = begun.refitted(FIRST)
-    return Candidate(s.effect, model.estimate.cost - refit.estimate.cost, s.values, refit, why="others explain more")
+    return Candidate(s.effect, plain.estimate.cost - found.estimate.cost, s.values, found, why="others explain more")
 
 
 def _ended(model: Model, c: Candidate) -> Candidate:
-    """A candidate refitted to the end and judged."""
+    """A candidate refitted to the whole recordings and judged."""
     assert c.refit is not None
-    refit = c.refit.refitted(REFIT - FIRST)
-    if refit.held is None or model.held is None:
+    refit = c.refit.carried(model.bench)
+    refit = None if refit is None else refit.refitted()
+    if refit is None or refit.held is None or model.held is None:
         return replace(c, refit=None, why="the refit has no solution")
     fitted = compare(model.estimate, refit.estimate, model.bench.fitted)
     held = compare(model.held, refit.held, model.bench.held)
     values = {name: value for name, value in refit.values.items() if name in c.values}
-    enough = fitted.gain > WORTH and held.gain > 0 and held.p_value < LEVEL
+    level = CLEAR_LEVEL if held.gain > WORTH else LEVEL
+    enough = fitted.gain > WORTH and held.gain > 0 and held.p_value < level
     why = (
         f"explains held-out data (t = {held.t:.1f})" if enough
         else "gains too little on the fitted recordings" if fitted.gain <= WORTH
@@ -262,25 +291,25 @@ def same_class(candidates: Sequence[Candidate]) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _silent(model: Model) -> bool:
-    """Whether nothing is left on the fitted scenes either."""
-    return whiteness(model.estimate, model.bench.fitted).white
+def _fit(model: Model) -> Whiteness:
+    """Whether anything is left on the fitted scenes."""
+    return whiteness(model.estimate)
 
 
 def _left(model: Model) -> Whiteness:
     """Whether anything is left on the held-out scenes."""
-    if model.held is None:
-        return Whiteness(False, 0.0, float("inf"), 1.0)
-    return whiteness(model.held, model.bench.held)
+    return whiteness(model.held) if model.held is not None else Whiteness(False, 0.0, float("inf"), 1.0)
 
 
-def _verdict(
-    base: Model, model: Model, added: tuple[str, ...], before: Whiteness, after: Whiteness
-) -> tuple[str, tuple[str, ...], Model]:
-    """The verdict: a name only when hardly anything is left with it."""
+def _verdict(base: Model, model: Model, added: tuple[str, ...]) -> tuple[str, tuple[str, ...], Model]:
+    """The verdict: a name only when hardly anything is left with it, on the fitted and on the held-out scenes."""
     if not added:
-        return ("none" if before.white and _silent(base) else "unlisted"), (), base
-    explained = 1.0 - max(after.loss - 1.0, 0.0) / max(before.loss - 1.0, 1e-9)
-    if after.white or explained > EXPLAINED:
+        return ("none" if _left(base).white and _fit(base).white else "unlisted"), (), base
+    if all(_explained(of(base), of(model)) for of in (_fit, _left)):
         return added[0], added, model
     return "unlisted", (), base
+
+
+def _explained(before: Whiteness, after: Whiteness) -> bool:
+    """Whether hardly anything is left after of what was left before."""
+    return after.white or max(after.loss - 1.0, 0.0) < (1.0 - EXPLAINED) * (before.loss - 1.0)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.stats import norm
 from scipy.stats import t as student
 
-from identification._innovations import OUTLIER, UNIT_LOSS, Estimate, cauchy
+from identification._innovations import OUTLIER, Estimate, cauchy
 from identification._linearised import Scene
 
 Array = NDArray[np.float64]
@@ -18,6 +18,8 @@ BLOCK = 1.0
 """Length of the blocks that are taken for independent [s]."""
 ALLOWANCE = 0.03
 """Excess of the mean loss that linearisation leaves even with the complete model."""
+UNIT_SPREAD = 1.264
+"""Standard deviation of the loss of a unit normal innovation, in means of it."""
 OUTLIERS = 1e-3
 """Share of outliers that it leaves at most."""
 
@@ -66,19 +68,12 @@ class Whiteness:
     outliers: float
 
 
-def whiteness(estimate: Estimate, scenes: tuple[Scene, ...]) -> Whiteness:
-    """Test of the position's innovations: their size over blocks, and their outliers."""
-    levels = []
-    for i, scene in enumerate(scenes):
-        line = estimate.linearised[i]
-        seen = np.isfinite(line.variances[:, 0])
-        r = np.where(seen, line.innovations[:, 0], 0.0) / np.sqrt(np.where(seen, line.variances[:, 0], 1.0))
-        loss = _blocks(cauchy(r), scene)
-        count = _blocks(seen.astype(float), scene)
-        levels.append((loss / np.maximum(count, 1.0) / UNIT_LOSS)[count > 0])
-    level = np.concatenate(levels)
-    error = max(float(np.std(level, ddof=1)) / np.sqrt(len(level)), 1e-3)
-    p_value = float(norm.sf((float(level.mean()) - 1.0 - ALLOWANCE) / error))
+def whiteness(estimate: Estimate) -> Whiteness:
+    """Test of the position's innovations: their mean loss, of independent samples if the model is complete, and their
+    outliers.
+    """
+    samples = sum(int(np.isfinite(line.variances[:, 0]).sum()) for line in estimate.linearised)
+    p_value = float(norm.sf((estimate.loss - 1.0 - ALLOWANCE) / (UNIT_SPREAD / np.sqrt(samples))))
     if estimate.outliers > OUTLIERS:
         p_value = min(p_value, float(norm.sf(OUTLIER)))
     return Whiteness(p_value > 0.01, p_value, estimate.loss, estimate.outliers)

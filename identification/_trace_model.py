@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from identification._coordinates import Coordinates, parameters
 from identification._innovations import Estimate, NoiseAware
 from identification._linearised import Looseness, Scene
+from identification._noise_aware import tamed
 from simulator import CATALOGUE, Kernel, kernel
 
 Array = NDArray[np.float64]
@@ -20,6 +21,8 @@ FINAL = Looseness(1.0, 1e-5, 0.1, 5e-4, honest=False)
 """Looseness of all fits while tracing: they start near their end."""
 REFIT = 12
 """Steps of a refit."""
+SEARCH = 12
+"""Steps of a search on chunks."""
 HELD_STEPS = 10
 """Steps of the paths on held-out recordings."""
 RESTED = 2
@@ -28,8 +31,8 @@ RESTED = 2
 
 @dataclass(frozen=True)
 class Bench:
-    """What all models are tried on: scenes to fit and scenes held out, constants that are held, and the travel
-    (lowest, highest position seen) [m].
+    """What all models are tried on: scenes to fit and scenes held out, constants that are held, the travel (lowest,
+    highest position seen) [m], and the stiffest bristle [N/m]: one that no node resolves explains what it likes.
     """
 
     fitted: tuple[Scene, ...]
@@ -37,6 +40,7 @@ class Bench:
     given: Mapping[str, float]
     travel: tuple[float, float]
     force_std: float
+    stiffest: float = float("inf")
 
     def thinned(self) -> tuple[Bench, list[tuple[int, slice]]]:
         """A bench of chunks of the fitted scenes, with where each comes from: enough for a first look."""
@@ -109,6 +113,38 @@ class Model:
         begun = work.at(self.estimate.theta, self.estimate.paths, FINAL, steps=0)
         return self if begun is None else Model(self.effects, self.bench, lean(work.descend(begun, FINAL, steps)))
 
+    def sought(self, *effect: str, values: Mapping[str, float] | None = None) -> Model | None:
+        """The best fit to chunks of the scenes of this model, or of it and one more effect at some values: from here,
+        and with the mass, the damping and the friction curve set back to usual ones. None where all diverge.
+
+        A base model bends its parameters to make up for what it lacks, and from there the way back can be barred.
+        """
+        effects = in_order(*self.effects, *effect)
+        bench, _ = self.bench.thinned()
+        work = problem(effects, bench, bench.fitted)
+        known = {k: v for e in effect for k, v in defaults(e, self.bench).items()} | self.values | dict(values or {})
+        theta = work.coordinates.theta(work.kernel.vector(known))
+        ends = [work.follow(start, stages=((FINAL, SEARCH),)) for start in (theta, tamed(work, theta)[0])]
+        found = [end for end in ends if end is not None]
+        return Model(effects, bench, min(found, key=lambda end: end.cost)) if found else None
+
+    def without(self, effect: str) -> Model | None:
+        """The other effects of this model, fitted on from here."""
+        effects = tuple(e for e in self.effects if e != effect)
+        target = kernel(effects, "uncertain force")
+        values = self.values
+        theta = coordinates(effects, self.bench).theta(np.array([values[name] for name in target.parameters]))
+        kept = [self.kernel.states.index(name) for name in target.states]
+        paths = [np.ascontiguousarray(path[:, kept]) for path in self.estimate.paths]
+        begun = problem(effects, self.bench, self.bench.fitted).at(theta, paths, FINAL, steps=RESTED)
+        return None if begun is None else Model(effects, self.bench, begun).refitted()
+
+    def carried(self, bench: Bench) -> Model | None:
+        """These parameters fitted on to all of a bench, along new paths."""
+        work = problem(self.effects, bench, bench.fitted)
+        end = work.follow(self.estimate.theta, stages=((FINAL, REFIT),))
+        return None if end is None else Model(self.effects, bench, lean(end))
+
     def with_effect(self, effect: str, values: Mapping[str, float], steps: int = 0) -> Model | None:
         """This model and one more effect at some values of its parameters (by full name, the others at their defaults),
         its memory run along the paths. None where that has no solution.
@@ -164,7 +200,9 @@ def coordinates(effects: tuple[str, ...], bench: Bench) -> Coordinates:
     target = kernel(effects, "uncertain force")
     known = {name: bench.stroke for name, p in parameters(target).items() if p.known}
     given = {name: value for name, value in bench.given.items() if name in target.parameters}
-    return Coordinates.of(target, known | given, bench.force_std)
+    free = Coordinates.of(target, known | given, bench.force_std)
+    stiff = np.array([name == "lugre.sigma0" for name in free.names])
+    return replace(free, upper=np.where(stiff, np.minimum(free.upper, bench.stiffest), free.upper))
 
 
 def problem(effects: tuple[str, ...], bench: Bench, scenes: Sequence[Scene]) -> NoiseAware:

@@ -80,7 +80,7 @@ def uncertainty(fit: Fit) -> Uncertainty:
     scaled = matrix[:n, :n] / np.sqrt(np.outer(np.diag(matrix)[:n], np.diag(matrix)[:n]).clip(1e-300))
     eigen = np.linalg.eigvalsh(scaled)
     std = dict(zip(names, (spread * slope).tolist(), strict=True))
-    status, note = _judged(fit, names, std, correlation)
+    status, note = judged_by(fit, names, std, correlation)
     inflation = float(np.median(np.sqrt(np.diag(robust)[:n] / np.diag(classic)[:n])))
     return Uncertainty(
         names, std, correlation, float(np.sqrt(eigen[-1] / max(eigen[0], 1e-30))), status, note, inflation
@@ -136,10 +136,10 @@ def _innovation_covariances(problem: Problem, estimate: Estimate) -> tuple[Array
     return estimate.normal.matrix, np.asarray(classic, float), np.asarray(robust, float)
 
 
-def _judged(
-    fit: Fit, names: tuple[str, ...], std: dict[str, float], correlation: Array
+def judged_by(
+    fit: Fit, names: tuple[str, ...], std: dict[str, float], correlation: Array, *, proven: bool = False
 ) -> tuple[dict[str, Status], dict[str, str]]:
-    """Status and note of every free parameter, by name."""
+    """Status and note of every free parameter, by name. proven : std does not rest on linearisation."""
     known = parameters(fit.kernel)
     status: dict[str, Status] = {}
     note: dict[str, str] = {}
@@ -155,7 +155,7 @@ def _judged(
             status[name] = "weak"
         else:
             status[name] = "identified"
-        if status[name] == "identified" and name in QUICK and (swing := _unresolved(fit)):
+        if not proven and status[name] == "identified" and name in QUICK and (swing := _unresolved(fit)):
             status[name], note[name] = "weak", swing
         elif status[name] == "weak" and abs(strength) > 0.9:
             note[name] = f"nearly collinear with {names[partner]} (correlation {strength:+.3f})"

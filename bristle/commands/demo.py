@@ -1,4 +1,4 @@
-"""`bristle demo`: the main job end to end on a bundled example."""
+"""`bristle demo`: the main job end to end, from a bundled example to a valve that is watched."""
 
 from __future__ import annotations
 
@@ -9,34 +9,35 @@ import typer
 
 
 def command(
-    out: Annotated[Path, typer.Option(help="Folder for model and report.")] = Path("demo-output"),
+    out: Annotated[Path, typer.Option(help="Folder for recordings, models, reports and events.")] = Path("demo-output"),
 ) -> None:
-    """Identify a valve from bundled step and sine recordings without a start value, and compare with the truth.
+    """Fit a bundled valve; record another over Modbus, trace what its model lacks, watch it, and find a fault.
+
+    The second valve is simulated, in a process of its own on loopback, with an effect that nobody declared. Takes
+    about a minute.
 
     Example: bristle demo --out demo-output
     """
-    from bristle._console import crosscheck_table, load, parameter_table, print_errors, stdout
-    from identification import identify
-    from identification.report import write_report
-    from recordings import BadInput, NegativeAnswer, bundled_path, read_truth
+    from bristle._console import stdout
+    from bristle._demo_files import KINDS, cleared
+    from bristle._demo_fit import fit_stage
+    from bristle._demo_record import record_stage
+    from bristle._demo_trace import trace_stage
+    from bristle._demo_watch import watch_stage
 
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise BadInput(str(out), f"the folder cannot be made ({error.strerror})", "give another --out") from error
-    names = ("step", "sine")
+    cleared(out)
     console = stdout()
-    console.print(f"Fitting bundled recordings {' and '.join(names)}; 'mixed' is held out to judge. No start values.")
-    found = identify(load([f"bundled:{n}" for n in names]), holdout=load(["bundled:mixed"]))
-    truth = {k: float(v) for k, v in read_truth(bundled_path("step")).items() if k in found.model.parameters}
-    console.print(parameter_table(found, truth))
-    print_errors(console, found.model)
-    if found.crosscheck:
-        console.print(crosscheck_table(found.crosscheck))
-        console.print(found.crosscheck.sentence)
-    model, page = out / "model.json", out / "report.html"
-    found.model.write(model)
-    write_report(page, found)
-    console.print(f"model   {model}\nreport  {page}")
-    if not found.crosscheck or not found.crosscheck.agrees:
-        raise NegativeAnswer("the cross-check does not confirm the fit")
+    console.rule("1  Fit")
+    fit_stage(out, console)
+    console.rule("2  Record")
+    recorded = record_stage(out, console.print)
+    console.rule("3  Trace")
+    traced = trace_stage(recorded, out, console)
+    console.rule("4  Watch")
+    watched = watch_stage(traced, out, console.print)
+    console.rule()
+    console.print(
+        f"Alarm after {watched.alarm_s:.1f} s, {'not named' if watched.fault is None else f'named {watched.fault}'}"
+    )
+    for name, files in KINDS.items():
+        console.print(f"{name:11} {', '.join(str(out / file) for file in files)}")

@@ -13,9 +13,15 @@ def command(
     detectors: Annotated[str, Option(help="Detectors, separated by commas; all of them otherwise.")] = "all",
     scenarios: Annotated[str, Option(help="Scenarios, separated by commas; all 44 otherwise.")] = "all",
     variants: Annotated[str, Option(help="play-1, lugre-1, lugre-10, lugre-100, lugre-400; or all.")] = "all",
-    seeds: Annotated[int, Option(help="Trials of each scenario.", min=1)] = 5,
-    false_alarms: Annotated[float, Option(help="Stated rate of false alarms, per hour.")] = 0.01,
-    smoke: Annotated[bool, Option("--smoke", help="Few fault-free hours: quick, and not to be relied on.")] = False,
+    seeds: Annotated[
+        int | None, Option(help="Trials of each scenario of play-1, of a day-long one at most 3; 5 otherwise.", min=1)
+    ] = None,
+    false_alarms: Annotated[
+        float | None, Option(help="Stated rate of false alarms, per hour; 0.01 otherwise, 0.5 with --smoke.")
+    ] = None,
+    smoke: Annotated[
+        bool, Option("--smoke", help="Few fault-free hours, three scenarios, one trial: quick, not to be relied on.")
+    ] = False,
     plant: Annotated[
         Path | None, Option(help="Measured hour of actuator 3 (MATLAB file), on which alarms are counted, too.")
     ] = None,

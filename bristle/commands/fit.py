@@ -28,25 +28,26 @@ def command(
     estimator: Annotated[
         str, typer.Option(help="'auto', 'output-error' (exact force) or 'noise-aware' (noisy force).")
     ] = "auto",
+    bootstrap: Annotated[
+        int, typer.Option(help="Intervals from this many refits of simulated twins (0: from the linearised model).")
+    ] = 0,
     crosscheck: Annotated[bool, typer.Option(help="Cross-check with pysindy.")] = True,
 ) -> None:
     """Fit the LuGre friction parameters and the spring of a valve to recordings.
 
     Example: bristle fit bundled:mixed --out model.json --report fit.html
     """
-    from bristle._console import (
-        assignments,
-        crosscheck_table,
-        load,
-        parameter_table,
-        print_errors,
-        stdout,
-        working,
-        writable,
+    from bristle._console import assignments, load, print_identification, stdout, working, writable
+    from bristle._fitting import (
+        checked_causality,
+        checked_estimator,
+        counted,
+        free_parameters,
+        print_profiles,
+        with_area,
+        without_effects,
     )
-    from bristle._fitting import checked_causality, checked_estimator, free_parameters, with_area, without_effects
     from identification import Outcome, identify
-    from identification import profile as profile_of
     from recordings import NegativeAnswer
 
     for path in (out, report):
@@ -54,30 +55,14 @@ def command(
     held = without_effects(without or []) | assignments(given or [], "--given")
     profiled = free_parameters(profile or [], held)
     read, others = (with_area(load(paths), area) for paths in (recordings, holdout or []))
-    with working("fitting"):
+    with working("fitting") as status:
         found = identify(
             read, holdout=others, given=held, causality=checked_causality(causality), hold=hold, check=crosscheck,
-            estimator=checked_estimator(estimator),
+            estimator=checked_estimator(estimator), trials=bootstrap, progress=counted(status, bootstrap),
         )  # fmt: skip
     console = stdout()
-    console.print(parameter_table(found))
-    noise = found.model.noise
-    console.print(
-        f"estimator: {found.fit.estimator}; noise of the position {1e6 * (noise['position_m'] or 0.0):.3g} µm, "
-        f"of the force {noise['force_N'] or 0.0:.3g} N"
-    )
-    print_errors(console, found.model)
-    for name in profiled:
-        p = profile_of(found.fit, found.uncertainty, name)
-        low, high = (f"{x:.6g}" if x is not None else "(no end found)" for x in (p.lower, p.upper))
-        console.print(f"profile of {name}: 90 % interval from {low} to {high}")
-    for sentence in found.advice:
-        console.print(sentence)
-    if found.crosscheck:
-        console.print(crosscheck_table(found.crosscheck))
-        console.print(found.crosscheck.sentence)
-    elif crosscheck:
-        console.print("no cross-check: these recordings show too little sliding for one")
+    print_identification(console, found, crosscheck=crosscheck)
+    print_profiles(console, found, profiled)
     if out:
         found.model.write(out)
     if report:

@@ -3,9 +3,10 @@
 from detector.evaluation._alarm import Levels, alarms, calibrate, largest
 from detector.evaluation._detectors import DETECTORS, Detector, Seen
 from detector.evaluation._diagnosis import Diagnosis, learn_diagnosis, portrait
+from detector.evaluation._examples import Example, examples
 from detector.evaluation._indices import Indices, Zone, chance, indices, misisolation
-from detector.evaluation._plan import BENCHMARK, MAIN, VARIANTS, Plan, smoke
-from detector.evaluation._plant import RATES, SIGNALS, Setting, healthy, simulate, with_fault
+from detector.evaluation._plan import BENCHMARK, MAIN, SMOKE, VARIANTS, Plan, smoke
+from detector.evaluation._plant import RATES, SIGNALS, Setting, elsewhere, healthy, simulate, with_fault
 from detector.evaluation._plant_hour import count_alarms, plant_hour
 from detector.evaluation._structure import groups as structural_groups
 from detector.evaluation._structure import signatures as structural_signatures
@@ -20,9 +21,11 @@ __all__ = [
     "MAIN",
     "RATES",
     "SIGNALS",
+    "SMOKE",
     "VARIANTS",
     "Detector",
     "Diagnosis",
+    "Example",
     "Indices",
     "Levels",
     "Outcome",
@@ -37,7 +40,9 @@ __all__ = [
     "chance",
     "count_alarms",
     "detected",
+    "elsewhere",
     "evaluate",
+    "examples",
     "healthy",
     "indices",
     "isolation_words",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,11 +33,13 @@ class Levels:
         return np.nan_to_num(np.abs(channels) / self.levels).max(axis=1) / self.threshold
 
 
-def calibrate(blocks: Array, rate_per_h: float, block_s: int = BLOCK_S) -> Levels:
+def calibrate(blocks: Array, rate_per_h: float, block_s: int = BLOCK_S, starts: Sequence[Array] = ()) -> Levels:
     """Levels for a rate of false alarms, from the largest values in blocks (n_blocks, n_channels) of fault-free runs.
 
     Every channel gets an equal share of the rate; then the threshold on the largest share of a level is set for the
-    whole rate. Both by the Gumbel distribution of largest values, and never below what was seen.
+    whole rate. Both by the Gumbel distribution of largest values, and never below what was seen. Blocks that follow a
+    start, each (n_starts, n_channels) of a kind of start and a time after it, are distributions of their own, however
+    rare they are among the others: the rate is kept in all, and the highest level counts.
     Raises BadInput for less than 15 blocks.
     """
     if len(blocks) < _LEAST_BLOCKS:
@@ -44,9 +47,11 @@ def calibrate(blocks: Array, rate_per_h: float, block_s: int = BLOCK_S) -> Level
         raise BadInput(
             "fault-free runs", found, f"give {_LEAST_BLOCKS}, {_LEAST_BLOCKS * block_s / 3600:.1f} h, at least"
         )
-    levels = np.maximum(_gumbel(blocks, rate_per_h / blocks.shape[1], block_s), 1e-12)
-    shares = (blocks / levels).max(axis=1, keepdims=True)
-    return Levels(levels, float(_gumbel(shares, rate_per_h, block_s)[0]))
+    kinds = [blocks, *starts]
+    each = [_gumbel(kind, rate_per_h / blocks.shape[1], block_s) for kind in kinds]
+    levels = np.maximum(np.max(each, axis=0), 1e-12)
+    shares = [_gumbel((kind / levels).max(axis=1, keepdims=True), rate_per_h, block_s)[0] for kind in kinds]
+    return Levels(levels, float(max(shares)))
 
 
 def alarms(statistic: Array, hold_s: int = HOLD_S) -> NDArray[np.bool_]:

@@ -44,6 +44,8 @@ from detector.published import chapter_5
 from simulator.damadics import SPANS, Parameters
 
 _STROKE = Parameters().stroke
+_SETTLE = 100
+"""What is learned from readings after a start's first [s] is tried on such readings only."""
 _LENIENT = 360.0
 """False alarms a month that the calibrated observer is learned for: its level is set anew, as everyone's."""
 
@@ -175,12 +177,13 @@ def _estimation(healthy: Seen) -> Channels:
         late = [np.concatenate([column[:1], column[:-1]]) for column in (x, cv, drop)]
         return np.column_stack([late[0], cv, late[1], drop, late[2], np.ones(len(x))]), x
 
-    regressors, x = rows(healthy.run[100:7300])
+    regressors, x = rows(healthy.run[_SETTLE:7300])
     learned = learn_estimation(regressors, x, memory=200.0)
 
     def channels(seen: Seen) -> Array:
-        u, y = rows(seen.run)
-        return learned.run(learned.initial(), u, y[:, None])[1]
+        # The run-in of a valve that starts at rest is no small error: the estimates would remember it for minutes.
+        u, y = rows(seen.run[_SETTLE:])
+        return np.vstack([np.zeros((_SETTLE, len(learned.usual))), learned.run(learned.initial(), u, y[:, None])[1]])
 
     return channels
 

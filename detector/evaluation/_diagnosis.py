@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from detector.evaluation._plant import CV, X
 from detector.evaluation._symptoms import MEMORIES, SCORES
 from detector.generators._contract import Array
 from recordings import BadInput
@@ -23,28 +24,36 @@ EVERY_S = 30
 """A diagnosis is made so often [s] after an alarm began."""
 
 _USED = np.concatenate([MEMORIES.index(m) * len(SCORES) + np.arange(len(SCORES)) for m in (10.0, 60.0)])
-_NEAREST = 3
+_OFF = 0.05
+"""Unit in which the position's distance from the set point counts [share of the stroke]."""
+
+_STILL = 1e-3
+"""A rod that moves less than this counts as still: about its noise [share of the stroke]."""
+
+_NEAREST = 1
 _CONFUSED = 0.25
 _FLOOR = 0.3
 
 
-def portrait(symptoms: Array, alarm: NDArray[np.bool_]) -> tuple[NDArray[np.int64], Array]:
+def portrait(run: Array, symptoms: Array, alarm: NDArray[np.bool_]) -> tuple[NDArray[np.int64], Array]:
     """Rows at which a diagnosis is made, and what is then known: (n_rows, n_features): mean and spread of each symptom,
-    their size taken by asinh, over the window.
+    their size taken by asinh, and of X - CV, over the window; and how much X moves, on a logarithmic scale. Symptoms
+    saturate, so that one wild reading is soon forgotten; where the rod is, and whether it moves at all, tells those
+    apart that saturate alike.
     """
     rows = np.arange(len(alarm))
     edge = alarm & ~np.concatenate([[False], alarm[:-1]])
     began = np.maximum.accumulate(np.where(edge, rows, -1))
     due = alarm & (began >= 0) & (rows > began) & ((rows - began) % EVERY_S == 0)
     at = np.flatnonzero(due)
-    value = np.arcsinh(symptoms[:, _USED])
+    value = np.column_stack([np.arcsinh(symptoms[:, _USED]), (run[:, X] - run[:, CV]) / _OFF, run[:, X]])
     zero = np.zeros((1, value.shape[1]))
     sums, squares = (np.vstack([zero, np.cumsum(one, axis=0)]) for one in (value, value**2))
     first = np.maximum(began[at], at - WINDOW_S)
     n = (at - first + 1)[:, None]
     mean = (sums[at + 1] - sums[first]) / n
     spread = np.sqrt(np.maximum((squares[at + 1] - squares[first]) / n - mean**2, 0.0))
-    return at, np.hstack([mean, spread])
+    return at, np.hstack([mean[:, :-1], spread[:, :-1], np.log(spread[:, -1:] + _STILL)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,10 +79,10 @@ class Diagnosis:
         order = np.argsort(apart[0])
         return [(int(known[i]), float(apart[0, i])) for i in order]
 
-    def flagged(self, symptoms: Array, alarm: NDArray[np.bool_]) -> NDArray[np.int64]:
+    def flagged(self, run: Array, symptoms: Array, alarm: NDArray[np.bool_]) -> NDArray[np.int64]:
         """The fault named first at each second (n,), 0 where none is: before the first diagnosis and without alarm."""
         named = np.zeros(len(alarm), np.int64)
-        at, portraits = portrait(symptoms, alarm)
+        at, portraits = portrait(run, symptoms, alarm)
         if len(at):
             known, apart = self.distances(portraits)
             marks = np.zeros(len(alarm), np.int64)

@@ -18,7 +18,7 @@ from simulator.damadics import Form, Scenario
 
 Json = dict[str, Any]
 
-POINTS = 400
+POINTS = 250
 """Points of each curve that is kept for drawing."""
 
 RANKED_AFTER_S = 300
@@ -40,21 +40,21 @@ def judge(what: Scenario, run: Array, learned: Learned, draw: bool) -> Json:
         healthy = raised(one[: where.tfrom], where.ton)
         found["detectors"][name] = asdict(indices(one, where)) | {"false": healthy}
     if BANK in alarm and learned.diagnosis is not None:
-        found["diagnosis"] = diagnosed(what.faults[0].number, seen.symptoms, alarm[BANK], learned.diagnosis, where)
+        found["diagnosis"] = diagnosed(what.faults[0].number, seen, alarm[BANK], learned.diagnosis, where)
     if draw:
         found["curves"] = curves(run, statistics)
     return found
 
 
-def diagnosed(fault: int, symptoms: Array, alarm: NDArray[np.bool_], known: Diagnosis, where: Zone) -> Json:
+def diagnosed(fault: int, seen: Seen, alarm: NDArray[np.bool_], known: Diagnosis, where: Zone) -> Json:
     """Rankings some minutes after the alarm and at the end, and the isolation indices of the group named first."""
     live = alarm.copy()
     live[: where.tfrom] = False
-    at, portraits = portrait(symptoms, live)
+    at, portraits = portrait(seen.run, seen.symptoms, live)
     if not len(at):
         return {"ranked": [], "last": []}
     row = min(int(np.searchsorted(at, at[0] + RANKED_AFTER_S)), len(at) - 1)
-    flagged = known.flagged(symptoms, alarm)
+    flagged = known.flagged(seen.run, seen.symptoms, alarm)
     mine = np.isin(flagged, known.members(fault))
     isolation = indices(mine, where)
     return {
@@ -67,12 +67,14 @@ def diagnosed(fault: int, symptoms: Array, alarm: NDArray[np.bool_], known: Diag
 
 
 def curves(run: Array, statistics: dict[str, Array]) -> Json:
-    """Signals, and the largest statistic within each of `POINTS` stretches, rounded."""
+    """Lowest and highest of the signals, and the largest statistic, within each of `POINTS` stretches, rounded."""
     width = max(1, -(-len(run) // POINTS))
     starts = np.arange(0, len(run), width)
     kept: Json = {"t": starts.tolist()}
     for name in ("CV", "X", "F"):
-        kept[name] = np.round(run[starts, SIGNALS.index(name)], 4).tolist()
+        one = run[:, SIGNALS.index(name)]
+        ends = {"low": np.minimum.reduceat(one, starts), "high": np.maximum.reduceat(one, starts)}
+        kept[name] = {end: np.round(values, 4).tolist() for end, values in ends.items()}
     kept["statistics"] = {
         name: np.round(np.maximum.reduceat(np.clip(one, 1e-3, 1e4), starts), 4).tolist()
         for name, one in statistics.items()

@@ -6,6 +6,7 @@ import hashlib
 import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from difflib import get_close_matches
 from typing import Any
 
 from detector.evaluation._detectors import DETECTORS
@@ -22,15 +23,22 @@ MAIN = "play-1"
 VARIANTS = (MAIN, *(f"lugre-{rate}" for rate in RATES))
 """Friction and sampling rate [Hz]."""
 
+SMOKE = ("f1-abrupt-big", "f14-abrupt-big", "f18-abrupt-big")
+"""Scenarios enough to try whether everything works: two that are easily seen, one that nobody can see."""
+
 _LONG_S = 6000.0
+_LISTED = 20
+"""More names than that are not all listed."""
 
 
 @dataclass(frozen=True)
 class Plan:
     """detectors, scenarios, variants : by name; seeds, long_seeds : trials of each scenario of the main variant, and of
-    its day-long ones (others: 1); rate_per_h : stated rate of false alarms; healthy_h, other_healthy_h :
-    fault-free hours to learn from, to calibrate on, and to judge; examples : runs per fault and mode for the
-    signatures; other_long_h : for how long day-long faults are followed in other variants [h].
+    its day-long ones; other_seeds : the same of the other variants; rate_per_h : stated rate of false alarms;
+    healthy_h, other_healthy_h : fault-free hours to learn from, to calibrate on, and to judge; starts : short
+    fault-free runs to calibrate on and to judge, every second of which starts elsewhere than the benchmark; examples :
+    runs per fault and mode for the signatures; other_long_h : for how long day-long faults are followed in other
+    variants [h].
 
     Raises BadInput for an unknown name or numbers that cannot be.
     """
@@ -40,10 +48,12 @@ class Plan:
     variants: tuple[str, ...] = VARIANTS
     seeds: int = 5
     long_seeds: int = 3
+    other_seeds: tuple[int, int] = (1, 2)
     rate_per_h: float = 0.01
     healthy_h: tuple[float, float, float] = (24.0, 96.0, 96.0)
-    other_healthy_h: tuple[float, float, float] = (8.0, 16.0, 16.0)
-    examples: int = 3
+    other_healthy_h: tuple[float, float, float] = (8.0, 48.0, 48.0)
+    starts: tuple[int, int] = (48, 16)
+    examples: int = 4
     other_long_h: float = 2.0
 
     def __post_init__(self) -> None:
@@ -67,9 +77,8 @@ class Plan:
 
     def trials(self, form: Form, what: Scenario) -> int:
         """How often a scenario is run."""
-        if form != "play":
-            return 1
-        return self.long_seeds if what.thor > _LONG_S else self.seeds
+        usual, long = (self.seeds, self.long_seeds) if form == "play" else self.other_seeds
+        return long if what.thor > _LONG_S else usual
 
     def hours(self, form: Form) -> tuple[float, float, float]:
         """Fault-free hours to learn from, to calibrate on and to judge."""
@@ -79,22 +88,24 @@ class Plan:
     def key(self) -> str:
         """Names what everything learned depends on: results of an equal key can be taken up again."""
         parts: dict[str, Any] = asdict(self)
-        for free in ("scenarios", "seeds", "long_seeds", "variants"):
+        for free in ("scenarios", "seeds", "long_seeds", "other_seeds", "variants"):
             parts.pop(free)
         return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()[:12]
 
 
-def smoke(detectors: Sequence[str] = ("bank", "limits"), scenarios: Sequence[str] = ("f18-abrupt-big",)) -> Plan:
+def smoke(detectors: Sequence[str] = ("bank", "limits"), scenarios: Sequence[str] = SMOKE) -> Plan:
     """The smallest evaluation that goes through everything, about half a minute."""
     return Plan(
-        tuple(detectors), tuple(scenarios), (MAIN,), seeds=1, long_seeds=1, rate_per_h=0.5,
-        healthy_h=(1.2, 3.0, 1.0), other_healthy_h=(1.2, 3.0, 1.0), examples=0,
+        tuple(detectors), tuple(scenarios), (MAIN,), seeds=1, long_seeds=1, other_seeds=(1, 1), rate_per_h=0.5,
+        healthy_h=(1.2, 3.0, 1.0), other_healthy_h=(1.2, 3.0, 1.0), starts=(6, 2), examples=0,
     )  # fmt: skip
 
 
 def _known(option: str, names: Sequence[str], allowed: Sequence[str]) -> None:
     for name in names:
         if name not in allowed:
-            raise BadInput(f"{option} {name}", "there is none of that name", f"there are {', '.join(allowed)}")
+            near = get_close_matches(name, allowed, 5, 0.4) if len(allowed) > _LISTED else []
+            some = f"near to it are {', '.join(near)}" if near else f"there are {', '.join(allowed)}"
+            raise BadInput(f"{option} {name}", "there is none of that name", some)
     if not names:
         raise BadInput(option, "nothing is named", f"there are {', '.join(allowed)}")

@@ -46,13 +46,22 @@ _SPAN = np.array([SPANS[name] for name in SIGNALS])
 @dataclass(frozen=True)
 class Setting:
     """What a run is made of. form : of the friction; seed : of the noise; noise : factor on the benchmark's noise;
-    stimulus : what the process does.
+    stimulus : what the process does; begins_s : time of the stimulus at the start [s]; position : of the rod at the
+    start [share of the stroke], its chamber empty.
     """
 
     form: Form = "play"
     seed: int = 0
     noise: float = 1.0
     stimulus: Stimulus = step_one
+    begins_s: float = 0.0
+    position: float = 0.0
+
+
+def elsewhere(form: Form, seed: int) -> Setting:
+    """A run that does not start as the benchmark's do: at another instant of the process, the rod somewhere."""
+    rng = np.random.default_rng(seed)
+    return Setting(form, seed, begins_s=float(rng.uniform(0.0, 10_000.0)), position=float(rng.uniform(0.0, 1.0)))
 
 
 def simulate(
@@ -67,13 +76,13 @@ def simulate(
         found = f"{duration_s:g} s at {', '.join(map(str, rates))} Hz"
         raise BadInput("simulated run", found, f"at least 1 s, at {', '.join(map(str, RATES))} Hz")
     actuator, noise, seconds = _actuator(setting.form), _noise(setting), int(duration_s)
-    state, rows = actuator.start(), {rate: np.empty((seconds, len(SIGNALS))) for rate in rates}
+    state, rows = actuator.start(setting.position), {rate: np.empty((seconds, len(SIGNALS))) for rate in rates}
     for first in range(0, seconds, _BLOCK_S):
         last = min(first + _BLOCK_S, seconds)
         steps = np.arange(first * _PER_SECOND, last * _PER_SECOND)
         inputs = np.empty((len(steps), len(INPUTS)))
         t = np.asarray(steps / _PER_SECOND, np.float64)
-        inputs[:, :5], inputs[:, 5:] = setting.stimulus(t), strengths(faults, t)
+        inputs[:, :5], inputs[:, 5:] = setting.stimulus(t + setting.begins_s), strengths(faults, t)
         setpoint = inputs[:, 0].copy()
         inputs[:, 0] = np.clip(setpoint + noise.setpoint(steps), 0.0, 1.0)
         try:

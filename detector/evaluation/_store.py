@@ -55,5 +55,8 @@ class Store:
     def _written(self, name: str, write: Callable[[Path], object]) -> None:
         # The suffix stays last: numpy would add its own.
         part = self.folder / f".{os.getpid()}.{name}"
-        write(part)
-        part.replace(self.folder / name)
+        try:
+            write(part)
+            part.replace(self.folder / name)
+        except OSError as error:
+            raise BadInput(str(self.folder), f"it cannot be written ({error.strerror})", "free it, go on") from None

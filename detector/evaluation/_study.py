@@ -5,22 +5,24 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import time
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, replace
 from pathlib import Path
+from threading import Thread
 from typing import Any
 
 import numpy as np
 
 from detector.evaluation import _jobs as jobs
-from detector.evaluation._alarm import BLOCK_S, alarms, calibrate
+from detector.evaluation._alarm import BLOCK_S, Levels, alarms, calibrate
 from detector.evaluation._detectors import Seen
 from detector.evaluation._diagnosis import learn_diagnosis, portrait
 from detector.evaluation._examples import Example, examples
-from detector.evaluation._learned import BANK, Learned, learn
+from detector.evaluation._learned import BANK, SETTLE_S, Learned, learn
 from detector.evaluation._plan import Plan
-from detector.evaluation._plant import Array, Setting, healthy, simulate
+from detector.evaluation._plant import Array, Setting, elsewhere, healthy, simulate
 from detector.evaluation._store import Store
 from recordings import BadInput
 from simulator.damadics import Form, scenario
@@ -28,8 +30,11 @@ from simulator.damadics import Form, scenario
 Progress = Callable[[str, int, int], None]
 """Told what is going on, how many pieces of it are done, and of how many."""
 
-LEARN, CALIBRATE, JUDGE = 1000, 2000, 3000
+SEEDS = {"learn": 1000, "calibrate": 2000, "judge": 3000, "calibrate-start": 4000, "judge-start": 5000}
 """Seeds of the fault-free runs for each purpose begin here; scenarios take 1, 2, 3, ..."""
+
+START_S = SETTLE_S + 2 * BLOCK_S
+"""Length of the short runs [s]: what the benchmark's abrupt scenarios have."""
 
 SAFETY = 2.0
 """Levels are estimates from some days: they are set for the stated rate over this."""
@@ -78,7 +83,8 @@ def evaluate(plan: Plan, out: Path, progress: Progress = lambda *_: None, worker
     _PLAN[:], _STORES[:] = [plan], [Store.at(out, plan.key)]
     _LEARNED.clear()
     for form in plan.forms:
-        _all(_healthy_jobs(plan, form, "learn") + _healthy_jobs(plan, form, "calibrate"), count, progress,
+        purposes = ("learn", "calibrate", "calibrate-start")
+        _all([job for purpose in purposes for job in _healthy_jobs(plan, form, purpose)], count, progress,
              f"{form}: fault-free runs")  # fmt: skip
         pending = _pending(_judging(plan, form))
         if pending:
@@ -92,14 +98,23 @@ def _learn(plan: Plan, form: Form, count: int, progress: Progress) -> None:
     for rate in plan.forms[form]:
         runs = [_kept(plan, form, rate, job) for job in _healthy_jobs(plan, form, "learn")]
         _LEARNED[form, rate] = learn([runs[0], *runs], plan.detectors)
-    found = _all([replace(job, name="", what="blocks") for job in _healthy_jobs(plan, form, "calibrate")], count,
-                 progress, f"{form}: calibration")  # fmt: skip
+    long, short = (_healthy_jobs(plan, form, purpose) for purpose in ("calibrate", "calibrate-start"))
+    every = [replace(job, name="", what="blocks", arguments=(job,)) for job in (*long, *short)]
+    found = _all(every, count, progress, f"{form}: calibration")
     for rate in plan.forms[form]:
-        rows = {name: np.vstack([one[rate][name] for one in found]) for name in plan.detectors}
-        levels = {name: calibrate(blocks, plan.rate_per_h / SAFETY) for name, blocks in rows.items()}
+        levels = {name: _levels(plan, [one[rate][name] for one in found], len(long)) for name in plan.detectors}
         _LEARNED[form, rate] = replace(_LEARNED[form, rate], levels=levels)
     if plan.examples and BANK in plan.detectors and form == next(iter(plan.forms)):
         _learn_signatures(plan, form, count, progress)
+
+
+def _levels(plan: Plan, found: Sequence[Array], long: int) -> Levels:
+    """Levels from blocks (n_blocks, n_channels) of the long runs, the first `long`, and of the short ones after them:
+    both kinds of start, each block after it by itself.
+    """
+    kinds = [np.stack(found[long + kind :: 2]) for kind in (0, 1) if len(found) > long + kind]
+    starts = [kind[:, place] for kind in kinds for place in range(kind.shape[1])]
+    return calibrate(np.vstack(found[:long]), plan.rate_per_h / SAFETY, BLOCK_S, starts)
 
 
 def _learn_signatures(plan: Plan, form: Form, count: int, progress: Progress) -> None:
@@ -117,13 +132,23 @@ def _learn_signatures(plan: Plan, form: Form, count: int, progress: Progress) ->
 
 
 def _healthy_jobs(plan: Plan, form: Form, purpose: str) -> list[Job]:
-    """Fault-free runs for a purpose, of a day at most each."""
-    place = ("learn", "calibrate", "judge").index(purpose)
-    seconds, first = round(plan.hours(form)[place] * 3600), (LEARN, CALIBRATE, JUDGE)[place]
-    lengths = [min(_DAY_S, seconds - begun) for begun in range(0, seconds, _DAY_S)]
-    what = "count" if purpose == "judge" else "healthy"
-    names = [f"{purpose}-{form}-{_rates(plan, form)}-{first + i}" for i in range(len(lengths))]
-    return [Job(name, what, form, (first + i, lengths[i])) for i, name in enumerate(names)]
+    """Fault-free runs for a purpose of `SEEDS`: of a day at most each, or short ones from a start."""
+    seeds = range(SEEDS[purpose], SEEDS[purpose] + 1000)
+    if purpose.endswith("start"):
+        lengths = [START_S] * plan.starts[("calibrate-start", "judge-start").index(purpose)]
+    else:
+        seconds = round(plan.hours(form)[("learn", "calibrate", "judge").index(purpose)] * 3600)
+        lengths = [min(_DAY_S, seconds - begun) for begun in range(0, seconds, _DAY_S)]
+    what = "count" if purpose.startswith("judge") else "healthy"
+    return [
+        Job(f"{purpose}-{form}-{_rates(plan, form)}-{seed}", what, form, (seed, seconds))
+        for seed, seconds in zip(seeds, lengths, strict=False)
+    ]
+
+
+def _setting(form: Form, seed: int) -> Setting:
+    """How a fault-free run is made; every second of the short ones does not start as the benchmark does."""
+    return elsewhere(form, seed) if seed >= SEEDS["calibrate-start"] and seed % 2 else Setting(form, seed)
 
 
 def _rates(plan: Plan, form: Form) -> str:
@@ -139,7 +164,7 @@ def _judging(plan: Plan, form: Form) -> list[Job]:
         for seed in range(1, plan.trials(form, scenario(name)) + 1)
     ]
     made.sort(key=lambda job: -plan.duration(form, scenario(job.arguments[0])))
-    return _healthy_jobs(plan, form, "judge") + made
+    return _healthy_jobs(plan, form, "judge") + made + _healthy_jobs(plan, form, "judge-start")
 
 
 def _pending(every: Sequence[Job]) -> list[Job]:
@@ -151,7 +176,7 @@ def _kept(plan: Plan, form: Form, rate: int, job: Job) -> Array:
     seed, seconds = job.arguments
 
     def make() -> Array:
-        rows = healthy(seconds, Setting(form, seed), plan.forms[form])
+        rows = healthy(seconds, _setting(form, seed), plan.forms[form])
         return np.stack([rows[one] for one in plan.forms[form]])
 
     return _STORES[0].run(f"{job.name}-{seconds}", make)[plan.forms[form].index(rate)]
@@ -164,16 +189,15 @@ def _healthy(job: Job) -> Any:
 
 
 def _blocks(job: Job) -> Any:
-    plan = _PLAN[0]
-    kept = next(one for one in _healthy_jobs(plan, job.form, "calibrate") if one.arguments == job.arguments)
+    plan, run = _PLAN[0], job.arguments[0]
     rates = plan.forms[job.form]
-    return {rate: _LEARNED[job.form, rate].blocks(_kept(plan, job.form, rate, kept), BLOCK_S) for rate in rates}
+    return {rate: _LEARNED[job.form, rate].blocks(_kept(plan, job.form, rate, run), BLOCK_S) for rate in rates}
 
 
 def _count(job: Job) -> Any:
     seed, seconds = job.arguments
     rates = _PLAN[0].forms[job.form]
-    rows = healthy(seconds, Setting(job.form, seed), rates)
+    rows = healthy(seconds, _setting(job.form, seed), rates)
     return {str(rate): jobs.healthy_alarms(rows[rate], _LEARNED[job.form, rate]) for rate in rates}
 
 
@@ -181,8 +205,8 @@ def _scenario(job: Job) -> Any:
     name, seed = job.arguments
     what, rates = scenario(name), _PLAN[0].forms[job.form]
     rows = simulate(what.faults, _PLAN[0].duration(job.form, what), Setting(job.form, seed), rates)
-    draw = seed == 1 and job.form == "play"
-    return {str(rate): jobs.judge(what, rows[rate], _LEARNED[job.form, rate], draw) for rate in rates}
+    return {str(rate): jobs.judge(what, rows[rate], _LEARNED[job.form, rate], seed == 1 and rate == rates[0])
+            for rate in rates}  # fmt: skip
 
 
 def _example(job: Job) -> Any:
@@ -192,9 +216,10 @@ def _example(job: Job) -> Any:
     seen = Seen(one.run(job.form, rate), learned.symptoms)
     alarm = alarms(learned.levels[BANK].statistic(learned.channels[BANK](seen)))
     alarm[: int(one.onset_s)] = False
-    rows = portrait(seen.symptoms, alarm)[1]
-    few = set(np.linspace(0, len(rows) - 1, _PORTRAITS).round().astype(int).tolist()) if len(rows) else set()
-    return [np.round(rows[i], 4).tolist() for i in sorted(few)]
+    rows = portrait(seen.run, seen.symptoms, alarm)[1]
+    # Densest after the alarm, where a slow fault is weakest and a diagnosis is asked for.
+    few = set(np.geomspace(1, len(rows), _PORTRAITS).round().astype(int).tolist()) if len(rows) else set()
+    return [np.round(rows[i - 1], 4).tolist() for i in sorted(few)]
 
 
 def _footprint(job: Job) -> Any:
@@ -229,11 +254,21 @@ def _all(every: Sequence[Job], count: int, progress: Progress, label: str) -> li
             found.append(_do(job))
             progress(label, len(found), len(every))
         return found
-    # An interrupt is the parent's to handle: it ends the workers.
-    quiet = (signal.SIGINT, signal.SIG_IGN)
     fork = multiprocessing.get_context("fork")
-    with ProcessPoolExecutor(min(count, len(every)), fork, signal.signal, quiet) as pool:
+    with ProcessPoolExecutor(min(count, len(every)), fork, _begun, (os.getpid(),)) as pool:
         return _waited(pool, every, progress, label)
+
+
+def _begun(parent: int) -> None:
+    """A worker begins: an interrupt is the parent's to handle, which ends it; it does not outlive a killed parent."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    Thread(target=_ends_with, args=(parent,), daemon=True).start()
+
+
+def _ends_with(parent: int) -> None:
+    while os.getppid() == parent:
+        time.sleep(0.5)
+    os._exit(1)
 
 
 def _waited(pool: Executor, every: Sequence[Job], progress: Progress, label: str) -> list[Any]:

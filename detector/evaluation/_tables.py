@@ -13,10 +13,11 @@ import numpy as np
 
 from detector.evaluation._indices import chance
 from detector.evaluation._learned import BANK
+from detector.evaluation._plan import Plan
 from detector.evaluation._published import OTHERS, R2
 from detector.evaluation._structure import groups as structural_groups
 from detector.evaluation._study import Outcome
-from simulator.damadics import FAULTS, scenario
+from simulator.damadics import FAULTS, Form, scenario
 
 SURE = 0.01
 """A detection counts when a random alarm would do as well with less than this probability, and most trials have it."""
@@ -99,8 +100,8 @@ def _summary(outcome: Outcome) -> Table:
             ))  # fmt: skip
     note = (
         f"Stated rate of false alarms: {outcome.plan.rate_per_h:g} an hour. Detected: in most trials, and better than "
-        f"the random alarm at 99 %. Median time of the abrupt ones from onset to first alarm. "
-        f"{_trial_words(outcome)}"
+        f"the random alarm at 99 %. Median time of the abrupt ones from onset to first alarm; rtd and rfd: share of "
+        f"the faulty and of the fault-free time with an alarm. {_trial_words(outcome)}"
     )
     heads = ("variant", "detector", "detected", "median time [s]", "mean rtd", "mean rfd", "false alarms", "per hour")
     return Table("summary", "All detectors at one rate of false alarms", note, heads, tuple(rows))
@@ -109,10 +110,20 @@ def _summary(outcome: Outcome) -> Table:
 def _trial_words(outcome: Outcome) -> str:
     plan = outcome.plan
     return (
-        f"Trials: seeds 1 to {plan.seeds} (day-long: {plan.long_seeds}) in play-1, 1 in others, there "
-        f"day-long faults for {plan.other_long_h:g} h; "
-        f"fault-free to learn, calibrate, judge: {_hours(plan.healthy_h)} (others {_hours(plan.other_healthy_h)}), "
-        "seeds from 1000, 2000, 3000; examples of faults from seed 50000."
+        f"Trials: {' '.join(_form_words(plan, form) for form in plan.forms)} Seeds of fault-free runs from 1000, 2000, "
+        f"3000; {plan.starts[0]} and {plan.starts[1]} starts of 25 min to calibrate and judge, from 4000, 5000; "
+        "examples of faults from 50000."
+    )
+
+
+def _form_words(plan: Plan, form: Form) -> str:
+    """Trials and fault-free hours of a form."""
+    usual, long = (plan.seeds, plan.long_seeds) if form == "play" else plan.other_seeds
+    cut = "" if form == "play" else f", followed for {plan.other_long_h:g} h"
+    hours = _hours(plan.hours(form))
+    return (
+        f"{form}: {usual} of each scenario ({long} of the day-long ones{cut}), {hours} fault-free to learn, calibrate "
+        "and judge."
     )
 
 
@@ -129,10 +140,24 @@ def _scenarios(outcome: Outcome) -> Table:
             rows.append((variant, name, str(len(trials)), *cells, R2.get(name, "")))
     note = (
         "Median time from onset to first alarm [s]; in brackets the trials that saw it, if not all; - where none. "
-        "R2: published, dynamic GMDH."
+        f"R2: published, dynamic GMDH.{_short_words(outcome)}"
     )
     heads = ("variant", "scenario", "trials", *outcome.plan.detectors, "R2")
     return Table("scenarios", "When each detector sees each fault", note, heads, tuple(rows))
+
+
+def _short_words(outcome: Outcome) -> str:
+    """Which runs ended before their time, in words."""
+    ended = []
+    for variant, scenarios in outcome.judged.items():
+        form = next(form for form in outcome.plan.forms if variant.startswith(f"{form}-"))
+        for name, trials in scenarios.items():
+            least, planned = min(trial["seconds"] for trial in trials), int(outcome.plan.duration(form, scenario(name)))
+            if least < planned:
+                ended.append(
+                    f" {name} in {variant}: the simulation stops being finite, judged to {least} of {planned} s."
+                )
+    return "".join(ended)
 
 
 def _cell(outcome: Outcome, variant: str, name: str, detector: str) -> str:
@@ -276,7 +301,9 @@ def _trials(outcome: Outcome) -> Table:
 
 
 def _number(value: Any) -> str:
-    return "-" if value is None else f"{float(value):.4g}"
+    if value is None:
+        return "-"
+    return f"{float(value):.0f}" if abs(float(value)) >= 1000 else f"{float(value):.4g}"
 
 
 def _yes(value: bool) -> str:

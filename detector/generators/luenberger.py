@@ -134,29 +134,27 @@ def _gap(one: Array, other: Array) -> float:
 
 
 @native
+def _sum(A: Array, B: Array, C: Array, z: Array, y: Array, u: Array, i: int) -> float:
+    """Row i of A z + B y + C u."""
+    total = 0.0
+    for j in range(z.shape[0]):
+        total += A[i, j] * z[j]
+    for j in range(y.shape[0]):
+        total += B[i, j] * y[j]
+    for j in range(u.shape[0]):
+        total += C[i, j] * u[j]
+    return total
+
+
+@native
 def _run(
     z: Array, F: Array, K: Array, J: Array, L1: Array, L2: Array, L3: Array, u: Array, y: Array, out: Array
 ) -> None:
     """Equation (3.8) over rows, changing z in place."""
-    q, after = z.shape[0], np.empty_like(z)
+    after = np.empty_like(z)
     for k in range(u.shape[0]):
         for i in range(L1.shape[0]):
-            total = 0.0
-            for j in range(q):
-                total += L1[i, j] * z[j]
-            for j in range(y.shape[1]):
-                total += L2[i, j] * y[k, j]
-            for j in range(u.shape[1]):
-                total += L3[i, j] * u[k, j]
-            out[k, i] = total
-        for i in range(q):
-            total = 0.0
-            for j in range(q):
-                total += F[i, j] * z[j]
-            for j in range(y.shape[1]):
-                total += K[i, j] * y[k, j]
-            for j in range(u.shape[1]):
-                total += J[i, j] * u[k, j]
-            after[i] = total
-        for i in range(q):
-            z[i] = after[i]
+            out[k, i] = _sum(L1, L2, L3, z, y[k], u[k], i)
+        for i in range(z.shape[0]):
+            after[i] = _sum(F, K, J, z, y[k], u[k], i)
+        z[:] = after

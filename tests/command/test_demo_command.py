@@ -1,27 +1,83 @@
-"""`bristle demo`: the main job on what ships with the toolkit."""
+"""`bristle demo`: the main job end to end, and that nothing of it is left running."""
 
 from __future__ import annotations
 
-from recordings import bundled_path, read_truth
+import json
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+
+import pytest
+
+from recordings import bundled_path, read, read_truth
 from simulator import ValveModel
 
+LISTENING = re.compile(r"tcp://127\.0\.0\.1:(\d+)")
 
-def test_it_identifies_the_bundled_valve_and_shows_the_truth_beside_it(console, tmp_path):
-    ending = console("demo", "--out", tmp_path / "here")
-    assert ending.code == 0
-    assert ending.err == []
+
+def ports(said: str) -> list[int]:
+    """Of the served valves that were named."""
+    return [int(port) for port in dict.fromkeys(LISTENING.findall(said))]
+
+
+def refuses(port: int) -> bool:
+    """Whether nothing listens there."""
+    with socket.socket() as peer:
+        peer.settimeout(5.0)
+        return peer.connect_ex(("127.0.0.1", port)) != 0
+
+
+def test_it_fits_records_traces_and_watches_and_leaves_nothing_running(console, tmp_path):
+    out = tmp_path / "here"
+    ending = console("demo", "--out", out)
+    assert ending.code == 0, ending.err
     assert "truth" in ending.out
     assert "sparse regression agrees" in ending.out
-    model, page = tmp_path / "here" / "model.json", tmp_path / "here" / "report.html"
-    assert str(model) in ending.out
-    assert str(page) in ending.out
     truth = read_truth(bundled_path("step"))
-    for name, parameter in ValveModel.read(model).parameters.items():
+    for name, parameter in ValveModel.read(out / "model.json").parameters.items():
         assert abs(parameter.value - truth[name]) < 4.5 * parameter.std
         assert abs(parameter.value / truth[name] - 1) < 0.02
-    assert page.stat().st_size > 10_000
+    for name in ("staircase", "sines", "held-out"):
+        assert len(read(out / f"{name}.h5").time) >= 800
+    found = json.loads((out / "trace.json").read_text())
+    assert found["verdict"] == found["effects_added"][0] == "position_periodic_force"
+    before, after = (found["error"][side]["holdout"]["rmse_m"] for side in ("before", "after"))
+    assert after < before
+    assert f"{1e3 * before:.3f} mm before, {1e3 * after:.3f} mm after" in ending.out
+    added = ValveModel.read(out / "traced.json").values
+    assert added["position_periodic_force.pitch"] == pytest.approx(6e-3, rel=0.05)
+    kinds = [(event["kind"], event["fault"]) for event in map(json.loads, (out / "events.jsonl").open())]
+    assert ("alarm", "friction") in kinds
+    said = ending.out[: ending.out.index("Now the friction")]
+    assert "Alarm" not in said
+    assert len(ports(ending.out)) == 2
+    assert all(refuses(port) for port in ports(ending.out))
+    for name in ("report.html", "trace.html"):
+        assert (out / name).stat().st_size > 10_000
+        assert name in ending.out
 
 
-def test_a_folder_that_cannot_be_made_is_refused(console, tmp_path):
+def test_interrupted_it_ends_with_130_and_takes_the_served_valve_with_it(tmp_path):
+    command = [sys.executable, "-u", "-m", "bristle", "demo", "--out", str(tmp_path / "here")]
+    demo = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    try:
+        line = next(line for line in demo.stdout if LISTENING.search(line))
+        os.kill(demo.pid, signal.SIGINT)
+        _, complaint = demo.communicate(timeout=60.0)
+    finally:
+        demo.kill()
+        demo.wait()
+    assert demo.returncode == 130
+    assert complaint.splitlines() == ["bristle: interrupted"]
+    assert refuses(ports(line)[0])
+
+
+def test_a_folder_that_cannot_be_used_is_refused_before_any_work(console, tmp_path):
     (tmp_path / "file").write_text("")
     assert "cannot be made" in console.refused("demo", "--out", tmp_path / "file" / "here")
+    assert "cannot be made" in console.refused("demo", "--out", tmp_path / "file")
+    (tmp_path / "here" / "staircase.h5").mkdir(parents=True)
+    assert "staircase.h5: it cannot be written" in console.refused("demo", "--out", tmp_path / "here")

@@ -11,12 +11,15 @@ from detector.evaluation import (
     BENCHMARK,
     DETECTORS,
     Plan,
+    Seen,
     Setting,
     Zone,
     alarms,
     calibrate,
     chance,
     count_alarms,
+    elsewhere,
+    examples,
     healthy,
     indices,
     largest,
@@ -24,6 +27,7 @@ from detector.evaluation import (
     learn_symptoms,
     misisolation,
     plant_hour,
+    portrait,
     simulate,
     structural_groups,
     structural_signatures,
@@ -97,6 +101,17 @@ def test_levels_keep_the_stated_rate_on_fresh_data(rate):
     assert found <= 2 * rate * 400 + 3 * np.sqrt(rate * 400) + 1
 
 
+def test_levels_hold_after_starts_however_rare_they_are():
+    """A start leaves a trace that no long run shows: 24 of them set the level, and 200 others keep below it."""
+    rng = np.random.default_rng(2)
+    long, after = rng.gumbel(3.0, 0.2, (300, 2)), lambda count: rng.gumbel(6.0, 0.1, (count, 2))
+    without, levels = calibrate(long, 0.05), calibrate(long, 0.05, starts=[after(24)])
+    tried = after(200)
+    assert (without.statistic(tried) > 1).mean() > 0.9
+    assert (levels.statistic(tried) > 1).sum() <= 5  # 200 blocks of 10 minutes at 0.05 an hour: 1.7 expected
+    assert (levels.statistic(long) > 1).sum() == 0
+
+
 def test_levels_ask_for_enough_blocks():
     with pytest.raises(BadInput, match="blocks"):
         calibrate(np.ones((3, 1)), 0.1)
@@ -129,6 +144,29 @@ def test_faster_sampling_averages_the_noise_away():
     spread = {rate: float(np.std(rows[rate][:, 3])) for rate in rows}  # the temperature is constant: noise alone
     assert spread[1] == pytest.approx(1.414e-3, rel=0.15)
     assert spread[1] > 2 * spread[10] > 4 * spread[100] > 4 * spread[400] > 0
+
+
+def test_a_run_may_start_elsewhere():
+    usual, other = Setting(seed=7), elsewhere("play", 7)
+    assert (other.form, other.seed) == (usual.form, usual.seed)
+    assert 0 <= other.position <= 1
+    here, there = healthy(200, usual)[1], healthy(200, other)[1]
+    assert here[0, 4] == pytest.approx(0.0, abs=0.01)
+    assert there[0, 4] == pytest.approx(other.position, abs=0.01)
+    assert there[:, 0] == pytest.approx(0.5 + 0.25 * np.sin(0.02 * np.pi * (other.begins_s + np.arange(200))), abs=1e-9)
+
+
+def test_examples_cover_the_strengths_at_which_a_fault_is_judged():
+    made = examples(4)
+    assert len({one.seed for one in made}) == len(made)
+    assert {one.number for one in made} == set(range(1, 20)) - {14}
+    small = sorted(one.strength for one in made if one.number == 1 and one.strength < 0.35)
+    assert len(small) == 4
+    assert 0.19 <= small[0] < 0.25 < small[-1] <= 0.31
+    slow = [one for one in made if one.number == 3]
+    assert min(one.strength for one in slow) < 0.1
+    assert max(one.grows_s for one in slow) > 43_200
+    assert all(one.duration_s < 9000 for one in slow)
 
 
 def test_a_rate_that_is_not_offered_is_refused():
@@ -182,6 +220,34 @@ def test_faults_are_seen_and_fault_free_parts_are_not(learned, number, strength)
     assert statistic[300:600].max() < 1.0 < statistic[600:].max()
 
 
+def test_recursive_estimation_keeps_its_rate_after_starts(learned):
+    """Levels from a long run and 24 starts of two kinds; other starts of both kinds, an hour of them, stay below."""
+
+    def starts(first, count):
+        for seed in range(first, first + count):
+            run = healthy(900, elsewhere("play", seed) if seed % 2 else Setting(seed=seed))[1]
+            yield channels(Seen(run, learned[0]))
+
+    runs = [healthy(7200, Setting(seed=seed))[1] for seed in (11, 12)]
+    channels = DETECTORS["estimation"].learn(Seen(runs[0], learned[0]))
+    blocks = [largest(one, 300, 300) for one in (channels(Seen(runs[1], learned[0])), *starts(20, 24))]
+    levels = calibrate(blocks[0], 0.05, 300, [np.vstack(blocks[1 + kind :: 2]) for kind in (0, 1)])
+    assert all(levels.statistic(one)[300:].max() < 1 for one in starts(50, 6))
+
+
+def test_portraits_tell_how_far_off_a_rod_is_that_saturates_every_symptom(learned):
+    """Clogged at a quarter of the stroke, and pushed open by steam: both far beyond what a symptom counts."""
+    known = {}
+    for number in (1, 7):
+        run = with_fault(number, 0.75, Setting(seed=40 + number), onset_s=600, grows_s=0, duration_s=1000)[1]
+        alarm = np.arange(len(run)) >= 602
+        at, rows = portrait(run, learned[0].of(run), alarm)
+        assert at.tolist() == list(range(632, 1000, 30))
+        known[number] = rows[-1]
+    assert len(known[1]) == len(known[7])
+    assert np.abs(known[1] - known[7]).max() > 2
+
+
 def test_a_sensor_outside_the_basic_signals_leaves_no_trace(learned):
     run = with_fault(14, 0.75, Setting(seed=30), onset_s=600, grows_s=0, duration_s=1000)[1]
     assert np.array_equal(run, healthy(1000, Setting(seed=30))[1])
@@ -207,6 +273,8 @@ def test_plans_refuse_what_they_do_not_know():
         Plan(detectors=("oracle",))
     with pytest.raises(BadInput, match="--scenarios f99"):
         Plan(scenarios=("f99",))
+    with pytest.raises(BadInput, match="near to it are f18-abrupt-big"):
+        Plan(scenarios=("f18-abrubt-big",))
     with pytest.raises(BadInput, match="--variants"):
         Plan(variants=("play-3",))
     assert Plan().key != Plan(rate_per_h=0.1).key

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from watched_valve import MODEL, TENTH, alarms, recorded, seen
+from watched_valve import MODEL, TENTH, alarms, moved, recorded, seen
 
 from detector import Measurements, Row, Samples, Verdict, Watch, described, learn
 from recordings import BadInput
@@ -80,17 +80,27 @@ def test_twenty_four_hours_do_not_make_it_deaf(watch, healthy):
     assert aged - 2e5 == pytest.approx(fresh, abs=1.0)
 
 
-@pytest.mark.long
-def test_the_whole_detector_finds_the_same_fault_after_24_simulated_hours(watch):
-    from watched_valve import moved
+@pytest.mark.parametrize("stop", [0.0, 1.0], ids=["open", "closed"])
+def test_a_healthy_valve_that_rests_on_a_stop_for_a_while_is_no_alarm(watch, stop):
+    def stimulus(t: np.ndarray) -> np.ndarray:
+        columns = moved(t)
+        columns[(t > 60.0) & (t < 100.0), 0] = stop
+        return columns
 
-    day = Measurements.recorded(recorded(86400.0, seed=9, stimulus=moved))[100:]
-    found, state = alarms(watch, day)
+    data = Measurements.recorded(recorded(160.0, seed=4, stimulus=stimulus))[100:]
+    assert np.ptp(data.values["position"]) > 0.45 * 0.0381
+    assert alarms(watch, data)[0] == []
+
+
+@pytest.mark.parametrize("hours", [0.25, pytest.param(24.0, marks=pytest.mark.long)])
+def test_hours_without_a_fault_do_not_make_the_whole_detector_deaf(watch, hours):
+    found, aged = alarms(watch, seen(3600.0 * hours, seed=9))
     assert found == []
-    fault = seen(ONSET + 50.0, Fault(4, 0.3, start_s=ONSET), seed=6)
-    fresh, _ = alarms(watch, fault)
-    aged, _ = alarms(watch, fault, watch.resumed(state))
-    assert aged[0].time_s == pytest.approx(fresh[0].time_s, abs=2.0)
+    for fault, within_s in ((Fault(4, 0.3, start_s=ONSET), 2.0), (Fault(11, 0.5, start_s=ONSET), 1.0)):
+        data = seen(ONSET + 30.0, fault, seed=6)
+        first, again = alarms(watch, data)[0], alarms(watch, data, watch.resumed(aged))[0]
+        assert first[0].time_s > ONSET
+        assert again[0].time_s == pytest.approx(first[0].time_s, abs=within_s)
 
 
 def test_replayed_twice_it_decides_the_same_bit_for_bit_also_from_a_saved_state(watch):

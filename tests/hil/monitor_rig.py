@@ -14,7 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
-from hil import LiveSource, Polling, RegisterMap, Sample, WriteMap, open_source, valves_of
+from bristle._demo_valve import controller, moving
+from hil import LiveSource
 from recordings import Signal, write
 from simulator import Value, ValveModel
 from simulator.damadics import Actuator, Noise, Parameters, Scenario, run, stimuli
@@ -95,33 +96,10 @@ async def serve(listen: Sequence[str], *more: str) -> Served:
 
 
 @asynccontextmanager
-async def moving(address: str) -> AsyncIterator[LiveSource]:
+async def moved(address: str) -> AsyncIterator[LiveSource]:
     """A connection that moves the set point until it is left; it can write the fault registers."""
-    valves, write_map = valves_of(RegisterMap.load("damadics")), WriteMap.load("damadics-write")
-    async with open_source(address, valves, Polling(1.0), write_map=write_map, allow_write=True) as plant:
-        async for item in plant:
-            if isinstance(item, Sample):
-                break
-        tasks = [asyncio.ensure_future(work) for work in (_drain(plant), _move(plant))]
-        try:
-            yield plant
-        finally:
-            for task in tasks:
-                task.cancel()
-            await asyncio.gather(*tasks, return_exceptions=True)
-
-
-async def _drain(plant: LiveSource) -> None:
-    async for _ in plant:
-        pass
-
-
-async def _move(plant: LiveSource) -> None:
-    loop = asyncio.get_running_loop()
-    begun = loop.time()
-    while True:
-        await plant.write("damadics", "setpoint", float(setpoint(SPEED * (loop.time() - begun))))
-        await asyncio.sleep(0.1)
+    async with controller(address) as plant, moving(plant, lambda t: float(setpoint(t)), SPEED):
+        yield plant
 
 
 class MonitorProcess:

@@ -8,28 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from monitor_rig import healthy_file, model_file
 
 from bristle._app import run
 from detector import Watch, learn
 from hil import LinkEvent, Monitor, MonitorEvent, Reading, Sample, load_state, open_source, save_state
 from recordings import BadInput, Recording, Signal, SignalSpec, read, write
 from simulator import ValveModel
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory) -> Path:
-    return tmp_path_factory.mktemp("replay")
-
-
-@pytest.fixture(scope="module")
-def model(folder) -> Path:
-    return model_file(folder)
-
-
-@pytest.fixture(scope="module")
-def healthy(folder) -> Path:
-    return healthy_file(folder)
 
 
 def broken_file(healthy: Path, path: Path, after_s: float = 30.0) -> Path:
@@ -105,6 +89,26 @@ def test_a_replay_without_anything_learned_or_with_too_little_is_refused(model, 
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == 2
     assert all("none." in line for line in lines)
+
+
+def test_signals_that_were_learned_with_and_do_not_come_are_named(model, healthy, tmp_path, capsys):
+    recording = read(healthy)
+    few = [one for one in recording.signals.values() if one.name not in ("pressure", "drive")]
+    write(tmp_path / "few.h5", Recording.of(few, plant=recording.plant))
+    command = ["replay", str(tmp_path / "few.h5"), "--model", str(model)]
+    assert run([*command, "--calibrate", str(healthy)]) == 2
+    assert "learned with drive and pressure" in capsys.readouterr().err.splitlines()[-1]
+
+
+@pytest.mark.parametrize(("place", "words"), [("", "it is a directory"), ("none/state.json", "nothing can be written")])
+def test_a_state_that_cannot_be_saved_is_refused_before_anything_is_learned(
+    place, words, model, healthy, tmp_path, capsys
+):
+    command = ["replay", str(healthy), "--model", str(model), "--learn", "30", "--state", str(tmp_path / place)]
+    assert run(command) == 2
+    complaint = capsys.readouterr().err.splitlines()
+    assert len(complaint) == 1  # what is learned is told, and nothing was
+    assert words in complaint[0]
 
 
 def taken(monitor: Monitor, items: list[Sample | LinkEvent]) -> list[MonitorEvent]:

@@ -5,28 +5,11 @@ from __future__ import annotations
 import asyncio
 import json
 import signal
-from pathlib import Path
 
-import pytest
-from monitor_rig import MonitorProcess, healthy_file, model_file, moving, serve
+from monitor_rig import MonitorProcess, moved, serve
 
 from bristle._app import run
 from hil import make_test_authority
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory) -> Path:
-    return tmp_path_factory.mktemp("monitor")
-
-
-@pytest.fixture(scope="module")
-def model(folder) -> Path:
-    return model_file(folder)
-
-
-@pytest.fixture(scope="module")
-def healthy(folder) -> Path:
-    return healthy_file(folder)
 
 
 def decisions(lines: str) -> list[dict]:
@@ -37,7 +20,7 @@ def test_learned_live_over_tcp_a_friction_fault_is_found_and_a_replay_decides_th
     async def story() -> list[dict]:
         served = await serve(["tcp://127.0.0.1:0"])
         try:
-            async with moving(served.addresses[0]) as plant:
+            async with moved(served.addresses[0]) as plant:
                 state, record = ("--state", str(tmp_path / "state.json")), ("--record", str(tmp_path / "rec"))
                 options = ("--learn", "18", "--false-alarms", "100", "--valve", "LC74_20", *record, *state)
                 monitor = await MonitorProcess.start(served.addresses[0], model, *options)
@@ -67,7 +50,7 @@ def test_over_rtu_a_spring_fault_is_found_by_what_was_learned_from_a_recording(m
     async def story() -> None:
         served = await serve(["tcp://127.0.0.1:0", "pty:"])
         try:
-            async with moving(served.addresses[0]) as plant:
+            async with moved(served.addresses[0]) as plant:
                 state = ("--state", str(tmp_path / "state.json"))
                 options = ("--calibrate", str(healthy), "--false-alarms", "100", *state)
                 monitor = await MonitorProcess.start(served.addresses[1], model, *options)
@@ -98,7 +81,7 @@ def test_over_tls_a_healthy_valve_and_a_killed_server_are_no_alarm_and_what_was_
         source = f"{secret}?ca={client.authority}&cert={client.certificate}&key={client.key}"
         state = ("--state", str(tmp_path / "state.json"))
         try:
-            async with moving(plain):
+            async with moved(plain):
                 monitor = await MonitorProcess.start(
                     source, model, "--calibrate", str(healthy), "--false-alarms", "1", *state
                 )
@@ -107,7 +90,7 @@ def test_over_tls_a_healthy_valve_and_a_killed_server_are_no_alarm_and_what_was_
             await served.end(kill=True)
             await monitor.event("link_down")
             served = await serve([plain, secret], *keys)
-            async with moving(plain):
+            async with moved(plain):
                 await monitor.event("link_up")
                 await asyncio.sleep(2.0)
                 assert await monitor.end(signal.SIGTERM) == 0

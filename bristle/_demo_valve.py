@@ -1,0 +1,187 @@
+"""The simulated hardware of the demo: a valve in a process of its own behind Modbus, on loopback."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import math
+import signal
+import statistics
+import sys
+from asyncio.subprocess import PIPE, Process
+from collections.abc import AsyncIterator, Callable, Iterator, Mapping
+from contextlib import asynccontextmanager, contextmanager
+from types import TracebackType
+from typing import Self
+
+from hil import (
+    LinkEvent,
+    LiveSource,
+    Polling,
+    Quality,
+    Reading,
+    RegisterMap,
+    RingReading,
+    Sample,
+    Source,
+    WriteMap,
+    open_source,
+    valves_of,
+)
+from recordings import BadInput, Plant, SignalSpec
+
+MAP, VALVE = "damadics", "damadics"
+"""The register map, and the name of the valve in it."""
+
+DATA_SHEET = Plant(moving_mass_kg=2.0, stroke_m=0.0381, diaphragm_area_m2=0.029)
+"""What is known of the valve."""
+
+HIDDEN = "position_periodic_force:a=35,b=0,pitch=0.006"
+"""What nobody is told of it, and is to be traced: coils of the spring that rub on the rod, every 6 mm with 35 N."""
+
+FRICTION = {"lugre.fc": 250.0, "lugre.fs": 325.0}
+"""Friction of the healthy valve [N]: a packing that was tightened well."""
+
+SETTINGS = {
+    "upstream_pressure": 2.6e6, "downstream_pressure": 2.6e6,  # isolated: no flow pushes on the plug
+    "conductance": 2e-5, "supply_pressure": 3e5, "gain": 10.0,  # quick and smooth: a stroke takes two seconds
+    "spring_rate": 1.2e5, "lugre.sigma2": 6000.0, "lugre.vs": 3e-3,
+} | FRICTION  # fmt: skip
+
+SEED = 1
+"""Of the noise."""
+
+STEP_S = 0.0025
+"""Plant time between two samples of the valve's ring [s]."""
+
+HUM_SAMPLES = 8
+"""Samples in a period of the mains, 20 ms: their mean knows nothing of its hum."""
+
+MOVE_S = 0.05
+"""Seconds of the clock between two set points."""
+
+LOOKS = 50.0
+"""How often per second the ring is looked at."""
+
+LONGEST_S = 300
+"""The served valve ends by itself after so long, whatever became of the demo [s]."""
+
+
+@contextmanager
+def terminable() -> Iterator[None]:
+    """Meanwhile SIGTERM is an interruption like Ctrl-C, so that the served valve is ended too."""
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+@asynccontextmanager
+async def served(*options: str) -> AsyncIterator[str]:
+    """`bristle serve` with the valve of the demo in a process of its own; its address. It has gone when this is left.
+
+    Raises BadInput when it does not start.
+    """
+    settings = [word for name, value in SETTINGS.items() for word in ("--set", f"{name}={value!r}")]
+    about = ("--friction", "lugre", "--effect", HIDDEN, "--noise", "--seed", str(SEED), "--duration", str(LONGEST_S))
+    command = (sys.executable, "-m", "bristle", "serve", "--listen", "tcp://127.0.0.1:0", *about, *settings, *options)
+    process: Process = await asyncio.create_subprocess_exec(*command, stdout=PIPE, start_new_session=True)
+    try:
+        if process.stdout is None or not (line := await process.stdout.readline()):
+            raise BadInput("simulated valve", "it did not start", "try bristle serve by hand to see why")
+        yield str(json.loads(line)["listening"][0])
+    finally:
+        if process.returncode is None:
+            process.terminate()
+        await asyncio.shield(process.wait())
+
+
+@asynccontextmanager
+async def controller(address: str) -> AsyncIterator[LiveSource]:
+    """A connection that can write to the valve, as that of a process controller."""
+    write_map = WriteMap.load("damadics-write")
+    valves = valves_of(RegisterMap.load(MAP))
+    plant = open_source(address, valves, Polling(1.0), write_map=write_map, allow_write=True)
+    if not isinstance(plant, LiveSource):
+        raise BadInput(address, "it is a recording", "a valve that can be moved is needed")
+    async with plant:
+        async for item in plant:
+            if not isinstance(item, LinkEvent):
+                break
+        reading = asyncio.ensure_future(_drain(plant))
+        try:
+            yield plant
+        finally:
+            reading.cancel()
+            await asyncio.gather(reading, return_exceptions=True)
+
+
+@asynccontextmanager
+async def moving(plant: LiveSource, setpoint: Callable[[float], float], speed: float) -> AsyncIterator[None]:
+    """Meanwhile the set point follows a function of plant time [s], which runs `speed` times as fast as the clock."""
+    task = asyncio.ensure_future(_move(plant, setpoint, speed))
+    try:
+        yield
+    finally:
+        task.cancel()
+        await asyncio.gather(task, return_exceptions=True)
+
+
+async def _move(plant: LiveSource, setpoint: Callable[[float], float], speed: float) -> None:
+    loop = asyncio.get_running_loop()
+    begun = loop.time()
+    while True:
+        await plant.write(VALVE, "setpoint", setpoint(speed * (loop.time() - begun)))
+        await asyncio.sleep(MOVE_S)
+
+
+async def _drain(plant: LiveSource) -> None:
+    async for _ in plant:
+        pass
+
+
+def ring(address: str) -> Averaged:
+    """Every sample that the valve keeps in its ring, as means over a period of the mains."""
+    return Averaged(open_source(address, valves_of(RegisterMap.load(MAP)), RingReading(LOOKS)), HUM_SAMPLES)
+
+
+class Averaged:
+    """A source whose samples are the means of `n` running ones of another; `taken` : how many of those there were."""
+
+    def __init__(self, source: Source, n: int) -> None:
+        self._source, self._n = source, n
+        self._kept: list[Sample] = []
+        self.signals: Mapping[str, tuple[SignalSpec, ...]] = source.signals
+        self.statistics = source.statistics
+        self.taken = 0
+
+    async def __aenter__(self) -> Self:
+        await self._source.__aenter__()
+        return self
+
+    async def __aexit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        await self._source.__aexit__(kind, error, trace)
+
+    def __aiter__(self) -> Self:
+        return self
+
+    async def __anext__(self) -> Sample | LinkEvent:
+        while len(self._kept) < self._n:
+            item = await anext(self._source)
+            if isinstance(item, LinkEvent):
+                self._kept.clear()  # no mean reaches over a gap
+                return item
+            self._kept.append(item)
+            self.taken += 1
+        kept, self._kept = self._kept, []
+        first, last = kept[0], kept[-1]
+        readings = {name: _mean([one.readings[name] for one in kept]) for name in first.readings}
+        return Sample((first.time + last.time) / 2, (first.wall + last.wall) / 2, first.valve, readings)
+
+
+def _mean(readings: list[Reading]) -> Reading:
+    bad = next((one for one in readings if not one.good), None)
+    if bad is not None:
+        return Reading(math.nan, bad.unit, Quality.BAD, bad.reason)
+    return Reading(statistics.fmean(one.value for one in readings), readings[0].unit)
