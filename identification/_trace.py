@@ -43,8 +43,9 @@ LEVEL, CLEAR_LEVEL = 5e-3, 0.05
 """Levels of the held-out test over blocks, which only candidates that clearly show in the fitted recordings reach. An
 effect that acts in a few places has few blocks to show itself in: where the held-out cost falls by `WORTH` as well, the
 second level is enough."""
-EXPLAINED = 0.8
-"""Share of what is left over the noise that an effect has to explain to be named."""
+EXPLAINED, EXPLAINED_FIT = 0.8, 0.5
+"""Shares of what is left over the noise, on held-out and on fitted recordings, that effects have to explain for one to
+be named."""
 ALIKE = 0.03
 """Candidates whose held-out gains differ by less than this share, or insignificantly, are one class."""
 INSIGNIFICANT = 2.0
@@ -302,14 +303,14 @@ def _left(model: Model) -> Whiteness:
 
 
 def _verdict(base: Model, model: Model, added: tuple[str, ...]) -> tuple[str, tuple[str, ...], Model]:
-    """The verdict: a name only when hardly anything is left with it, on the fitted and on the held-out scenes."""
+    """The verdict: a name only when little is left with it, on the held-out scenes above all."""
     if not added:
         return ("none" if _left(base).white and _fit(base).white else "unlisted"), (), base
-    if all(_explained(of(base), of(model)) for of in (_fit, _left)):
+    if _explained(_left(base), _left(model), EXPLAINED) and _explained(_fit(base), _fit(model), EXPLAINED_FIT):
         return added[0], added, model
     return "unlisted", (), base
 
 
-def _explained(before: Whiteness, after: Whiteness) -> bool:
-    """Whether hardly anything is left after of what was left before."""
-    return after.white or max(after.loss - 1.0, 0.0) < (1.0 - EXPLAINED) * (before.loss - 1.0)
+def _explained(before: Whiteness, after: Whiteness, share: float) -> bool:
+    """Whether that share of what was left over the noise is gone, or nothing is left."""
+    return after.white or max(after.loss - 1.0, 0.0) < (1.0 - share) * (before.loss - 1.0)
