@@ -66,6 +66,15 @@ def test_the_error_of_the_smoothed_force_is_known():
     assert np.sqrt(np.mean((force.u - true) ** 2)) < 0.4 * 1.5
 
 
+def test_a_force_at_rest_is_seen_to_rest_between_its_steps():
+    t = np.arange(10000) / 500.0
+    true = 100.0 * np.random.default_rng(3).integers(1, 9, 5)[np.minimum((t / 4).astype(int), 4)]
+    force = estimate_force(t, true + np.random.default_rng(4).normal(0, 1.5, len(t)), 1.5)
+    rest = (t % 4 > 0.3) & (t % 4 < 3.7)
+    assert np.sqrt(np.mean((force.u - true)[rest] ** 2)) < 0.15 * 1.5
+    assert np.max(np.abs(force.u - true)) < 6 * 1.5  # the steps themselves are followed
+
+
 def test_the_noise_of_both_channels_is_estimated_from_the_recording():
     for recording in noisy():
         e = experiment(recording)

@@ -1,0 +1,45 @@
+"""Bootstrap of a fit: its scatter agrees with theory where theory holds, and too few trials are refused."""
+
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+import pytest
+from seeded_valves import recorded
+
+from bristle._app import run
+from identification import Identification, identify
+from recordings import BadInput
+
+TRIALS = 8
+
+
+@functools.cache
+def found(trials: int) -> Identification:
+    told = []
+    result = identify([recorded(2)], trials=trials, progress=lambda: told.append(1), check=False)
+    assert len(told) == trials
+    return result
+
+
+def test_the_scatter_of_twins_is_that_of_the_linearised_model_where_the_force_is_exact():
+    plain, scattered = found(0), found(TRIALS)
+    ratios = [scattered.uncertainty.std[n] / plain.uncertainty.std[n] for n in plain.uncertainty.names]
+    assert 0.5 < np.median(ratios) < 1.7
+    assert scattered.fit.values == plain.fit.values
+    assert scattered.model.quality["bootstrap"] == {"trials": TRIALS, "failed": 0}
+    assert plain.model.quality["bootstrap"] is None
+
+
+def test_intervals_of_twins_hold_the_fit_and_differ_from_the_plain_ones():
+    plain, scattered = found(0), found(TRIALS)
+    assert scattered.uncertainty.std != plain.uncertainty.std
+    assert all(s > 0 for s in scattered.uncertainty.std.values())
+
+
+def test_too_few_trials_are_refused(capsys: pytest.CaptureFixture[str]):
+    with pytest.raises(BadInput, match="5 or more"):
+        identify([recorded(2)], trials=3)
+    assert run(["fit", "bundled:step", "--bootstrap", "-1"]) == 2
+    assert "--bootstrap -1" in capsys.readouterr().err
