@@ -12,7 +12,7 @@ from bristle._app import run
 from identification import Identification, identify
 from recordings import BadInput
 
-TRIALS = 8
+TRIALS = 6
 
 
 @functools.cache

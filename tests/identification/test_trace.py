@@ -92,6 +92,7 @@ def test_a_missing_recording_is_refused_in_words(tmp_path: Path, capsys: pytest.
     assert "nowhere.h5" in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_the_command_says_what_it_found(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     paths = [tmp_path / f"{i}.h5" for i in range(3)]
     for path, recording in zip(paths, recorded("hardening_spring", {"hardening_spring.k3": 3e6}), strict=True):
