@@ -115,11 +115,16 @@ def print_identification(console: Console, found: Identification, *, crosscheck:
     print_errors(console, found.model)
     for sentence in found.advice:
         console.print(sentence)
-    if found.crosscheck:
-        console.print(crosscheck_table(found.crosscheck))
-        console.print(found.crosscheck.sentence)
-    elif crosscheck:
+    print_crosscheck(console, found.crosscheck)
+    if crosscheck and found.crosscheck is None:
         console.print("no cross-check: these recordings show too little sliding for one")
+
+
+def print_crosscheck(console: Console, check: Crosscheck | None) -> None:
+    """The cross-check row by row and in a sentence, where there is one."""
+    if check is not None:
+        console.print(crosscheck_table(check))
+        console.print(check.sentence)
 
 
 def crosscheck_table(check: Crosscheck) -> object:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from bristle._console import crosscheck_table, load, parameter_table, print_errors
+from bristle._console import load, parameter_table, print_crosscheck, print_errors
 from identification import identify
 from identification.report import write_report
 from recordings import NegativeAnswer, bundled_path, read_truth
@@ -21,9 +21,7 @@ def fit_stage(out: Path, console: Console) -> None:
     truth = {k: float(v) for k, v in read_truth(bundled_path("step")).items() if k in found.model.parameters}
     console.print(parameter_table(found, truth))
     print_errors(console, found.model)
-    if found.crosscheck:
-        console.print(crosscheck_table(found.crosscheck))
-        console.print(found.crosscheck.sentence)
+    print_crosscheck(console, found.crosscheck)
     found.model.write(out / "model.json")
     write_report(out / "report.html", found)
     if not found.crosscheck or not found.crosscheck.agrees:

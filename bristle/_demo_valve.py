@@ -9,12 +9,11 @@ import signal
 import statistics
 import sys
 from asyncio.subprocess import PIPE, Process
-from collections.abc import AsyncIterator, Callable, Iterator, Mapping
+from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import asynccontextmanager, contextmanager
-from types import TracebackType
-from typing import Self
 
 from hil import (
+    Around,
     LinkEvent,
     LiveSource,
     Polling,
@@ -28,7 +27,7 @@ from hil import (
     open_source,
     valves_of,
 )
-from recordings import BadInput, Plant, SignalSpec
+from recordings import BadInput, Plant
 
 MAP, VALVE = "damadics", "damadics"
 """The register map, and the name of the valve in it."""
@@ -146,25 +145,14 @@ def ring(address: str) -> Averaged:
     return Averaged(open_source(address, valves_of(RegisterMap.load(MAP)), RingReading(LOOKS)), HUM_SAMPLES)
 
 
-class Averaged:
+class Averaged(Around):
     """A source whose samples are the means of `n` running ones of another; `taken` : how many of those there were."""
 
     def __init__(self, source: Source, n: int) -> None:
-        self._source, self._n = source, n
+        super().__init__(source)
+        self._n = n
         self._kept: list[Sample] = []
-        self.signals: Mapping[str, tuple[SignalSpec, ...]] = source.signals
-        self.statistics = source.statistics
         self.taken = 0
-
-    async def __aenter__(self) -> Self:
-        await self._source.__aenter__()
-        return self
-
-    async def __aexit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        await self._source.__aexit__(kind, error, trace)
-
-    def __aiter__(self) -> Self:
-        return self
 
     async def __anext__(self) -> Sample | LinkEvent:
         while len(self._kept) < self._n:

@@ -26,7 +26,7 @@ from hil._sample import LinkEvent, Quality, Reading, Sample
 from hil._server import Server, ServerSettings
 from hil._server_address import NetworkAddress, PtyAddress, SerialAddress, ServerAddress, listen_address
 from hil._server_session import ServerEnd, serve_session
-from hil._source import Source, open_source
+from hil._source import Around, Source, open_source
 from hil._source_address import parse_address
 from hil._source_live import LiveSource, PollingDied
 from hil._source_polling import Polling
@@ -43,6 +43,7 @@ __all__ = [
     "ActuatorOptions",
     "ActuatorPlant",
     "ActuatorSetup",
+    "Around",
     "BackOff",
     "Certificates",
     "Close",

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import signal
-from collections.abc import Callable, Coroutine, Mapping, Sequence
+from collections.abc import Callable, Coroutine, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from types import TracebackType
-from typing import Self
 
 from hil._monitor import Monitor
 from hil._monitor_event import MonitorEvent
@@ -19,9 +17,8 @@ from hil._recorder import Recorder, RecorderReport
 from hil._recorder_files import RecorderSettings
 from hil._recorder_session import leave_to_itself
 from hil._sample import LinkEvent, Sample
-from hil._source import Source
+from hil._source import Around, Source
 from hil._source_statistics import Statistics
-from recordings import SignalSpec
 
 Sink = Callable[[MonitorEvent], None]
 """Where events go: a file, a terminal, and later a page."""
@@ -61,24 +58,13 @@ class MonitorEnd:
     recorded: RecorderReport | None
 
 
-class _Watched:
+class _Watched(Around):
     """A source whose items pass the monitor first, and then go to whoever reads it: the recorder."""
 
     def __init__(self, source: Source, monitor: Monitor, sinks: Sequence[Sink]) -> None:
-        self._source, self._monitor, self._sinks = source, monitor, sinks
-        self.signals: Mapping[str, tuple[SignalSpec, ...]] = source.signals
-        self.statistics = source.statistics
+        super().__init__(source)
+        self._monitor, self._sinks = monitor, sinks
         self._taken = 0
-
-    async def __aenter__(self) -> Self:
-        await self._source.__aenter__()
-        return self
-
-    async def __aexit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        await self._source.__aexit__(kind, error, trace)
-
-    def __aiter__(self) -> Self:
-        return self
 
     async def __anext__(self) -> Sample | LinkEvent:
         item = await anext(self._source)

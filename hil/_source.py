@@ -38,6 +38,25 @@ class Source(Protocol):
     async def __anext__(self) -> Sample | LinkEvent: ...
 
 
+class Around:
+    """A source that stands around another, to be given an `__anext__`: opened and closed with it, same signals."""
+
+    def __init__(self, source: Source) -> None:
+        self._source = source
+        self.signals: Mapping[str, tuple[SignalSpec, ...]] = source.signals
+        self.statistics = source.statistics
+
+    async def __aenter__(self) -> Self:
+        await self._source.__aenter__()
+        return self
+
+    async def __aexit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        await self._source.__aexit__(kind, error, trace)
+
+    def __aiter__(self) -> Self:
+        return self
+
+
 def open_source(
     address: str,
     valves: Sequence[Valve] = (),

@@ -64,8 +64,7 @@ def bootstrap(found: Fit, trials: int, seed: int = 0, progress: Callable[[], Non
             values.append(p[free])
     if len(values) < max(2, (1 - MOST_FAILED) * trials):
         raise NegativeAnswer(f"only {len(values)} of {trials} fits of the bootstrap led anywhere; record longer")
-    names = tuple(n for n, is_free in zip(found.kernel.parameters, free, strict=True) if is_free)
-    return Bootstrap(trials, trials - len(values), names, np.array(values))
+    return Bootstrap(trials, trials - len(values), found.coordinates.free_names, np.array(values))
 
 
 def with_bootstrap(found: Fit, known: Uncertainty, scatter: Bootstrap) -> Uncertainty:
@@ -115,6 +114,6 @@ def _refitted(found: Fit, experiments: list[Experiment]) -> Array | None:
         again = fit(experiments, effects=found.kernel.effects, given=held, estimator="output-error")
         return again.p if again.outcome.usable else None
     theta = found.estimate.theta
-    seen = resolving(scenes(experiments), swing(found.kernel, c, [theta]))
+    seen = resolving(scenes(experiments), swing(c.values(theta)))
     end = NoiseAware(kernel(found.kernel.effects, "uncertain force"), c, seen).follow(theta)
     return None if end is None else c.p(end.theta)

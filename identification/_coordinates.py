@@ -43,6 +43,15 @@ class Coordinates:
         scale = np.array([force_scale if p.unit == "N" and p.lower < 0 else p.scale for p in known.values()])
         return cls(tuple(known), base, free, logs, scale, lower, np.array([p.upper for p in known.values()]))
 
+    @property
+    def free_names(self) -> tuple[str, ...]:
+        """Names of the free parameters, in the order of theta."""
+        return tuple(name for name, free in zip(self.names, self.free, strict=True) if free)
+
+    def values(self, theta: Array) -> dict[str, float]:
+        """All parameters by name at coordinates theta."""
+        return dict(zip(self.names, self.p(theta).tolist(), strict=True))
+
     def theta(self, p: Array) -> Array:
         """Coordinates of a parameter vector (n_parameters,)."""
         logarithm = np.log(np.maximum(p, FLOOR * self.scale))

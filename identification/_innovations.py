@@ -101,7 +101,7 @@ class NoiseAware:
 
     def __init__(self, kernel: Kernel, coordinates: Coordinates, scenes: Sequence[Scene]) -> None:
         self.kernel, self.coordinates, self.scenes = kernel, coordinates, tuple(scenes)
-        self.names = [n for n, free in zip(coordinates.names, coordinates.free, strict=True) if free]
+        self.names = coordinates.free_names
 
     def start(self, theta: Array, loose: Looseness, *, steps: int = 3) -> Estimate | None:
         """The estimate at fixed parameters, from paths along the smoothed motion. None where the model diverges."""

@@ -154,7 +154,7 @@ def screened(problem: NoiseAware, starts: Sequence[Array]) -> list[Array]:
 
 def tamed(problem: NoiseAware, theta: Array) -> list[Array]:
     """A start with what noise makes extreme set back: the friction curve, the damping of the bristle, and the mass."""
-    value = _values(problem, theta)
+    value = problem.coordinates.values(theta)
     fc, critical = value["lugre.fc"], 2 * np.sqrt(value["lugre.sigma0"])
     curve = {"lugre.fs": float(np.clip(value["lugre.fs"], 1.1 * fc, 1.5 * fc)),
              "lugre.vs": float(np.clip(value["lugre.vs"], 1.5e-3, 1e-2))}  # fmt: skip
@@ -164,18 +164,13 @@ def tamed(problem: NoiseAware, theta: Array) -> list[Array]:
 
 def _changed(problem: NoiseAware, theta: Array, change: int) -> Array:
     """A start with another friction curve, bristle or mass; change : which, below `CHANGES`."""
-    value = _values(problem, theta)
+    value = problem.coordinates.values(theta)
     fc, s0, s1, m = (value[n] for n in ("lugre.fc", "lugre.sigma0", "lugre.sigma1", "mass.m"))
     others = [{"lugre.sigma0": f * s0, "lugre.sigma1": f**0.5 * s1} for f in (0.05, 0.2, 5.0)]
     others += [{"lugre.sigma1": f * s1} for f in (0.2, 4.0)]
     others += [{"mass.m": float(np.clip(f * m, *MASSES))} for f in (0.3, 3.0)]
     others += [{"lugre.fs": 1.3 * fc, "lugre.vs": vs} for vs in (1e-3, 3e-3, 8e-3)]
     return _theta(problem, value | others[change])
-
-
-def _values(problem: NoiseAware, theta: Array) -> dict[str, float]:
-    c = problem.coordinates
-    return dict(zip(c.names, c.p(theta).tolist(), strict=True))
 
 
 def _theta(problem: NoiseAware, values: dict[str, float]) -> Array:

@@ -34,13 +34,13 @@ def shaken(theta: Array, homotopy: Homotopy) -> Array | None:
         return None if best is None else best.theta[:n]
     for _ in range(ROUNDS):
         before = best.normal.cost
-        values = dict(zip(coordinates.names, coordinates.p(best.theta[:n]).tolist(), strict=True))
+        values = coordinates.values(best.theta[:n])
         for change in changes(values):
             changed = np.array([(values | change)[name] for name in coordinates.names])
             end = homotopy.first(coordinates.theta(changed))
             if end is not None and end.normal.cost < BETTER * best.normal.cost:
                 best = end
-                values = dict(zip(coordinates.names, coordinates.p(best.theta[:n]).tolist(), strict=True))
+                values = coordinates.values(best.theta[:n])
         if best.normal.cost >= BETTER * before:
             break
     return best.theta[:n]

@@ -74,7 +74,7 @@ def _descend(problem: Problem, theta: Array, prior: Array) -> Descent | None:
 
 def precision(coordinates: Coordinates, std: dict[str, float], default: float = 1.0) -> Array:
     """Prior precisions (n_free,) from standard deviations by parameter name."""
-    names = [n for n, free in zip(coordinates.names, coordinates.free, strict=True) if free]
+    names = coordinates.free_names
     return np.array([std.get(name, default) ** -2 for name in names])
 
 

@@ -187,21 +187,24 @@ def base_model(experiments: Sequence[Experiment], bench: Bench) -> Model:
     """The base model, fitted without start values."""
     valve, free = kernel(BASE), coordinates(BASE, bench)
     found = first_values(valve, free, with_smooth_force(experiments, bench.fitted))
-    omega = swing(valve, free, found)
+    if not found:
+        raise NegativeAnswer(Outcome.DIVERGED.value)
+    omega = swing(free.values(found[0]))
     bench = replace(bench, fitted=tuple(resolving(bench.fitted, omega)), held=tuple(resolving(bench.held, omega)))
     estimate = estimated(valve, free, found, bench.fitted)
     if estimate is None:
         raise NegativeAnswer(Outcome.DIVERGED.value)
-    found_model = Model(BASE, bench, estimate)
-    return replace(found_model, bench=replace(bench, stiffest=STIFFER * found_model.values["lugre.sigma0"]))
+    stiffness = free.values(estimate.theta)["lugre.sigma0"]
+    return Model(BASE, replace(bench, stiffest=STIFFER * stiffness), estimate)
 
 
 def settled(model: Model) -> Model:
     """A model fitted on from where it is and from the best that a search finds; the better of both."""
     here, other = model.refitted(), model.sought()
     there = None if other is None else other.carried(model.bench)
-    better = there is not None and there.estimate.cost < here.estimate.cost and there.estimate.loss < here.estimate.loss
-    return there if better and there is not None else here
+    if there is None or there.estimate.cost >= here.estimate.cost or there.estimate.loss >= here.estimate.loss:
+        return here
+    return there
 
 
 def judged(model: Model) -> tuple[Candidate, ...]:

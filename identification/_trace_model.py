@@ -74,7 +74,7 @@ class Model:
     @property
     def values(self) -> dict[str, float]:
         """Parameter values by full name, SI units."""
-        return dict(zip(self.kernel.parameters, self.coordinates.p(self.estimate.theta).tolist(), strict=True))
+        return self.coordinates.values(self.estimate.theta)
 
     @property
     def force_left(self) -> list[Array]:
@@ -107,11 +107,11 @@ class Model:
         estimate = work.at(self.estimate.theta, self.estimate.paths, FINAL, steps=steps)
         return self if estimate is None else Model(self.effects, self.bench, estimate)
 
-    def refitted(self, steps: int = REFIT) -> Model:
+    def refitted(self) -> Model:
         """The same effects after further steps."""
         work = problem(self.effects, self.bench, self.bench.fitted)
         begun = work.at(self.estimate.theta, self.estimate.paths, FINAL, steps=0)
-        return self if begun is None else Model(self.effects, self.bench, lean(work.descend(begun, FINAL, steps)))
+        return self if begun is None else Model(self.effects, self.bench, lean(work.descend(begun, FINAL, REFIT)))
 
     def sought(self, *effect: str, values: Mapping[str, float] | None = None) -> Model | None:
         """The best fit to chunks of the scenes of this model, or of it and one more effect at some values: from here,

@@ -102,7 +102,7 @@ def _score(base: Model, effect: str, shape: Mapping[str, float], trial: Mapping[
     model = base.with_effect(effect, {**shape, **trial}, steps=RESTED if trial else 0)
     if model is None:
         return None
-    normal, strengths, names = model.estimate.normal, _strengths(effect), _free(model)
+    normal, strengths, names = model.estimate.normal, _strengths(effect), model.coordinates.free_names
     own = CATALOGUE[effect].parameter_names()
     seen = np.diag(normal.matrix) > 1e-12 * np.diag(normal.matrix).max()
     added = np.array([name in strengths for name in names]) & seen
@@ -129,11 +129,6 @@ def _gain(normal: Normal, chosen: NDArray[np.bool_]) -> tuple[Array, float]:
     move = np.zeros(len(gradient))
     move[chosen] = -np.linalg.lstsq(inner, gradient[chosen] / scale, rcond=1e-9)[0] / scale
     return move, float(-gradient @ move)
-
-
-def _free(model: Model) -> list[str]:
-    c = model.coordinates
-    return [n for n, free in zip(c.names, c.free, strict=True) if free]
 
 
 def shapes(base: Model, effect: str, rhythms: Rhythms) -> Iterator[dict[str, float]]:

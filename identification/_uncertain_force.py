@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -59,7 +59,9 @@ def fit_uncertain(valve: Kernel, coordinates: Coordinates, experiments: Sequence
     seen = scenes(experiments)
     smooth = with_smooth_force(experiments, seen)
     found = first_values(valve, coordinates, smooth)
-    estimate = estimated(valve, coordinates, found, resolving(seen, swing(valve, coordinates, found)))
+    if not found:
+        return None
+    estimate = estimated(valve, coordinates, found, resolving(seen, swing(coordinates.values(found[0]))))
     if estimate is None:
         return None
     problem = Problem(valve, coordinates, smooth)
@@ -76,20 +78,15 @@ def first_values(valve: Kernel, coordinates: Coordinates, smooth: Sequence[Exper
     return [theta for theta in (first, ranked[0].theta) if theta is not None]
 
 
-def swing(valve: Kernel, coordinates: Coordinates, found: Sequence[Array]) -> float:
-    """Angular frequency [rad/s] of the mass on its bristles at the first start values; 0 where there are none."""
-    if not found:
-        return 0.0
-    value = dict(zip(valve.parameters, coordinates.p(found[0]).tolist(), strict=True))
-    return float(np.sqrt(value["lugre.sigma0"] / value["mass.m"]))
+def swing(values: Mapping[str, float]) -> float:
+    """Angular frequency [rad/s] of the mass on its bristles, for parameters by full name."""
+    return float(np.sqrt(values["lugre.sigma0"] / values["mass.m"]))
 
 
 def estimated(
     valve: Kernel, coordinates: Coordinates, found: Sequence[Array], seen: Sequence[Scene]
 ) -> Estimate | None:
-    """Parameters and paths of scenes from start values."""
-    if not found:
-        return None
+    """Parameters and paths of scenes from one start or several, the best first; None where none leads anywhere."""
     return fit_noise_aware(NoiseAware(kernel(valve.effects, "uncertain force"), coordinates, seen), *found)
 
 

@@ -16,6 +16,7 @@ from identification._coordinates import parameters
 from identification._fit import Fit, Outcome
 from identification._innovations import TUNING, Estimate
 from identification._problem import Problem, Setting
+from identification._uncertain_force import swing
 from simulator import Status
 
 Array = NDArray[np.float64]
@@ -72,7 +73,7 @@ def uncertainty(fit: Fit) -> Uncertainty:
     else:
         matrix, classic, robust = _covariances(fit.problem, fit.path.unknowns, fit.path.setting, max(fit.rms, 1e-12))
     n = fit.problem.n_free
-    names = tuple(name for name, free in zip(fit.kernel.parameters, fit.coordinates.free, strict=True) if free)
+    names = fit.coordinates.free_names
     spread = np.sqrt(np.maximum(np.diag(classic), np.diag(robust)))[:n]
     if fit.estimate is not None:
         slow = max(piece.segment.dt for piece in fit.problem.pieces) > SLOW
@@ -158,8 +159,8 @@ def judged_by(
             status[name] = "weak"
         else:
             status[name] = "identified"
-        if not proven and status[name] == "identified" and name in QUICK and (swing := _unresolved(fit)):
-            status[name], note[name] = "weak", swing
+        if not proven and status[name] == "identified" and name in QUICK and (why := _unresolved(fit)):
+            status[name], note[name] = "weak", why
         elif status[name] == "weak" and abs(strength) > 0.9:
             note[name] = f"nearly collinear with {names[partner]} (correlation {strength:+.3f})"
     return status, note
@@ -169,9 +170,9 @@ def _unresolved(fit: Fit) -> str:
     """What to say of a swing of the mass on its bristles that a noise-aware fit cannot follow; empty when it can."""
     if fit.estimate is None or fit.problem is None:
         return ""
-    omega = float(np.sqrt(fit.values["lugre.sigma0"] / fit.values["mass.m"]))
+    omega = swing(fit.values)
     spacing = max(piece.segment.dt for piece in fit.problem.pieces)
     if omega * spacing < RESOLVED:
         return ""
-    swing, rate = omega / (2 * np.pi), 1 / spacing
-    return f"the mass swings on its bristles at {swing:.0f} Hz, too fast for {rate:.0f} samples a second"
+    frequency, rate = omega / (2 * np.pi), 1 / spacing
+    return f"the mass swings on its bristles at {frequency:.0f} Hz, too fast for {rate:.0f} samples a second"

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from bristle._demo_valve import controller, moving
-from hil import LiveSource
+from hil import LiveSource, Polling, RegisterMap, Sample, open_source, valves_of
 from recordings import Signal, write
 from simulator import Value, ValveModel
 from simulator.damadics import Actuator, Noise, Parameters, Scenario, run, stimuli
@@ -100,6 +100,16 @@ async def moved(address: str) -> AsyncIterator[LiveSource]:
     """A connection that moves the set point until it is left; it can write the fault registers."""
     async with controller(address) as plant, moving(plant, lambda t: float(setpoint(t)), SPEED):
         yield plant
+
+
+async def passed(address: str, samples: int) -> None:
+    """Wait until so many samples, ten a second, were read from the served valve by a connection of its own."""
+    async with open_source(address, valves_of(RegisterMap.load("damadics")), Polling(10.0)) as source:
+        async with asyncio.timeout(PATIENCE):
+            async for item in source:
+                samples -= isinstance(item, Sample)
+                if samples <= 0:
+                    return
 
 
 class MonitorProcess:

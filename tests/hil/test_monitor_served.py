@@ -6,7 +6,7 @@ import asyncio
 import json
 import signal
 
-from monitor_rig import MonitorProcess, moved, serve
+from monitor_rig import MonitorProcess, moved, passed, serve
 
 from bristle._app import run
 from hil import make_test_authority
@@ -55,7 +55,7 @@ def test_over_rtu_a_spring_fault_is_found_by_what_was_learned_from_a_recording(m
                 options = ("--calibrate", str(healthy), "--false-alarms", "100", *state)
                 monitor = await MonitorProcess.start(served.addresses[1], model, *options)
                 await monitor.event("link_up")
-                await asyncio.sleep(3.0)  # the fault must not come while the detector still settles
+                await passed(served.addresses[0], 30)  # the fault must not come while the detector still settles
                 await plant.write("damadics", "fault_strength", 0.75)
                 await plant.write("damadics", "fault", 11.0)
                 first = await monitor.event("alarm", patience=10.0)
@@ -86,13 +86,13 @@ def test_over_tls_a_healthy_valve_and_a_killed_server_are_no_alarm_and_what_was_
                     source, model, "--calibrate", str(healthy), "--false-alarms", "1", *state
                 )
                 await monitor.event("link_up")
-                await asyncio.sleep(2.0)  # watching a healthy valve
+                await passed(plain, 20)  # a healthy valve is watched
             await served.end(kill=True)
             await monitor.event("link_down")
             served = await serve([plain, secret], *keys)
             async with moved(plain):
                 await monitor.event("link_up")
-                await asyncio.sleep(2.0)
+                await passed(plain, 20)
                 assert await monitor.end(signal.SIGTERM) == 0
                 kinds = {event["kind"] for event in monitor.events}
                 assert {"link_up", "link_down"} <= kinds
