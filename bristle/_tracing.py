@@ -15,7 +15,7 @@ SHOWN = 8
 
 def candidate_table(found: Trace) -> Table:
     """The best candidates of the first round, with what became of them."""
-    table = Table("effect", "gain", "held-out t", "held-out rmse [m]", "outcome")
+    table = Table("effect", "gain", "held-out t", f"held-out rmse [{found.unit}]", "outcome")
     for c in found.candidates[:SHOWN]:
         rmse = found.holdout_rmse.get(c.effect)
         table.add_row(
@@ -30,6 +30,8 @@ def error_lines(found: Trace) -> Iterator[str]:
     error = found.error
     for side in ("before", "after"):
         for where, value in error[side].items():
-            if value:
+            if value and "rmse_m" in value:
                 yield f"free-run error {side}, {where}: {value['rmse_m']:.3g} m (nrmse {value.get('nrmse', 0):.3g})"
-    yield f"noise floor: {error['noise_floor_m']:.3g} m"
+            if value and "rmse_N" in value:
+                yield f"force error {side}, {where}: {value['rmse_N']:.3g} N (nrmse {value['nrmse_N']:.3g})"
+    yield f"noise floor: {error[f'noise_floor_{found.unit}']:.3g} {found.unit}"

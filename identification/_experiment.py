@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,8 @@ GAP = 5.0
 @dataclass(frozen=True)
 class Segment:
     """A stretch without gaps. t [s], u force [N], y position [m], each (n_samples,); seen : where the measured output
-    is known (the other samples are bridged by interpolation and count nothing); motion : the smoothed position.
+    is known (the other samples are bridged by interpolation and count nothing); motion : the smoothed position;
+    load [N] (n_samples,) : what effects that grow with the load look at where the motion is imposed.
     """
 
     t: Array
@@ -32,13 +33,14 @@ class Segment:
     y: Array
     seen: NDArray[np.bool_]
     motion: Motion
+    load: Array
 
     def part(self, first: int, last: int) -> Segment:
         """The samples [first, last)."""
         s = slice(first, last)
         m = self.motion
         motion = Motion(m.x[s], m.v[s], m.a[s], m.crept[s])
-        return Segment(self.t[s], self.u[s], self.y[s], self.seen[s], motion)
+        return Segment(self.t[s], self.u[s], self.y[s], self.seen[s], motion, self.load[s])
 
     @property
     def dt(self) -> float:
@@ -74,9 +76,7 @@ class Experiment:
 
     def with_segments(self, segments: tuple[Segment, ...]) -> Experiment:
         """The same experiment restricted to other segments."""
-        return Experiment(
-            self.name, self.causality, segments, self.noise_position, self.noise_force, self.plant, self.hold
-        )
+        return replace(self, segments=segments)
 
 
 def experiment(recording: Recording, causality: Causality | None = None, *, hold: bool = False) -> Experiment:
@@ -92,8 +92,9 @@ def experiment(recording: Recording, causality: Causality | None = None, *, hold
     t = np.asarray(recording.time)
     noise_x, noise_u = noise_std(position, position_step, t), noise_std(force, force_step, t)
     driven, measured = (force, position) if causality == "force" else (position, force)
+    load = force if causality == "force" else _load(recording, len(t))
     segments = tuple(
-        _segment(t[s], force[s], position[s], np.isfinite(measured[s]), noise_x)
+        _segment(t[s], force[s], position[s], np.isfinite(measured[s]), noise_x, load[s])
         for s in _stretches(t, driven, measured)
     )
     if not segments:
@@ -122,6 +123,47 @@ def _force(recording: Recording, name: str) -> tuple[Array, float]:
     raise BadInput(f"{name}: /signals", found, "a fit needs force, or pressure with the diaphragm area (--area)")
 
 
+def _load(recording: Recording, samples: int) -> Array:
+    """What loads the seals while a rig imposes the motion [N]: the force of the air, or a normal force.
+
+    The force of the air counts against the rod, as it does in a recorded force that is free of it.
+    """
+    area = recording.plant.diaphragm_area_m2
+    if "force" in recording and "pressure" in recording and area:
+        return -area * np.asarray(recording.si("pressure").values, float)
+    if "normal_force" in recording:
+        return np.asarray(recording.si("normal_force").values, float)
+    return np.zeros(samples)
+
+
+def imposed(e: Experiment) -> Experiment:
+    """The same experiment with its motion imposed and its force predicted.
+
+    A held force acts from its sample to the next one, so it goes with the motion half a sample later.
+    """
+    if e.causality == "motion":
+        return e
+    segments = tuple(_half_later(s) for s in e.segments) if e.hold else e.segments
+    return replace(e, causality="motion", segments=segments)
+
+
+def redrawn(e: Experiment, rng: np.random.Generator) -> Experiment:
+    """The same experiment with as much noise again in its position, smoothed anew."""
+
+    def again(s: Segment) -> Segment:
+        y = s.y + rng.normal(0.0, e.noise_position, len(s.y))
+        return replace(s, motion=smooth(s.t, y, e.noise_position))
+
+    return replace(e, segments=tuple(again(s) for s in e.segments))
+
+
+def _half_later(s: Segment) -> Segment:
+    middle = s.t + 0.5 * np.append(np.diff(s.t), s.t[-1] - s.t[-2])
+    m = s.motion
+    x, v, a, crept = (np.interp(middle, s.t, z) for z in (m.x, m.v, m.a, m.crept))
+    return replace(s, motion=Motion(x, v, a, crept))
+
+
 def _stretches(t: Array, driven: Array, measured: Array) -> list[slice]:
     """Slices without gaps in time, with the driving signal known throughout and the measured one somewhere."""
     ok = np.isfinite(driven)
@@ -136,7 +178,12 @@ def _stretches(t: Array, driven: Array, measured: Array) -> list[slice]:
     return found
 
 
-def _segment(t: Array, u: Array, y: Array, seen: NDArray[np.bool_], noise: float) -> Segment:
-    u, y = (np.interp(t, t[np.isfinite(z)], z[np.isfinite(z)]) for z in (u, y))
+def _segment(t: Array, u: Array, y: Array, seen: NDArray[np.bool_], noise: float, load: Array) -> Segment:
+    u, y, load = (_bridged(t, z) for z in (u, y, load))
     t = t - t[0]
-    return Segment(t, u, y, seen, smooth(t, y, noise))
+    return Segment(t, u, y, seen, smooth(t, y, noise), load)
+
+
+def _bridged(t: Array, z: Array) -> Array:
+    known = np.isfinite(z)
+    return np.interp(t, t[known], z[known]) if known.any() else np.zeros(len(t))

@@ -126,7 +126,7 @@ def fit(
         return Fit(hindered, valve, coordinates)
     if valve.causality == "motion":
         path, problem = fit_imposed(valve, coordinates, experiments)
-        return _judged(valve, coordinates, problem, path)
+        return judged(valve, coordinates, problem, path)
     if _noise_aware(estimator, coordinates, experiments):
         return _uncertain(valve, coordinates, experiments)
     return _force_driven(valve, coordinates, experiments)
@@ -196,7 +196,7 @@ def _force_driven(valve: Kernel, coordinates: Coordinates, experiments: Sequence
         if reached or (attempt > 1 and stuck):
             break
     polished = None if best is None else homotopy.polish(best)
-    return _judged(valve, coordinates, homotopy.full, polished)
+    return judged(valve, coordinates, homotopy.full, polished)
 
 
 def _free(coordinates: Coordinates, name: str) -> bool:
@@ -232,7 +232,8 @@ def _travel(experiments: Sequence[Experiment]) -> tuple[float, float]:
     return max(float(d[d > 0].sum()) for d in steps), max(float(-d[d < 0].sum()) for d in steps)
 
 
-def _judged(valve: Kernel, coordinates: Coordinates, problem: Problem, path: Path | None) -> Fit:
+def judged(valve: Kernel, coordinates: Coordinates, problem: Problem, path: Path | None) -> Fit:
+    """A fit with its outcome: whether anything was found, whether it settled, and whether it explains the data."""
     if path is None:
         return Fit(Outcome.DIVERGED, valve, coordinates)
     square, level = 0.0, 0.0

@@ -37,6 +37,8 @@ HOLD = 1.0 / np.log(3.0) ** 2
 """Precision that keeps a coordinate near where it is in one step."""
 RELAXED = 2
 """Steps of the path alone after a step has failed."""
+RESTING = 4
+"""Steps of the path alone before a step of the parameters is judged, at most."""
 SETTLED, MOST_FAILURES = 0.3, 4
 """A descent has settled with moves below so many standard deviations, or after so many failures in a row."""
 SWING, MOST_BETWEEN = 0.75, 2
@@ -45,9 +47,8 @@ OUTLIER = 4.0
 """Sigmas from which an innovation is an outlier."""
 
 STAGES = (
-    (Looseness(1.0, 1e-4, 0.1, 5e-4), 5),
-    (Looseness(1.0, 1e-5, 0.05, 5e-4), 8),
-    (Looseness(1.0, 1e-5, 0.02, 2.5e-4, share=1.0), 8),
+    (Looseness(1.0, 1e-5, 0.05, 5e-4), 10),
+    (Looseness(1.0, 1e-5, 0.02, 2.5e-4), 8),
 )
 """Looseness and number of steps of the last stages, on whole recordings."""
 STRICT = Looseness(1.0, 1e-5, 0.0, 2.5e-4, share=1.0)
@@ -78,7 +79,7 @@ PRIORS = (
 class Estimate:
     """A step's outcome. theta (m,); paths and linearised, one per scene; normal : equations of the innovations with
     the priors; cost : robust loss plus log variances; loss : mean loss of a position innovation, 1 when all is right;
-    outliers : share of innovations beyond `OUTLIER` sigmas.
+    outliers : share of innovations beyond `OUTLIER` sigmas; tuning : of the loss, inf for squares.
     """
 
     theta: Array
@@ -89,6 +90,7 @@ class Estimate:
     loss: float
     outliers: float
     settled: bool = False
+    tuning: float = TUNING
 
     @property
     def covariance(self) -> Array:
@@ -131,27 +133,41 @@ class NoiseAware:
     def descend(self, now: Estimate, loose: Looseness, steps: int) -> Estimate:
         """Gauss-Newton steps with adaptive damping; a step that raises the cost is taken back.
 
-        The cost about a path that is not yet the smoothed one can be too low, and then nothing is below it: after a
-        failure the path is first brought to rest where it is.
+        A step moves parameters and paths together to first order, and where something breaks away that is not enough:
+        the cost rises by thousands until the paths have come to rest at the new parameters. So only then it is judged;
+        judged at once, steps towards the truth are taken back, and a descent creeps and stops far from it. Likewise the
+        cost about a path that is not yet the smoothed one can be too low, and then nothing is below it: after a failure
+        the path is first brought to rest where it is.
         """
         damping, failures, settled = 1e-3, 0, False
         for _ in range(steps):
             held = replace(now.normal, matrix=now.normal.matrix + HOLD * np.eye(len(now.theta)))
             step = np.clip(move(held, damping), -LONGEST, LONGEST)
-            trial = self.at(now.theta + step, self._moved(now, step, loose.share), loose, steps=0)
+            trial = self._rested(
+                self.at(now.theta + step, self._moved(now, step, loose.share), loose, steps=0), now.cost, loose
+            )
+            small = bool(np.max(np.abs(step) / self._sigmas(now)) < SETTLED)
             if trial is not None and trial.cost < now.cost + 1.0:
-                gain, now = now.cost - trial.cost, trial
-                damping, failures = max(damping / 5, 1e-9), 0
-                settled = gain < 1.0 and bool(np.max(np.abs(step) / self._sigmas(now)) < SETTLED)
+                settled = small and now.cost - trial.cost < 1.0
+                now, damping, failures = trial, max(damping / 5, 1e-9), 0
             elif failures == 0:
                 now = self.at(now.theta, now.paths, loose, steps=RELAXED) or now
                 damping, failures = max(5 * damping, 1e-3), 1
             else:
                 damping, failures = max(20 * damping, 1e-3), failures + 1
-                settled = failures > MOST_FAILURES
+                settled = small or failures > MOST_FAILURES
             if settled:
                 break
         return replace(now, settled=settled)
+
+    def _rested(self, trial: Estimate | None, below: float, loose: Looseness) -> Estimate | None:
+        """The trial after as many steps of its paths as it needs to cost less, within reason."""
+        for _ in range(RESTING):
+            if trial is None or trial.cost < below:
+                break
+            still = np.zeros(len(trial.theta))
+            trial = self.at(trial.theta, self._moved(trial, still, loose.share), loose, steps=0)
+        return trial
 
     def follow(self, theta: Array, paths: Sequence[Array] | None = None, stages: Stages = STAGES) -> Estimate | None:
         """All stages from a start; None where the model diverges."""
@@ -177,7 +193,7 @@ class NoiseAware:
         return self._each(lambda i: now.paths[i] + share * now.linearised[i].correction(step))
 
     def _judged(self, theta: Array, paths: tuple[Array, ...], lines: tuple[Linearised, ...]) -> Estimate | None:
-        total, cost, far, count, loss, seen_y = self._prior(theta), 0.0, 0, 0, 0.0, 0
+        total, cost, far, count, loss, seen_y = prior(self.names, theta), 0.0, 0, 0, 0.0, 0
         for line in lines:
             seen = np.isfinite(line.variances)
             sigma = np.sqrt(line.variances[seen])
@@ -195,20 +211,6 @@ class NoiseAware:
             return None
         return Estimate(theta, paths, lines, total, total.cost + cost, loss / seen_y / UNIT_LOSS, far / count)
 
-    def _prior(self, theta: Array) -> Normal:
-        normal = Normal(0.0, np.zeros(len(theta)), np.zeros((len(theta), len(theta))))
-        for prior in PRIORS:
-            if not set(prior.weights) <= set(self.names):
-                continue
-            a = np.array([prior.weights.get(name, 0.0) for name in self.names])
-            off = float(a @ theta) - prior.mean
-            normal = Normal(
-                normal.cost + (off / prior.std) ** 2,
-                normal.gradient + off / prior.std**2 * a,
-                normal.matrix + np.outer(a, a) / prior.std**2,
-            )
-        return normal
-
     def _each(self, task: Callable[[int], T]) -> list[T]:
         if len(self.scenes) == 1:
             return [task(0)]
@@ -216,9 +218,25 @@ class NoiseAware:
             return list(pool.map(task, range(len(self.scenes))))
 
 
-def cauchy(r: Array) -> Array:
-    """Cauchy's loss of each normalised innovation, of any shape."""
-    return np.asarray(TUNING**2 * np.log1p((r / TUNING) ** 2), float)
+def prior(names: Sequence[str], theta: Array) -> Normal:
+    """Normal equations of `PRIORS`, those on coordinates that are free."""
+    normal = Normal(0.0, np.zeros(len(theta)), np.zeros((len(theta), len(theta))))
+    for one in PRIORS:
+        if not set(one.weights) <= set(names):
+            continue
+        a = np.array([one.weights.get(name, 0.0) for name in names])
+        off = float(a @ theta) - one.mean
+        normal = Normal(
+            normal.cost + (off / one.std) ** 2,
+            normal.gradient + off / one.std**2 * a,
+            normal.matrix + np.outer(a, a) / one.std**2,
+        )
+    return normal
+
+
+def cauchy(r: Array, tuning: float = TUNING) -> Array:
+    """Cauchy's loss of each normalised innovation, of any shape; squares where the tuning is infinite."""
+    return np.asarray(r**2 if np.isinf(tuning) else tuning**2 * np.log1p((r / tuning) ** 2), float)
 
 
 def scenes(experiments: Sequence[Experiment]) -> list[Scene]:

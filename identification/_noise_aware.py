@@ -12,6 +12,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from identification._coordinates import Coordinates
 from identification._innovations import Estimate, NoiseAware, Stages
 from identification._linearised import Looseness, Scene
 
@@ -35,13 +36,13 @@ WIDE: Stages = (
     *DIRECT,
 )
 """Ways from a start on chunks, by how much freedom the path has at first."""
-PROMISING = 1.03
-"""Mean loss on chunks up to which an end is taken to be the right one at once."""
+PROMISING = 1.06
+"""Mean loss on chunks up to which an end is taken to be the right one at once: wrong ends have 1.1 to 15."""
 UNEXPLAINED, NOT_FAR = 3.0, 2.0
 """Mean loss from which the model is known to lack much, and how many times the least loss is not far behind it."""
-MOST_TRIES = 6
+MOST_TRIES = 7
 """Ways that are gone at most before the best end is carried to whole recordings."""
-CLEAN_LOSS, CLEAN_OUTLIERS = 1.015, 5e-4
+CLEAN_LOSS, CLEAN_OUTLIERS = 1.03, 5e-4
 """Mean loss (and three standard deviations of it) and share of outliers up to which the innovations are those of the
 right model."""
 MASSES = (0.2, 30.0)
@@ -59,16 +60,29 @@ def fit_noise_aware(problem: NoiseAware, theta: Array, *others: Array) -> Estima
 
     The end may be the wrong one: ask `converged`.
     """
-    small = NoiseAware(problem.kernel, problem.coordinates, chunks(problem.scenes))
+    small = on_chunks(problem)
+    best = sought(small, theta, *others)
+    return None if best is None else carried(problem, small, best)
+
+
+def on_chunks(problem: NoiseAware) -> NoiseAware:
+    """The same fit to chunks of its scenes."""
+    return NoiseAware(problem.kernel, problem.coordinates, chunks(problem.scenes))
+
+
+def sought(small: NoiseAware, theta: Array, *others: Array, most: int = MOST_TRIES) -> Estimate | None:
+    """The best end on chunks, of at most so many ways, from one start or several, best first. None where the model
+    diverges from all.
+    """
     ends: list[Estimate] = []
     for tries, (start, stages) in enumerate(_ways(small, (theta, *others)), 1):
         end = small.follow(start, stages=stages)
         end = None if end is None else small.strict(end)
         if end is not None:
             ends.append(end)
-        if tries == MOST_TRIES or (end is not None and end.loss < PROMISING):
+        if (tries >= most and ends) or (end is not None and end.loss < PROMISING):
             break
-    return _carried(problem, small, _best(small, ends, others[-1] if others else theta)) if ends else None
+    return _best(small, ends, others[-1] if others else theta) if ends else None
 
 
 def _best(problem: NoiseAware, ends: Sequence[Estimate], guess: Array) -> Estimate:
@@ -82,7 +96,7 @@ def _best(problem: NoiseAware, ends: Sequence[Estimate], guess: Array) -> Estima
     return min((e for e in ends if e.loss < NOT_FAR * least), key=lambda end: abs(end.theta[mass] - guess[mass]))
 
 
-def _carried(problem: NoiseAware, small: NoiseAware, best: Estimate) -> Estimate | None:
+def carried(problem: NoiseAware, small: NoiseAware, best: Estimate) -> Estimate | None:
     """The fit to whole recordings from the best end on chunks; where it fails, once more from there."""
     found: Estimate | None = None
     theta = best.theta
@@ -100,13 +114,14 @@ def _carried(problem: NoiseAware, small: NoiseAware, best: Estimate) -> Estimate
 
 def _ways(problem: NoiseAware, starts: Sequence[Array]) -> Iterator[tuple[Array, Stages]]:
     """Starts and stages, the most promising first."""
+    yield starts[0], DIRECT
     ranked = screened(problem, starts)
     first = ranked[0]
     yield first, DIRECT
     yield first, WIDE
-    for start in tamed(problem, starts[0]):
+    for start in tamed(problem.coordinates, starts[0]):
         yield start, GENTLE
-    for start in tamed(problem, starts[-1]):
+    for start in tamed(problem.coordinates, starts[-1]):
         yield start, WIDE
     for start in ranked[1:]:
         yield start, GENTLE
@@ -137,7 +152,7 @@ def screened(problem: NoiseAware, starts: Sequence[Array]) -> list[Array]:
         return seen[-1][0]
 
     for start in starts:
-        for candidate in (start, *tamed(problem, start)):
+        for candidate in (start, *tamed(problem.coordinates, start)):
             judge(candidate)
     cost, best = min(seen, key=lambda pair: pair[0])
     for _ in range(ROUNDS):
@@ -152,14 +167,16 @@ def screened(problem: NoiseAware, starts: Sequence[Array]) -> list[Array]:
     return [candidate for _, candidate in sorted(seen, key=lambda pair: pair[0])]
 
 
-def tamed(problem: NoiseAware, theta: Array) -> list[Array]:
+def tamed(coordinates: Coordinates, theta: Array) -> list[Array]:
     """A start with what noise makes extreme set back: the friction curve, the damping of the bristle, and the mass."""
-    value = problem.coordinates.values(theta)
+    value = coordinates.values(theta)
     fc, critical = value["lugre.fc"], 2 * np.sqrt(value["lugre.sigma0"])
     curve = {"lugre.fs": float(np.clip(value["lugre.fs"], 1.1 * fc, 1.5 * fc)),
              "lugre.vs": float(np.clip(value["lugre.vs"], 1.5e-3, 1e-2))}  # fmt: skip
     masses = dict.fromkeys((3.0, value["mass.m"]))
-    return [_theta(problem, value | curve | {"mass.m": m, "lugre.sigma1": 0.3 * critical * np.sqrt(m)}) for m in masses]
+    return [
+        _theta(coordinates, value | curve | {"mass.m": m, "lugre.sigma1": 0.3 * critical * np.sqrt(m)}) for m in masses
+    ]
 
 
 def _changed(problem: NoiseAware, theta: Array, change: int) -> Array:
@@ -170,9 +187,8 @@ def _changed(problem: NoiseAware, theta: Array, change: int) -> Array:
     others += [{"lugre.sigma1": f * s1} for f in (0.2, 4.0)]
     others += [{"mass.m": float(np.clip(f * m, *MASSES))} for f in (0.3, 3.0)]
     others += [{"lugre.fs": 1.3 * fc, "lugre.vs": vs} for vs in (1e-3, 3e-3, 8e-3)]
-    return _theta(problem, value | others[change])
+    return _theta(problem.coordinates, value | others[change])
 
 
-def _theta(problem: NoiseAware, values: dict[str, float]) -> Array:
-    c = problem.coordinates
+def _theta(c: Coordinates, values: dict[str, float]) -> Array:
     return c.theta(np.array([values[name] for name in c.names]))

@@ -169,13 +169,14 @@ class Problem:
 
     def _first(self, segment: Segment) -> Array:
         """The state at the beginning of a segment as the recording shows it."""
-        return self.kernel.start(segment.motion.x[0], segment.motion.v[0], segment.u[0])
+        force = segment.u if self.kernel.causality == "force" else segment.load
+        return self.kernel.start(segment.motion.x[0], segment.motion.v[0], force[0])
 
     def _input(self, segment: Segment) -> Array:
         if self.kernel.causality == "force":
             return segment.u
         m = segment.motion
-        return np.column_stack([m.x, m.crept, m.a, np.zeros_like(m.x)])
+        return np.column_stack([m.x, m.crept, m.a, segment.load])
 
     def _resets(self, segment: Segment, window: float) -> Array | None:
         if np.isinf(window) or self.kernel.causality == "motion":

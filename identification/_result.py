@@ -105,16 +105,16 @@ def _started(fit: Fit, problem: Problem, setting: Setting) -> Array:
         for e in problem.experiments
     ]
     beginning = Problem(fit.kernel, fit.coordinates, short)
-    unknowns = beginning.start(theta)
-    fixed = np.zeros(len(unknowns))
-    fixed[: len(theta)] = 1e30
+    unknowns, shared = beginning.start(theta), len(theta)
 
-    def evaluate(x: Array) -> Normal | None:
-        normal = beginning.evaluate(x, setting)
-        return None if normal is None else normal.with_prior(x, unknowns, fixed)
+    def evaluate(own: Array) -> Normal | None:
+        normal = beginning.evaluate(np.concatenate([theta, own]), setting)
+        if normal is None:
+            return None
+        return Normal(normal.cost, normal.gradient[shared:], normal.matrix[shared:, shared:])
 
-    end = descend(evaluate, unknowns, iterations=15)
-    return unknowns if end is None else end.theta
+    end = descend(evaluate, unknowns[shared:], iterations=15)
+    return unknowns if end is None else np.concatenate([theta, end.theta])
 
 
 def valve_model(

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification._coordinates import Coordinates
-from identification._experiment import Experiment
+from identification._experiment import Experiment, imposed
 from identification._least_squares import Descent, Normal, descend
 from identification._problem import Problem, Setting
 from simulator import kernel
@@ -46,9 +46,9 @@ def starts(experiments: Sequence[Experiment], effects: tuple[str, ...], coordina
     if guess is None:
         return []
     inverse = kernel(effects, "motion")
-    imposed = [_imposed(e) for e in experiments]
-    force_std = float(np.std(np.concatenate([s.u for e in imposed for s in e.segments]))) or 1.0
-    problem = Problem(inverse, coordinates, [replace(e, noise_force=FORCE_ERROR * force_std) for e in imposed])
+    driven = [imposed(e) for e in experiments]
+    force_std = float(np.std(np.concatenate([s.u for e in driven for s in e.segments]))) or 1.0
+    problem = Problem(inverse, coordinates, [replace(e, noise_force=FORCE_ERROR * force_std) for e in driven])
     prior = precision(coordinates, LOOSE)
     found = []
     for stiffness in STIFFNESS_STARTS:
@@ -113,7 +113,3 @@ def _assembled(c: Coordinates, guess: dict[str, float], stiffness: float, stribe
     default = dict(zip(c.names, c.base, strict=True))
     free = dict(zip(c.names, c.free, strict=True))
     return np.array([values.get(n, default[n]) if free[n] else default[n] for n in c.names])
-
-
-def _imposed(experiment: Experiment) -> Experiment:
-    return replace(experiment, causality="motion")

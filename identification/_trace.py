@@ -14,14 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification._coordinates import Coordinates
-from identification._experiment import Experiment, Segment, experiment
+from identification._experiment import Experiment, Segment, experiment, imposed
 from identification._fit import Outcome, check_given, obstacle
 from identification._identify import plant_constants
-from identification._innovations import resolving, scenes
+from identification._imposed import fit_imposed
+from identification._innovations import Estimate, NoiseAware, resolving, scenes
+from identification._noise_aware import carried, on_chunks, sought
+from identification._trace_imposed import imposed_scenes, showing
 from identification._trace_judge import Comparison, Whiteness, compare, whiteness
-from identification._trace_model import Bench, Model, coordinates
+from identification._trace_model import FINAL, REFIT, Bench, Model, coordinates, lean, problem
 from identification._trace_screen import Score, screen
-from identification._uncertain_force import estimated, first_values, swing, with_smooth_force
+from identification._uncertain_force import first_values, swing, with_smooth_force
 from recordings import BadInput, NegativeAnswer, Recording
 from simulator import BASE, CATALOGUE, kernel
 
@@ -33,8 +36,10 @@ PROMISING = 0.1
 """Share of the best score below which a candidate is not sought; the second best always is."""
 FAR_OFF = 1.4
 """Mean loss from which scores are not to be trusted, and all candidates are sought."""
-KEPT = 0.5
-"""Share of the best gain on chunks below which a candidate is given up."""
+KEPT, FULLY = 0.5, 4
+"""Share of the best gain on chunks below which a candidate is given up, and how many are refitted to all at most."""
+WAYS = 4
+"""Ways that a base model is sought on chunks: one that lacks an effect fits badly at the end of all of them."""
 MOST = 3
 """Effects that are added at most."""
 WORTH = 60.0
@@ -46,6 +51,11 @@ second level is enough."""
 EXPLAINED, EXPLAINED_FIT = 0.8, 0.5
 """Shares of what is left over the noise, on held-out and on fitted recordings, that effects have to explain for one to
 be named."""
+EXPLAINED_IMPOSED = 0.25
+"""The same share where the force is predicted from the motion. What a rig's force holds beside a model never comes near
+its noise, and no free run amplifies what is left; the rest is reported beside the name."""
+NOTABLE = 0.05
+"""Share of what is left there that an effect has to explain, fitted and held out, to be added."""
 ALIKE = 0.03
 """Candidates whose held-out gains differ by less than this share, or insignificantly, are one class."""
 INSIGNIFICANT = 2.0
@@ -102,22 +112,55 @@ def select(
     """
     experiments = [experiment(r, hold=hold) for r in recordings]
     others = [experiment(r, hold=hold) for r in holdout]
-    if any(e.causality != "force" for e in (*experiments, *others)):
-        raise BadInput(
-            "recordings", "the motion is imposed in them", "trace recordings in which the force drives the valve"
-        )
+    if len({e.causality for e in (*experiments, *others)}) != 1:
+        raise BadInput("recordings", "in some the force drives and in some the motion", "trace them separately")
     if not others:
         experiments, others = split(experiments)
     held = plant_constants(experiments) | dict(given or {})
     _check(experiments, held)
-    bench = bench_of(experiments, others, held)
-    base = settled(base_model(experiments, bench))
+    base = first_model(experiments, others, held)
     model, added, rounds = _selected(base)
+    if (
+        not added and not _white(base) and not base.bench.imposed
+    ):  # before anything is said of what is left, nothing may be left to the fit
+        base = thorough(base)
+        model, added, rounds = _selected(base)
     verdict, added, model = _verdict(base, model, added)
     alike = same_class(rounds[0]) if added else ()
     return Tracing(
         base, model, rounds[0], added, alike, verdict, _left(base), _left(model), tuple(experiments), tuple(others)
     )  # fmt: skip
+
+
+def first_model(experiments: Sequence[Experiment], others: Sequence[Experiment], given: Mapping[str, float]) -> Model:
+    """The base model from which effects are sought. Where the motion is imposed the force is predicted, and likewise
+    without a spring, where a free run integrates every error of the model.
+    """
+    if experiments[0].causality == "motion" or given.get("spring.K") == 0.0:
+        return imposed_model(experiments, others, given)
+    return base_model(experiments, bench_of(experiments, others, given))
+
+
+def imposed_model(experiments: Sequence[Experiment], others: Sequence[Experiment], given: Mapping[str, float]) -> Model:
+    """The base model by the force that it predicts from the motion."""
+    valve, driven = kernel(BASE, "motion"), [imposed(e) for e in experiments]
+    u = np.concatenate([s.u for e in driven for s in e.segments])
+    x = np.concatenate([s.motion.x for e in driven for s in e.segments])
+    free = Coordinates.of(valve, given, float(np.std(u)) or 1.0)
+    path, whole = fit_imposed(valve, free, driven)
+    if path is None:
+        raise NegativeAnswer(Outcome.DIVERGED.value)
+    p = free.p(path.unknowns[: whole.n_free])
+    fitted, held = (tuple(imposed_scenes(some, valve, p)) for some in (experiments, others))
+    bench = Bench(
+        fitted, held, dict(given), (float(x.min()), float(x.max())), float(np.std(u)) or 1.0, imposed=True,
+        candidates=showing(experiments),
+    )  # fmt: skip
+    work = problem(BASE, bench, fitted)
+    found = work.follow(work.coordinates.theta(p), stages=((FINAL, REFIT),))
+    if found is None:
+        raise NegativeAnswer(Outcome.DIVERGED.value)
+    return Model(BASE, bench, lean(found))
 
 
 def _check(experiments: Sequence[Experiment], given: Mapping[str, float]) -> None:
@@ -139,7 +182,7 @@ def _selected(base: Model) -> tuple[Model, tuple[str, ...], list[tuple[Candidate
             break
         earlier = added
         model, added = _pruned(settled(best.refit), (*added, best.effect))
-        if set(added) <= set(earlier) or (_fit(model).white and _left(model).white):
+        if set(added) <= set(earlier) or _white(model):
             break
     return model, added, rounds
 
@@ -191,15 +234,30 @@ def base_model(experiments: Sequence[Experiment], bench: Bench) -> Model:
         raise NegativeAnswer(Outcome.DIVERGED.value)
     omega = swing(free.values(found[0]))
     bench = replace(bench, fitted=tuple(resolving(bench.fitted, omega)), held=tuple(resolving(bench.held, omega)))
-    estimate = estimated(valve, free, found, bench.fitted)
-    if estimate is None:
+    work = NoiseAware(bench.kernel(BASE), free, bench.fitted)
+    best = sought(on_chunks(work), *found, most=WAYS)
+    best = None if best is None else work.follow(best.theta, stages=((FINAL, REFIT),))
+    if best is None:
         raise NegativeAnswer(Outcome.DIVERGED.value)
-    stiffness = free.values(estimate.theta)["lugre.sigma0"]
-    return Model(BASE, replace(bench, stiffest=STIFFER * stiffness), estimate)
+    stiffness = free.values(best.theta)["lugre.sigma0"]
+    return Model(BASE, replace(bench, stiffest=STIFFER * stiffness), lean(best))
+
+
+def thorough(base: Model) -> Model:
+    """A base model carried on by all stages, and from another search: the best that can be had."""
+    work = NoiseAware(base.kernel, base.coordinates, base.bench.fitted)
+    estimate = carried(work, on_chunks(work), base.estimate)
+    if estimate is None:
+        return settled(base)
+    return settled(replace(base, estimate=estimate))
 
 
 def settled(model: Model) -> Model:
-    """A model fitted on from where it is and from the best that a search finds; the better of both."""
+    """A model fitted on from where it is and from the best that a search finds; the better of both. One that leaves
+    nothing is left alone.
+    """
+    if _white(model):
+        return model
     here, other = model.refitted(), model.sought()
     there = None if other is None else other.carried(model.bench)
     if there is None or there.estimate.cost >= here.estimate.cost or there.estimate.loss >= here.estimate.loss:
@@ -217,9 +275,10 @@ def judged(model: Model) -> tuple[Candidate, ...]:
     worth = scores if far_off else worth
     plain = model.sought()
     begun = [_begun(model, plain, s, far_off) for s in worth]
-    most = max((c.gain for c in begun if c.refit is not None), default=0.0)
-    tried = [_ended(model, c) if c.refit is not None and c.gain >= KEPT * most else replace(c, refit=None)
-             for c in begun]  # fmt: skip
+    begun.sort(key=lambda c: -c.gain if c.refit is not None else np.inf)
+    most = begun[0].gain if begun else 0.0
+    tried = [_ended(model, c) if c.refit is not None and c.gain >= KEPT * most and i < FULLY else replace(c, refit=None)
+             for i, c in enumerate(begun)]  # fmt: skip
     ranked = sorted(tried, key=lambda c: (not c.accepted, -(c.gain + (c.held.gain if c.held else 0.0))))
     rest = [Candidate(s.effect, s.gain, s.values, why="others promise more") for s in scores if s not in worth]
     return tuple(_simplest_first(ranked) + rest)
@@ -239,20 +298,28 @@ def _ended(model: Model, c: Candidate) -> Candidate:
     """A candidate refitted to the whole recordings and judged."""
     assert c.refit is not None
     refit = c.refit.carried(model.bench)
-    refit = None if refit is None else refit.refitted()
     if refit is None or refit.held is None or model.held is None:
         return replace(c, refit=None, why="the refit has no solution")
     fitted = compare(model.estimate, refit.estimate, model.bench.fitted)
     held = compare(model.held, refit.held, model.bench.held)
     values = {name: value for name, value in refit.values.items() if name in c.values}
     level = CLEAR_LEVEL if held.gain > WORTH else LEVEL
-    enough = fitted.gain > WORTH and held.gain > 0 and held.p_value < level
+    shows = fitted.gain > _least(model, model.estimate) and held.gain > (_least(model, model.held) - WORTH)
+    enough = shows and held.p_value < level
     why = (
         f"explains held-out data (t = {held.t:.1f})" if enough
-        else "gains too little on the fitted recordings" if fitted.gain <= WORTH
+        else "gains too little on the fitted recordings" if fitted.gain <= _least(model, model.estimate)
         else f"does not explain held-out data (t = {held.t:.1f})"
     )  # fmt: skip
     return Candidate(c.effect, fitted.gain, values, refit, held, enough, why)
+
+
+def _least(model: Model, estimate: Estimate) -> float:
+    """Fall of the cost that an effect is worth, on the scenes of an estimate of a model."""
+    if not model.bench.imposed:
+        return WORTH
+    left = sum(float(np.isfinite(line.variances).sum()) for line in estimate.linearised) * max(estimate.loss - 1, 0.0)
+    return WORTH + NOTABLE * left
 
 
 def _simplest_first(ranked: list[Candidate]) -> list[Candidate]:
@@ -295,6 +362,11 @@ def same_class(candidates: Sequence[Candidate]) -> tuple[str, ...]:
     return tuple(found)
 
 
+def _white(model: Model) -> bool:
+    """Whether nothing is left on fitted and held-out scenes."""
+    return _fit(model).white and _left(model).white
+
+
 def _fit(model: Model) -> Whiteness:
     """Whether anything is left on the fitted scenes."""
     return whiteness(model.estimate)
@@ -308,8 +380,9 @@ def _left(model: Model) -> Whiteness:
 def _verdict(base: Model, model: Model, added: tuple[str, ...]) -> tuple[str, tuple[str, ...], Model]:
     """The verdict: a name only when little is left with it, on the held-out scenes above all."""
     if not added:
-        return ("none" if _left(base).white and _fit(base).white else "unlisted"), (), base
-    if _explained(_left(base), _left(model), EXPLAINED) and _explained(_fit(base), _fit(model), EXPLAINED_FIT):
+        return ("none" if _white(base) else "unlisted"), (), base
+    held, fitted = (EXPLAINED_IMPOSED,) * 2 if base.bench.imposed else (EXPLAINED, EXPLAINED_FIT)
+    if _explained(_left(base), _left(model), held) and _explained(_fit(base), _fit(model), fitted):
         return added[0], added, model
     return "unlisted", (), base
 

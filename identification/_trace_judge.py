@@ -48,7 +48,7 @@ def _robust(estimate: Estimate, i: int) -> Array:
     line = estimate.linearised[i]
     seen = np.isfinite(line.variances)
     variances = np.where(seen, line.variances, 1.0)
-    loss = cauchy(np.where(seen, line.innovations, 0.0) / np.sqrt(variances))
+    loss = cauchy(np.where(seen, line.innovations, 0.0) / np.sqrt(variances), estimate.tuning)
     return np.asarray((loss + np.log(variances)).sum(axis=1), float)
 
 

@@ -13,6 +13,7 @@ from identification._coordinates import Coordinates, parameters
 from identification._innovations import Estimate, NoiseAware
 from identification._linearised import Looseness, Scene
 from identification._noise_aware import tamed
+from identification._trace_imposed import ImposedFit
 from simulator import CATALOGUE, Kernel, kernel
 
 Array = NDArray[np.float64]
@@ -32,7 +33,8 @@ RESTED = 2
 @dataclass(frozen=True)
 class Bench:
     """What all models are tried on: scenes to fit and scenes held out, constants that are held, the travel (lowest,
-    highest position seen) [m], and the stiffest bristle [N/m]: one that no node resolves explains what it likes.
+    highest position seen) [m], and the stiffest bristle [N/m]: one that no node resolves explains what it likes;
+    imposed : the motion is, and the force is predicted; candidates : effects that can show in what is predicted.
     """
 
     fitted: tuple[Scene, ...]
@@ -41,9 +43,17 @@ class Bench:
     travel: tuple[float, float]
     force_std: float
     stiffest: float = float("inf")
+    imposed: bool = False
+    candidates: tuple[str, ...] = CATALOGUE.ids
+
+    def kernel(self, effects: tuple[str, ...]) -> Kernel:
+        """The kernel of some effects."""
+        return kernel(effects, "motion" if self.imposed else "uncertain force")
 
     def thinned(self) -> tuple[Bench, list[tuple[int, slice]]]:
         """A bench of chunks of the fitted scenes, with where each comes from: enough for a first look."""
+        if self.imposed:  # memory would have to be found anew in every chunk, and the whole costs little
+            return self, [(i, slice(0, len(scene.t))) for i, scene in enumerate(self.fitted)]
         places = [(i, at) for i, scene in enumerate(self.fitted) for at in _chunks(scene)]
         return replace(self, fitted=tuple(self.fitted[i].part(at.start, at.stop) for i, at in places)), places
 
@@ -63,8 +73,8 @@ class Model:
 
     @property
     def kernel(self) -> Kernel:
-        """The kernel of an uncertain force with these effects."""
-        return kernel(self.effects, "uncertain force")
+        """The kernel of these effects."""
+        return self.bench.kernel(self.effects)
 
     @property
     def coordinates(self) -> Coordinates:
@@ -124,17 +134,17 @@ class Model:
         work = problem(effects, bench, bench.fitted)
         known = {k: v for e in effect for k, v in defaults(e, self.bench).items()} | self.values | dict(values or {})
         theta = work.coordinates.theta(work.kernel.vector(known))
-        ends = [work.follow(start, stages=((FINAL, SEARCH),)) for start in (theta, tamed(work, theta)[0])]
+        ends = [work.follow(start, stages=((FINAL, SEARCH),)) for start in (theta, tamed(work.coordinates, theta)[0])]
         found = [end for end in ends if end is not None]
         return Model(effects, bench, min(found, key=lambda end: end.cost)) if found else None
 
     def without(self, effect: str) -> Model | None:
         """The other effects of this model, fitted on from here."""
         effects = tuple(e for e in self.effects if e != effect)
-        target = kernel(effects, "uncertain force")
+        target = self.bench.kernel(effects)
         values = self.values
         theta = coordinates(effects, self.bench).theta(np.array([values[name] for name in target.parameters]))
-        kept = [self.kernel.states.index(name) for name in target.states]
+        kept = [] if self.bench.imposed else [self.kernel.states.index(name) for name in target.states]
         paths = [np.ascontiguousarray(path[:, kept]) for path in self.estimate.paths]
         begun = problem(effects, self.bench, self.bench.fitted).at(theta, paths, FINAL, steps=RESTED)
         return None if begun is None else Model(effects, self.bench, begun).refitted()
@@ -150,11 +160,12 @@ class Model:
         its memory run along the paths. None where that has no solution.
         """
         effects = in_order(*self.effects, effect)
-        target, here = kernel(effects, "uncertain force"), self.kernel
+        target, here = self.bench.kernel(effects), self.kernel
         p = target.vector(defaults(effect, self.bench) | self.values | dict(values))
         pairs = zip(self.bench.fitted, self.estimate.paths, strict=True)
-        paths = [path for path in (extended(here, target, *pair, p) for pair in pairs) if path is not None]
-        if len(paths) < len(self.bench.fitted):
+        found = self.estimate.paths if self.bench.imposed else [extended(here, target, *pair, p) for pair in pairs]
+        paths = [path for path in found if path is not None]
+        if len(paths) < len(found):
             return None
         theta = coordinates(effects, self.bench).theta(p)
         estimate = problem(effects, self.bench, self.bench.fitted).at(theta, paths, FINAL, steps=steps)
@@ -197,7 +208,7 @@ def defaults(effect: str, bench: Bench) -> dict[str, float]:
 
 def coordinates(effects: tuple[str, ...], bench: Bench) -> Coordinates:
     """The coordinates of some effects: known constants and degenerate parameters are held."""
-    target = kernel(effects, "uncertain force")
+    target = bench.kernel(effects)
     known = {name: bench.stroke for name, p in parameters(target).items() if p.known}
     given = {name: value for name, value in bench.given.items() if name in target.parameters}
     free = Coordinates.of(target, known | given, bench.force_std)
@@ -205,9 +216,10 @@ def coordinates(effects: tuple[str, ...], bench: Bench) -> Coordinates:
     return replace(free, upper=np.where(stiff, np.minimum(free.upper, bench.stiffest), free.upper))
 
 
-def problem(effects: tuple[str, ...], bench: Bench, scenes: Sequence[Scene]) -> NoiseAware:
+def problem(effects: tuple[str, ...], bench: Bench, scenes: Sequence[Scene]) -> NoiseAware | ImposedFit:
     """The fit of some effects to some scenes."""
-    return NoiseAware(kernel(effects, "uncertain force"), coordinates(effects, bench), scenes)
+    way = ImposedFit if bench.imposed else NoiseAware
+    return way(bench.kernel(effects), coordinates(effects, bench), scenes)
 
 
 def extended(here: Kernel, target: Kernel, scene: Scene, path: Array, p: Array) -> Array | None:

@@ -12,10 +12,12 @@ from typing import Any
 import numpy as np
 
 from identification._crosscheck import Crosscheck
+from identification._experiment import Experiment, imposed
 from identification._result import Identification, error_of
 from identification._trace import Candidate, Tracing, select
 from identification._trace_left import Remainder, remainder
-from identification._trace_runs import holdout_rmse, identification_of
+from identification._trace_model import Model
+from identification._trace_runs import holdout_rmse, identification_of, position_error
 from identification._uncertain_force import with_smooth_force
 from recordings import Recording, save_text
 from simulator import CATALOGUE, ValveModel
@@ -26,8 +28,9 @@ class Trace:
     """The answer to the question what a model lacks.
 
     tracing : the models and the candidates; base, final : before and after, with free runs and `model.json`;
-    holdout_rmse : free-run error [m] of the refitted candidates on held-out data, by effect; left : what no candidate
-    explains, or None.
+    holdout_rmse : error [`unit`] of the refitted candidates on held-out data, by effect; left : what no candidate
+    explains, or None; error : free-run errors before and after, on the fitted and the held-out recordings, with the
+    noise floor. Where the force is predicted there is also its error, ``rmse_N``.
     """
 
     tracing: Tracing
@@ -35,6 +38,12 @@ class Trace:
     final: Identification
     holdout_rmse: Mapping[str, float]
     left: Remainder | None
+    error: Mapping[str, Any]
+
+    @property
+    def unit(self) -> str:
+        """What is predicted: a position in m, or a force in N."""
+        return "N" if self.tracing.base.bench.imposed else "m"
 
     @property
     def verdict(self) -> str:
@@ -62,26 +71,12 @@ class Trace:
         return self.final.model
 
     @property
-    def noise_floor_m(self) -> float:
-        """Error of a perfect model: the noise of the position [m]."""
-        return float(np.sqrt(np.mean([e.noise_position**2 for e in self.tracing.experiments])))
-
-    @property
-    def error(self) -> dict[str, Any]:
-        """Free-run errors before and after, on the fitted and the held-out recordings, with the noise floor."""
-        sides = {"before": self.base, "after": self.final}
-        errors: dict[str, Any] = {
-            side: {"fit": error_of(found.trajectories), "holdout": error_of(found.holdout)}
-            for side, found in sides.items()
-        }
-        return errors | {"noise_floor_m": self.noise_floor_m}
-
-    @property
     def closed(self) -> float:
         """Share of the held-out gap between the base's error and the noise floor that was closed."""
-        before, after = (self.error[side]["holdout"] or {} for side in ("before", "after"))
-        gap = before.get("rmse_m", np.nan) - self.noise_floor_m
-        return float((before.get("rmse_m", np.nan) - after.get("rmse_m", np.nan)) / gap) if gap > 0 else 0.0
+        errors = ((self.error[side]["holdout"] or {}).get(f"rmse_{self.unit}", np.nan) for side in ("before", "after"))
+        before, after = errors
+        gap = before - self.error[f"noise_floor_{self.unit}"]
+        return float((before - after) / gap) if gap > 0 else 0.0
 
     def as_json(self) -> dict[str, Any]:
         """The content of `trace.json`."""
@@ -93,11 +88,13 @@ class Trace:
         return {
             "format": "valve-trace", "version": 1,
             "base": {"effects": list(t.base.effects), "parameters": base},
-            "residual": {"white": t.before.white, "p_value": t.before.p_value, "noise_floor_m": self.noise_floor_m},
-            "candidates": [_candidate(c, self.holdout_rmse) for c in t.candidates],
+            "residual": {
+                "white": t.before.white, "p_value": t.before.p_value, "noise_floor_m": self.error["noise_floor_m"],
+            },
+            "candidates": [_candidate(c, self.holdout_rmse, self.unit) for c in t.candidates],
             "verdict": t.verdict, "effects_added": list(t.added), "same_class": list(t.same_class),
             "unlisted": None if self.left is None else self.left.as_json(),
-            "error": self.error,
+            "error": dict(self.error),
             "residual_after": {"white": t.after.white, "p_value": t.after.p_value},
             "crosscheck": _checked(self.final.crosscheck),
         }  # fmt: skip
@@ -139,19 +136,46 @@ def trace(
     full name, SI units; hold : the force is held between samples. Raises BadInput and NegativeAnswer as `identify`.
     """
     found = select(recordings, holdout=holdout, given=given, hold=hold)
-    fitted = with_smooth_force(found.experiments, found.base.bench.fitted)
-    held = with_smooth_force(found.held, found.base.bench.held)
+    if found.base.bench.imposed:
+        fitted, held = ([imposed(e) for e in some] for some in (found.experiments, found.held))
+    else:
+        fitted = with_smooth_force(found.experiments, found.base.bench.fitted)
+        held = with_smooth_force(found.held, found.base.bench.held)
     base = identification_of(found.base, recordings, fitted, held)
     final = base if found.final is found.base else identification_of(found.final, recordings, fitted, held)
     left = None if found.after.white and found.verdict != "unlisted" else remainder(found)
     rmse = {c.effect: holdout_rmse(c.refit, fitted, held) for c in found.candidates if c.refit is not None}
-    return Trace(found, base, final, rmse, left)
+    return Trace(found, base, final, rmse, left, _errors(found, base, final))
 
 
-def _candidate(c: Candidate, rmse: Mapping[str, float]) -> dict[str, Any]:
+def _errors(found: Tracing, base: Identification, final: Identification) -> dict[str, Any]:
+    """The errors as `trace.json` has them."""
+    errors: dict[str, Any] = {}
+    for side, model, runs in (("before", found.base, base), ("after", found.final, final)):
+        errors[side] = {
+            where: _error(model, error_of(some), experiments)
+            for where, some, experiments in (
+                ("fit", runs.trajectories, found.experiments), ("holdout", runs.holdout, found.held)
+            )
+        }  # fmt: skip
+    errors["noise_floor_m"] = float(np.sqrt(np.mean([e.noise_position**2 for e in found.experiments])))
+    if found.base.bench.imposed:
+        errors["noise_floor_N"] = float(np.sqrt(np.mean([np.mean(s.force.std**2) for s in found.base.bench.fitted])))
+    return errors
+
+
+def _error(model: Model, error: dict[str, float] | None, experiments: Sequence[Experiment]) -> dict[str, float] | None:
+    """A free-run error; where it is the force's, the position's beside it, with the plain names of the contract."""
+    if not model.bench.imposed or error is None:
+        return error
+    position = position_error(model, experiments)
+    return {"rmse_N": error["rmse_N"], "nrmse_N": error.get("nrmse", 0.0)} | position
+
+
+def _candidate(c: Candidate, rmse: Mapping[str, float], unit: str) -> dict[str, Any]:
     return {
         "effect": c.effect, "gain": c.gain, "p_value": None if c.held is None else c.held.p_value,
-        "holdout_rmse_m": rmse.get(c.effect), "accepted": c.accepted, "why": c.why, "parameters": dict(c.values),
+        f"holdout_rmse_{unit}": rmse.get(c.effect), "accepted": c.accepted, "why": c.why, "parameters": dict(c.values),
     }  # fmt: skip
 
 

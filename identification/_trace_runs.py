@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from identification._crosscheck import crosscheck
 from identification._experiment import Experiment
-from identification._fit import Fit, fit_of
+from identification._fit import Fit, fit_of, judged
 from identification._homotopy import Path
 from identification._problem import Problem, Setting
 from identification._result import Identification, error_of, free_runs, valve_model
@@ -18,9 +18,13 @@ from simulator import kernel
 
 
 def as_fit(model: Model, experiments: Sequence[Experiment]) -> Fit:
-    """The model as a fit to experiments whose force is smoothed."""
-    problem = Problem(kernel(model.effects), model.coordinates, experiments)
-    estimate = model.estimate
+    """The model as a fit to experiments, whose force is smoothed unless it is what the model predicts."""
+    valve = kernel(model.effects, "motion" if model.bench.imposed else "force")
+    problem, estimate = Problem(valve, model.coordinates, experiments), model.estimate
+    if model.bench.imposed:
+        unknowns = problem.start(estimate.theta)
+        path = Path(unknowns, estimate.normal, Setting(0.0), 0, estimate.settled)
+        return judged(valve, model.coordinates, problem, path)
     path = Path(problem.start(estimate.theta), estimate.normal, Setting(FREE_STEP), 0, estimate.settled)
     return fit_of(estimate, problem, path)
 
@@ -38,7 +42,20 @@ def identification_of(
     return Identification(fit, known, stored, runs, others, check, ())
 
 
+def position_error(model: Model, experiments: Sequence[Experiment]) -> dict[str, float]:
+    """Free-run error of the position where the force drives a plant whose force is what the model predicts; nothing
+    where a rig imposes the motion, or where the free run diverges.
+    """
+    if not experiments or experiments[0].causality == "motion":
+        return {}
+    valve = kernel(model.effects)
+    problem = Problem(valve, model.coordinates, experiments)
+    path = Path(problem.start(model.estimate.theta), model.estimate.normal, Setting(FREE_STEP), 0, True)
+    fit = judged(valve, model.coordinates, problem, path)
+    return (error_of(free_runs(fit, experiments, fitted=False)) or {}) if fit.problem is not None else {}
+
+
 def holdout_rmse(model: Model, experiments: Sequence[Experiment], held: Sequence[Experiment]) -> float:
-    """Free-run error of a model on held-out experiments [m]; NaN when it diverges."""
-    error = error_of(free_runs(as_fit(model, experiments), held, fitted=False))
-    return (error or {}).get("rmse_m", float("nan"))
+    """Free-run error of a model on held-out experiments [m], [N] where the force is predicted; NaN when it diverges."""
+    error = error_of(free_runs(as_fit(model, experiments), held, fitted=False)) or {}
+    return error.get("rmse_N" if model.bench.imposed else "rmse_m", float("nan"))

@@ -52,7 +52,7 @@ class Rhythms:
 
 def screen(base: Model) -> list[Score]:
     """The scores of all candidates that the base does not have, best first."""
-    candidates = [e for e in CATALOGUE.ids if e not in base.effects]
+    candidates = [e for e in base.bench.candidates if e not in base.effects]
     rhythms = Rhythms(_frequencies(base), _pitches(base))
     thin = base.thinned()
     share = sum(len(s.t) for s in base.bench.fitted) / sum(len(s.t) for s in thin.bench.fitted)

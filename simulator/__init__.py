@@ -3,7 +3,7 @@
 from simulator._cache import artefact, machine
 from simulator._effect import Catalogue, Effect, Memory, Parameter, Quantities, Site
 from simulator._excitation import Excitation
-from simulator._kernel import Causality, Kernel, kernel
+from simulator._kernel import Causality, Kernel, kernel, shows_imposed
 from simulator._native import native_module
 from simulator._relaxation import Lag, Relaxation
 from simulator._scan import Recurrence, Scan, Scanner
@@ -38,5 +38,6 @@ __all__ = [
     "machine",
     "native_module",
     "random_valve",
+    "shows_imposed",
     "simulate",
 ]

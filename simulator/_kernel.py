@@ -73,7 +73,7 @@ class Kernel:
         sensitivities: bool = False,
         resets: Array | None = None,
     ) -> Scan:
-        """As `Scanner.run`: t (n_samples) [s]; u (n_samples) [N], or (n_samples, 4) x, v, a, 0 imposed.
+        """As `Scanner.run`: t (n_samples) [s]; u (n_samples) [N], or (n_samples, 4) imposed: x, v, a and the load.
 
         u may also be what `inputs` returns.
         """
@@ -116,11 +116,17 @@ def kernel(effects: Iterable[str], causality: Causality = "force", catalogue: Ca
     ('mass.m', 'spring.K', 'spring.F0')
     """
     chosen = catalogue.pick(tuple(effects))
-    outside = [effect for effect in chosen if causality == "motion" and effect.site is not Site.FORCE]
+    outside = [effect for effect in chosen if causality == "motion" and not shows_imposed(effect)]
     if outside or not chosen:
         found = f"{outside[0].id} acts on the {outside[0].site.value}, and the motion is imposed" if outside else "none"
         raise BadInput("effects", found, "name effects that act on the force, for example inertia, spring and lugre")
     return _kernel(chosen, causality, compiler())
+
+
+def shows_imposed(effect: Effect) -> bool:
+    """Whether an effect has a part in the force where the motion is imposed: a sensor has none, and a delay looks back
+    in a force that is then the answer."""
+    return effect.site is not Site.OUTPUT and not effect.delay
 
 
 ASSEMBLED = {"force": force_driven, "motion": motion_driven, "uncertain force": uncertain}

@@ -184,9 +184,11 @@ def uncertain(effects: tuple[Effect, ...]) -> tuple[Recurrence, Layout]:
 
 
 def motion_driven(effects: tuple[Effect, ...]) -> tuple[Recurrence, Layout]:
-    """Motion in, force out: states [memory...], inputs x [m], v [m/s], a [m/s2] and 0, output the actuating force [N].
+    """Motion in, force out: states [memory...], inputs x [m], v [m/s], a [m/s2] and a load [N], output the recorded
+    actuating force [N].
 
-    Effects on the input or output have no part in it: the force is that on the stem, the motion the stem's.
+    The load is the part of that force which effects on the input change and effects that grow with the load see: all of
+    it for a drive, the force of the air where the rest is measured by a load cell. The motion is the stem's.
     """
     m = _Assembly(effects, imposed=True)
     t, h, now, later = ca.SX.sym("t"), ca.SX.sym("h"), ca.SX.sym("e", 4), ca.SX.sym("later", 4)
@@ -195,6 +197,6 @@ def motion_driven(effects: tuple[Effect, ...]) -> tuple[Recurrence, Layout]:
     q, rate = m.sample(at_now)
     recurrence = m.recurrence(
         t, h, now, later,
-        step=ca.vertcat(*m.memory(m.step(at_now, at_end, h).end)), output=m.force(q, m.held, rate),
+        step=ca.vertcat(*m.memory(m.step(at_now, at_end, h).end)), output=m.force(q, m.held, rate) - (q.u - now[3]),
     )  # fmt: skip
     return recurrence, m.layout

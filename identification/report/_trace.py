@@ -26,26 +26,27 @@ def write_trace_report(path: str | os.PathLike[str], trace: Trace) -> None:
 
 def story(trace: Trace) -> Section:
     """The section that says what was traced."""
-    error = trace.error
+    error, unit = trace.error, trace.unit
     words: dict[str, Any] = {
         "verdict": trace.verdict, "sentences": trace.sentences(),
         "candidates": [
             {"effect": c.effect, "gain": f"{c.gain:.4g}", "t": "" if c.held is None else f"{c.held.t:.1f}",
-             "rmse": _micrometres(trace.holdout_rmse.get(c.effect)), "why": c.why}
+             "rmse": _sized(trace.holdout_rmse.get(c.effect), unit), "why": c.why}
             for c in trace.candidates
         ],
         "errors": [
-            {"side": side, "fit": _micrometres((error[side]["fit"] or {}).get("rmse_m")),
-             "holdout": _micrometres((error[side]["holdout"] or {}).get("rmse_m"))}
+            {"side": side, "fit": _sized((error[side]["fit"] or {}).get(f"rmse_{unit}"), unit),
+             "holdout": _sized((error[side]["holdout"] or {}).get(f"rmse_{unit}"), unit)}
             for side in ("before", "after")
         ],
-        "floor": _micrometres(error["noise_floor_m"]),
+        "floor": _sized(error[f"noise_floor_{unit}"], unit), "unit": "N" if unit == "N" else "µm",
     }  # fmt: skip
     return Section("trace", "What the model lacked", words, _pictures(trace))
 
 
-def _micrometres(metres: float | None) -> str:
-    return "" if metres is None else f"{1e6 * metres:.3g}"
+def _sized(error: float | None, unit: str) -> str:
+    """An error in N, or in micrometres."""
+    return "" if error is None else f"{error if unit == 'N' else 1e6 * error:.3g}"
 
 
 def _pictures(trace: Trace) -> dict[str, Any]:

@@ -217,10 +217,20 @@ def test_memory_starts_where_it_says():
     assert quiet.outputs == pytest.approx(0.012, abs=1e-9)
 
 
-@pytest.mark.parametrize("effect", [Backlash(), InputLag()])
-def test_where_the_motion_is_imposed_only_forces_make_sense(effect):
-    with pytest.raises(BadInput, match=f"{effect.id} acts on the {effect.site.value}, and the motion is imposed"):
-        kernel((*BASE, effect.id), "motion", CATALOGUE.extended(effect))
+def test_where_the_motion_is_imposed_a_sensor_of_the_position_makes_no_sense():
+    with pytest.raises(BadInput, match="sample_backlash acts on the output, and the motion is imposed"):
+        kernel((*BASE, "sample_backlash"), "motion", CATALOGUE.extended(Backlash()))
+
+
+def test_where_the_motion_is_imposed_an_input_effect_changes_the_load():
+    """A factor 1.2 on a load of 50 N, which stands in the recorded force once, leaves 10 N less to be recorded."""
+    k = kernel((*BASE, "force_gain"), "motion")
+    driven = np.column_stack([np.zeros(3), np.zeros(3), np.zeros(3), np.full(3, 50.0)])
+    recorded = [
+        k.run(np.arange(3.0), driven, k.vector(VALUES | {"force_gain.g": g}), k.start()).outputs[0, 0]
+        for g in (0.0, 0.2)
+    ]
+    assert recorded[1] - recorded[0] == pytest.approx(-10.0)
 
 
 def test_effects_of_ones_own_need_a_catalogue():
