@@ -159,12 +159,12 @@ def _table(segment: Segment, fit: Fit, experiment: Experiment) -> tuple[Array, A
     if p["lugre.sigma0"] * noise > BLURRED * p["lugre.fc"] or fast.mean() > ENOUGH:
         sure = fast
     force = np.append(segment.u[:1], 0.5 * (segment.u[1:] + segment.u[:-1])) if experiment.hold else segment.u
-    return _weak(table, sure, segment.dt), _weak(force[:, None], sure, segment.dt)[:, 0]
+    return weak(table, sure, segment.dt), weak(force[:, None], sure, segment.dt)[:, 0]
 
 
-def _weak(table: Array, sure: NDArray[np.bool_], dt: float) -> Array:
-    """Means over Hann windows that overlap by half: the weak form, in which white noise averages out. Windows with a
-    sample that is not sure are left out.
+def weak(table: Array, sure: NDArray[np.bool_], dt: float) -> Array:
+    """Means of columns (n_samples, n) over Hann windows that overlap by half: the weak form, in which white noise
+    averages out. Windows with a sample that is not sure are left out.
     """
     width = max(4, round(WINDOW / dt)) // 2 * 2
     test = np.hanning(width + 1)

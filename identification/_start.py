@@ -45,6 +45,7 @@ def starts(experiments: Sequence[Experiment], effects: tuple[str, ...], coordina
     guess = regression(experiments)
     if guess is None:
         return []
+    guess = _with_held_spring(guess, coordinates, experiments)
     inverse = kernel(effects, "motion")
     driven = [imposed(e) for e in experiments]
     force_std = float(np.std(np.concatenate([s.u for e in driven for s in e.segments]))) or 1.0
@@ -58,6 +59,20 @@ def starts(experiments: Sequence[Experiment], effects: tuple[str, ...], coordina
             if end is not None:
                 found.append(Start(end.theta[: len(first)], end.normal.cost))
     return sorted(found, key=lambda s: s.cost)
+
+
+def _with_held_spring(
+    guess: dict[str, float], coordinates: Coordinates, experiments: Sequence[Experiment]
+) -> dict[str, float]:
+    """The guess with the force of the spring that it found in the preload where the spring constant is held: a position
+    counted from far away makes that large.
+    """
+    held = dict(zip(coordinates.names, np.where(coordinates.free, np.nan, coordinates.base), strict=True))
+    constant = float(held.get("spring.K", np.nan))
+    if not np.isfinite(constant):
+        return guess
+    middle = float(np.mean(np.concatenate([s.motion.x for e in experiments for s in e.segments])))
+    return guess | {"F0": guess["F0"] + (guess["K"] - constant) * middle}
 
 
 def _descend(problem: Problem, theta: Array, prior: Array) -> Descent | None:

@@ -38,6 +38,8 @@ FAR_OFF = 1.4
 """Mean loss from which scores are not to be trusted, and all candidates are sought."""
 KEPT, FULLY = 0.5, 4
 """Share of the best gain on chunks below which a candidate is given up, and how many are refitted to all at most."""
+KEPT_IMPOSED, FULLY_IMPOSED = 0.2, 8
+"""The same where the force is predicted, which costs little."""
 WAYS = 4
 """Ways that a base model is sought on chunks: one that lacks an effect fits badly at the end of all of them."""
 MOST = 3
@@ -277,7 +279,8 @@ def judged(model: Model) -> tuple[Candidate, ...]:
     begun = [_begun(model, plain, s, far_off) for s in worth]
     begun.sort(key=lambda c: -c.gain if c.refit is not None else np.inf)
     most = begun[0].gain if begun else 0.0
-    tried = [_ended(model, c) if c.refit is not None and c.gain >= KEPT * most and i < FULLY else replace(c, refit=None)
+    kept, fully = (KEPT_IMPOSED, FULLY_IMPOSED) if model.bench.imposed else (KEPT, FULLY)
+    tried = [_ended(model, c) if c.refit is not None and c.gain >= kept * most and i < fully else replace(c, refit=None)
              for i, c in enumerate(begun)]  # fmt: skip
     ranked = sorted(tried, key=lambda c: (not c.accepted, -(c.gain + (c.held.gain if c.held else 0.0))))
     rest = [Candidate(s.effect, s.gain, s.values, why="others promise more") for s in scores if s not in worth]

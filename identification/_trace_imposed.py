@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter1d
 
 from identification._coordinates import Coordinates
 from identification._experiment import Experiment, Segment, imposed, redrawn
@@ -26,8 +25,8 @@ Array = NDArray[np.float64]
 
 BEGINNING = 0.05
 """Share of the travel after which memory has forgotten where it started; what is before does not count."""
-DRAWS, OVER = 4, 0.5
-"""Draws of the position's noise, and the time [s] over which what they do to the force is averaged."""
+DRAWS = 4
+"""Draws of the position's noise."""
 FREE = float(np.log(10.0))
 """A coordinate may move by so much from where a descent starts before that costs as much as one residual."""
 
@@ -42,10 +41,10 @@ class ImposedScene(Scene):
     counts: NDArray[np.bool_]
 
     @classmethod
-    def seen(cls, s: Segment, e: Experiment, std: Array) -> ImposedScene:
+    def seen(cls, s: Segment, e: Experiment, std: float) -> ImposedScene:
         """The scene of a segment."""
         n, m = len(s.t), s.motion
-        force = Force(s.u, np.zeros(n), std, np.zeros(n - 1), e.noise_force)
+        force = Force(s.u, np.zeros(n), np.full(n, std), np.zeros(n - 1), e.noise_force)
         far = np.abs(m.x - m.x[0]) > BEGINNING * np.ptp(m.x)
         counts = s.seen & (np.arange(n) >= np.argmax(far))
         driven = np.column_stack([m.x, m.crept, m.a, s.load])
@@ -73,21 +72,20 @@ def showing(experiments: Sequence[Experiment]) -> tuple[str, ...]:
     return tuple(e for e in CATALOGUE.ids if shows_imposed(CATALOGUE[e]) and (apart or CATALOGUE[e].site is Site.FORCE))
 
 
-def _left_by_noise(e: Experiment, kernel: Kernel, p: Array) -> list[Array]:
-    """Standard deviations (n,) [N] per segment, from repetitions of the recording with as much noise again."""
+def _left_by_noise(e: Experiment, kernel: Kernel, p: Array) -> list[float]:
+    """Standard deviations [N] per segment, from repetitions of the recording with as much noise again. One for a whole
+    segment, so that what is fitted is the error that is reported.
+    """
     rng = np.random.default_rng(0)
-    plain = _predictions(imposed(e), kernel, p)
-    square = [np.zeros(len(s.t)) for s in e.segments]
+    plain, square = _predictions(imposed(e), kernel, p), np.zeros(len(e.segments))
     for _ in range(DRAWS):
         for i, other in enumerate(_predictions(imposed(redrawn(e, rng)), kernel, p)):
-            square[i] += (other - plain[i]) ** 2 / DRAWS
-    lengths = [max(1, round(OVER / s.dt)) for s in e.segments]
-    means = [uniform_filter1d(s, length, mode="nearest") for s, length in zip(square, lengths, strict=True)]
-    return [np.sqrt(np.nan_to_num(mean) + e.noise_force**2) for mean in means]
+            square[i] += float(np.nan_to_num(np.mean((other - plain[i]) ** 2))) / DRAWS
+    return list(np.sqrt(square + e.noise_force**2))
 
 
 def _predictions(e: Experiment, kernel: Kernel, p: Array) -> list[Array]:
-    scenes = [ImposedScene.seen(s, e, np.ones(len(s.t))) for s in e.segments]
+    scenes = [ImposedScene.seen(s, e, 1.0) for s in e.segments]
     return [kernel.run(s.t, s.driven, p, _start(kernel, s)).outputs[:, 0] for s in scenes]
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +14,7 @@ import numpy as np
 from identification._crosscheck import Crosscheck
 from identification._experiment import Experiment, imposed
 from identification._result import Identification, error_of
+from identification._second_opinion import SecondOpinion, second_opinion
 from identification._trace import Candidate, Tracing, select
 from identification._trace_left import Remainder, remainder
 from identification._trace_model import Model
@@ -30,7 +31,8 @@ class Trace:
     tracing : the models and the candidates; base, final : before and after, with free runs and `model.json`;
     holdout_rmse : error [`unit`] of the refitted candidates on held-out data, by effect; left : what no candidate
     explains, or None; error : free-run errors before and after, on the fitted and the held-out recordings, with the
-    noise floor. Where the force is predicted there is also its error, ``rmse_N``.
+    noise floor. Where the force is predicted there is also its error, ``rmse_N``. opinion : what
+    sparse regression chooses, where it can say anything.
     """
 
     tracing: Tracing
@@ -39,6 +41,7 @@ class Trace:
     holdout_rmse: Mapping[str, float]
     left: Remainder | None
     error: Mapping[str, Any]
+    opinion: SecondOpinion | None
 
     @property
     def unit(self) -> str:
@@ -97,6 +100,7 @@ class Trace:
             "error": dict(self.error),
             "residual_after": {"white": t.after.white, "p_value": t.after.p_value},
             "crosscheck": _checked(self.final.crosscheck),
+            "second_opinion": None if self.opinion is None else asdict(self.opinion),
         }  # fmt: skip
 
     def write(self, path: str | os.PathLike[str]) -> None:
@@ -114,6 +118,8 @@ class Trace:
             out.append(f"The model lacked {effect}: {CATALOGUE[effect].sentence}. Check {CATALOGUE[effect].check}.")
         if t.same_class:
             out.append(f"These recordings cannot tell it from {', '.join(t.same_class)}.")
+        if self.opinion is not None and t.verdict != "none":
+            out.append(f"{self.opinion.sentence}.")
         if self.left is not None:
             out.append(f"Left: {self.left.description}; {self.left.where}.")
         if t.added and np.isfinite(self.closed):
@@ -145,7 +151,7 @@ def trace(
     final = base if found.final is found.base else identification_of(found.final, recordings, fitted, held)
     left = None if found.after.white and found.verdict != "unlisted" else remainder(found)
     rmse = {c.effect: holdout_rmse(c.refit, fitted, held) for c in found.candidates if c.refit is not None}
-    return Trace(found, base, final, rmse, left, _errors(found, base, final))
+    return Trace(found, base, final, rmse, left, _errors(found, base, final), second_opinion(found.base))
 
 
 def _errors(found: Tracing, base: Identification, final: Identification) -> dict[str, Any]:

@@ -53,12 +53,17 @@ class Rhythms:
 def screen(base: Model) -> list[Score]:
     """The scores of all candidates that the base does not have, best first."""
     candidates = [e for e in base.bench.candidates if e not in base.effects]
-    rhythms = Rhythms(_frequencies(base), _pitches(base))
+    rhythms = rhythms_of(base)
     thin = base.thinned()
     share = sum(len(s.t) for s in base.bench.fitted) / sum(len(s.t) for s in thin.bench.fitted)
     found = [best(thin, effect, rhythms) for effect in candidates]
     found = [s if s is None else Score(s.effect, s.gain * share, s.values) for s in found]
     return sorted((s for s in found if s is not None), key=lambda s: -s.gain)
+
+
+def rhythms_of(base: Model) -> Rhythms:
+    """The rhythms in what a model leaves of the force."""
+    return Rhythms(_frequencies(base), _pitches(base))
 
 
 def best(base: Model, effect: str, rhythms: Rhythms) -> Score | None:
@@ -84,14 +89,14 @@ def _trials(effect: str, bench: Bench) -> list[dict[str, float]]:
     length, shares of the scale otherwise.
     """
     noise, found = bench.fitted[0].noise_y, list[dict[str, float]]()
-    for name, p in _strengths(effect).items():
+    for name, p in strengths(effect).items():
         if p.lower == p.neutral and CATALOGUE[effect].memory:
             sizes = (4 * noise, 16 * noise) if p.unit == "m" else (0.1 * p.scale, 0.5 * p.scale)
             found += [{name: size} for size in sizes]
     return found
 
 
-def _strengths(effect: str) -> dict[str, Parameter]:
+def strengths(effect: str) -> dict[str, Parameter]:
     """The parameters that vanish with the effect, by full name."""
     e = CATALOGUE[effect]
     return {e.parameter_name(p.symbol): p for p in e.parameters if p.neutral is not None}
@@ -102,10 +107,10 @@ def _score(base: Model, effect: str, shape: Mapping[str, float], trial: Mapping[
     model = base.with_effect(effect, {**shape, **trial}, steps=RESTED if trial else 0)
     if model is None:
         return None
-    normal, strengths, names = model.estimate.normal, _strengths(effect), model.coordinates.free_names
+    normal, sizes, names = model.estimate.normal, strengths(effect), model.coordinates.free_names
     own = CATALOGUE[effect].parameter_names()
     seen = np.diag(normal.matrix) > 1e-12 * np.diag(normal.matrix).max()
-    added = np.array([name in strengths for name in names]) & seen
+    added = np.array([name in sizes for name in names]) & seen
     old = np.array([name not in own for name in names]) & seen
     if not added.any():
         return None
@@ -113,7 +118,7 @@ def _score(base: Model, effect: str, shape: Mapping[str, float], trial: Mapping[
     gain += base.rested_cost - model.estimate.cost if trial else -_gain(normal, old)[1]
     values = {name: value for name, value in model.values.items() if name in own}
     for i in np.flatnonzero(added):
-        parameter = strengths[names[i]]
+        parameter = sizes[names[i]]
         step = float(np.clip(move[i], -FARTHEST, FARTHEST))
         if parameter.lower == parameter.neutral and step <= 0 and not trial:
             gain, step = 0.0, LEAST

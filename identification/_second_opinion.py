@@ -1,0 +1,153 @@
+"""A second opinion on what is missing: pysindy chooses among the candidates' own forces.
+
+The estimated motion is imposed on the base model, and the force that it does not account for is regressed on a library.
+Its columns come from the effects' one definition: the derivative of the predicted force by a strength is the force that
+a little of that effect would add, and the derivatives by the base parameters are what a better base fit could still
+take over, so they are taken out first. pysindy then selects by forward orthogonal least squares (Chen, Billings, Luo,
+International Journal of Control 50(5), 1989). No path is found anew, nothing is refitted and nothing held out: a quick
+look by other means, reported beside the answer and never in its place.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification._crosscheck import SURE_TRAVEL, WINDOW, weak
+from identification._linearised import Scene
+from identification._trace_imposed import ImposedScene
+from identification._trace_model import Model, coordinates, defaults, in_order
+from identification._trace_screen import Rhythms, rhythms_of, shapes, strengths
+from simulator import CATALOGUE, Kernel, Site, kernel, shows_imposed
+
+Array = NDArray[np.float64]
+
+NOTHING = 0.05
+"""Share of the force left below which the choice is none."""
+FEWEST = 100
+"""Windows in which the valve slides, below which nothing is said."""
+
+
+@dataclass(frozen=True)
+class SecondOpinion:
+    """effect : pysindy's first choice, or ``none``; share : of the force left that all terms of it explain."""
+
+    effect: str
+    share: float
+
+    @property
+    def sentence(self) -> str:
+        """In words."""
+        if self.effect == "none":
+            return "Sparse regression of the force left by the base model finds none of the effects in it"
+        return (
+            f"Sparse regression of the force left by the base model chooses {self.effect}, which explains "
+            f"{100 * self.share:.0f} % of it"
+        )
+
+
+def second_opinion(base: Model) -> SecondOpinion | None:
+    """Pysindy's choice for a base model; None where the valve hardly slides, or the model has no solution along its
+    own motion."""
+    thin = base.thinned()
+    pairs = list(zip(thin.bench.fitted, thin.estimate.paths, strict=True))
+    left, own = _left(thin, pairs)
+    if left is None or len(left) < FEWEST:
+        return None
+    columns, names, rhythms = list[Array](), list[str](), rhythms_of(base)
+    for effect in base.bench.candidates:
+        if effect in base.effects or not shows_imposed(CATALOGUE[effect]) or CATALOGUE[effect].site is not Site.FORCE:
+            continue
+        for column in _terms(thin, effect, rhythms, pairs, own):
+            columns.append(column)
+            names.append(effect)
+    left = left - own @ np.linalg.lstsq(own, left, rcond=None)[0]
+    chosen = _first(np.column_stack(columns), left) if columns else None
+    if chosen is None:
+        return SecondOpinion("none", 0.0)
+    mine = np.column_stack([c for c, name in zip(columns, names, strict=True) if name == names[chosen]])
+    error = left - mine @ np.linalg.lstsq(mine, left, rcond=1e-6)[0]
+    share = 1.0 - float(error @ error) / float(left @ left)
+    return SecondOpinion(names[chosen] if share > NOTHING else "none", share)
+
+
+Pairs = list[tuple[Scene, Array]]
+
+
+def _left(model: Model, pairs: Pairs) -> tuple[Array | None, Array]:
+    """What the base leaves of the force, and the columns of its parameters, as means over windows."""
+    target = kernel(model.effects, "motion")
+    p = target.vector(model.values)
+    left, own = list[Array](), list[Array]()
+    for scene, path in pairs:
+        found = _imposed(target, model, scene, path, p)
+        if found is None:
+            return None, np.empty((0, 0))
+        predicted, by = found
+        left.append(_weak(model, scene, path, scene.force.u - predicted)[:, 0])
+        own.append(_weak(model, scene, path, by[:, : len(p)][:, coordinates(model.effects, model.bench).free]))
+    table = _unit(np.concatenate(own))
+    return np.concatenate(left), table[:, np.abs(table).max(axis=0, initial=0.0) > 0]
+
+
+def _terms(model: Model, effect: str, rhythms: Rhythms, pairs: Pairs, own: Array) -> Iterator[Array]:
+    """The forces of a little of an effect, one column per shape and strength, apart from the base's own columns."""
+    effects = in_order(*model.effects, effect)
+    target = kernel(effects, "motion")
+    at = [target.parameters.index(name) for name in strengths(effect)]
+    for shape in shapes(model, effect, rhythms):
+        p = target.vector(defaults(effect, model.bench) | model.values | shape)
+        parts = list[Array]()
+        for scene, path in pairs:
+            found = _imposed(target, model, scene, path, p)
+            if found is None:
+                break
+            parts.append(_weak(model, scene, path, found[1][:, at]))
+        if len(parts) < len(pairs):
+            continue
+        table = np.concatenate(parts)
+        table = table - own @ np.linalg.lstsq(own, table, rcond=None)[0]
+        yield from (column for column in _unit(table).T if np.abs(column).max() > 0)
+
+
+def _imposed(target: Kernel, model: Model, scene: Scene, path: Array, p: Array) -> tuple[Array, Array] | None:
+    """The force that a motion takes (n,), and its derivatives by parameters and first memory (n, n_columns)."""
+    if isinstance(scene, ImposedScene):
+        driven = scene.driven
+    else:
+        driven = np.column_stack([path[:, 0], path[:, 1], np.gradient(path[:, 1], scene.t), path[:, -2]])
+    start = target.start(driven[0, 0], 0.0, driven[0, 3])
+    for i, state in enumerate(target.states):
+        if not model.bench.imposed and state in model.kernel.states:
+            start[i] = path[0, model.kernel.states.index(state)]
+    found = target.run(scene.t, driven, p, start, h_max=1e-3, sensitivities=True)
+    if found.jacobian is None or found.failed is not None:
+        return None
+    return found.outputs[:, 0], found.jacobian[:, 0, :]
+
+
+def _weak(model: Model, scene: Scene, path: Array, values: Array) -> Array:
+    """Means over windows in which the valve moves: at rest the bristle holds any force."""
+    table, p = values.reshape(len(scene.t), -1), model.values
+    slides = np.abs(path[:, 1]) * WINDOW > SURE_TRAVEL * p["lugre.fc"] / p["lugre.sigma0"]
+    sure = np.isfinite(table).all(axis=1) & slides
+    return weak(np.where(sure[:, None], table, 0.0), sure, float(np.median(np.diff(scene.t))))
+
+
+def _unit(table: Array) -> Array:
+    """Columns of length 1; those that are nothing stay nothing."""
+    size = np.linalg.norm(table, axis=0)
+    return np.where(size > 1e-9 * max(float(size.max(initial=0.0)), 1e-300), table / np.where(size > 0, size, 1.0), 0.0)
+
+
+def _first(library: Array, left: Array) -> int | None:
+    """The column that pysindy's forward selection takes first."""
+    import pysindy as ps
+
+    optimizer = ps.FROLS(max_iter=1, normalize_columns=False)
+    optimizer.fit(library, (left / max(float(np.linalg.norm(left)), 1e-300))[:, None])
+    chosen = np.flatnonzero(np.asarray(optimizer.coef_).ravel())
+    return int(chosen[0]) if len(chosen) else None
