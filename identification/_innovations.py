@@ -79,7 +79,7 @@ PRIORS = (
 class Estimate:
     """A step's outcome. theta (m,); paths and linearised, one per scene; normal : equations of the innovations with
     the priors; cost : robust loss plus log variances; loss : mean loss of a position innovation, 1 when all is right;
-    outliers : share of innovations beyond `OUTLIER` sigmas; tuning : of the loss, inf for squares.
+    outliers : share of those beyond `OUTLIER` sigmas; tuning : of the loss, inf for squares.
     """
 
     theta: Array
@@ -193,7 +193,7 @@ class NoiseAware:
         return self._each(lambda i: now.paths[i] + share * now.linearised[i].correction(step))
 
     def _judged(self, theta: Array, paths: tuple[Array, ...], lines: tuple[Linearised, ...]) -> Estimate | None:
-        total, cost, far, count, loss, seen_y = prior(self.names, theta), 0.0, 0, 0, 0.0, 0
+        total, cost, far, loss, seen_y = prior(self.names, theta), 0.0, 0, 0.0, 0
         for line in lines:
             seen = np.isfinite(line.variances)
             sigma = np.sqrt(line.variances[seen])
@@ -204,12 +204,12 @@ class NoiseAware:
             r = innovations[seen] / sigma
             total = replace(total, cost=total.cost + float(cauchy(r).sum()))
             cost += 2 * float(np.sum(np.log(sigma)))
-            far, count = far + int(np.sum(np.abs(r) > OUTLIER)), count + len(r)
             y = innovations[seen[:, 0], 0] / np.sqrt(variances[seen[:, 0], 0])
             loss, seen_y = loss + float(cauchy(y).sum()), seen_y + len(y)
+            far += int(np.sum(np.abs(y) > OUTLIER))
         if not np.isfinite(total.cost + cost):
             return None
-        return Estimate(theta, paths, lines, total, total.cost + cost, loss / seen_y / UNIT_LOSS, far / count)
+        return Estimate(theta, paths, lines, total, total.cost + cost, loss / seen_y / UNIT_LOSS, far / seen_y)
 
     def _each(self, task: Callable[[int], T]) -> list[T]:
         if len(self.scenes) == 1:

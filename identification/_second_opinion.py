@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from identification._crosscheck import SURE_TRAVEL, WINDOW, weak
+from identification._crosscheck import WINDOW, weak
 from identification._linearised import Scene
 from identification._trace_imposed import ImposedScene
 from identification._trace_model import Model, coordinates, defaults, in_order
@@ -27,6 +27,8 @@ Array = NDArray[np.float64]
 
 NOTHING = 0.05
 """Share of the force left below which the choice is none."""
+TRAVELS = (1.0, 0.3)
+"""Break-away distances that a window has to pass: the first at which there are enough windows."""
 FEWEST = 100
 """Windows in which the valve slides, below which nothing is said."""
 
@@ -54,14 +56,17 @@ def second_opinion(base: Model) -> SecondOpinion | None:
     own motion."""
     thin = base.thinned()
     pairs = list(zip(thin.bench.fitted, thin.estimate.paths, strict=True))
-    left, own = _left(thin, pairs)
-    if left is None or len(left) < FEWEST:
+    for travel in TRAVELS:
+        left, own = _left(thin, pairs, travel)
+        if left is not None and len(left) >= FEWEST:
+            break
+    else:
         return None
     columns, names, rhythms = list[Array](), list[str](), rhythms_of(base)
     for effect in base.bench.candidates:
         if effect in base.effects or not shows_imposed(CATALOGUE[effect]) or CATALOGUE[effect].site is not Site.FORCE:
             continue
-        for column in _terms(thin, effect, rhythms, pairs, own):
+        for column in _terms(thin, effect, rhythms, pairs, own, travel):
             columns.append(column)
             names.append(effect)
     left = left - own @ np.linalg.lstsq(own, left, rcond=None)[0]
@@ -77,7 +82,7 @@ def second_opinion(base: Model) -> SecondOpinion | None:
 Pairs = list[tuple[Scene, Array]]
 
 
-def _left(model: Model, pairs: Pairs) -> tuple[Array | None, Array]:
+def _left(model: Model, pairs: Pairs, travel: float) -> tuple[Array | None, Array]:
     """What the base leaves of the force, and the columns of its parameters, as means over windows."""
     target = kernel(model.effects, "motion")
     p = target.vector(model.values)
@@ -87,13 +92,13 @@ def _left(model: Model, pairs: Pairs) -> tuple[Array | None, Array]:
         if found is None:
             return None, np.empty((0, 0))
         predicted, by = found
-        left.append(_weak(model, scene, path, scene.force.u - predicted)[:, 0])
-        own.append(_weak(model, scene, path, by[:, : len(p)][:, coordinates(model.effects, model.bench).free]))
+        left.append(_weak(model, travel, scene, path, scene.force.u - predicted)[:, 0])
+        own.append(_weak(model, travel, scene, path, by[:, : len(p)][:, coordinates(model.effects, model.bench).free]))
     table = _unit(np.concatenate(own))
     return np.concatenate(left), table[:, np.abs(table).max(axis=0, initial=0.0) > 0]
 
 
-def _terms(model: Model, effect: str, rhythms: Rhythms, pairs: Pairs, own: Array) -> Iterator[Array]:
+def _terms(model: Model, effect: str, rhythms: Rhythms, pairs: Pairs, own: Array, travel: float) -> Iterator[Array]:
     """The forces of a little of an effect, one column per shape and strength, apart from the base's own columns."""
     effects = in_order(*model.effects, effect)
     target = kernel(effects, "motion")
@@ -105,7 +110,7 @@ def _terms(model: Model, effect: str, rhythms: Rhythms, pairs: Pairs, own: Array
             found = _imposed(target, model, scene, path, p)
             if found is None:
                 break
-            parts.append(_weak(model, scene, path, found[1][:, at]))
+            parts.append(_weak(model, travel, scene, path, found[1][:, at]))
         if len(parts) < len(pairs):
             continue
         table = np.concatenate(parts)
@@ -129,10 +134,10 @@ def _imposed(target: Kernel, model: Model, scene: Scene, path: Array, p: Array) 
     return found.outputs[:, 0], found.jacobian[:, 0, :]
 
 
-def _weak(model: Model, scene: Scene, path: Array, values: Array) -> Array:
+def _weak(model: Model, travel: float, scene: Scene, path: Array, values: Array) -> Array:
     """Means over windows in which the valve moves: at rest the bristle holds any force."""
     table, p = values.reshape(len(scene.t), -1), model.values
-    slides = np.abs(path[:, 1]) * WINDOW > SURE_TRAVEL * p["lugre.fc"] / p["lugre.sigma0"]
+    slides = np.abs(path[:, 1]) * WINDOW > travel * p["lugre.fc"] / p["lugre.sigma0"]
     sure = np.isfinite(table).all(axis=1) & slides
     return weak(np.where(sure[:, None], table, 0.0), sure, float(np.median(np.diff(scene.t))))
 

@@ -31,7 +31,7 @@ from simulator import BASE, CATALOGUE, kernel
 Array = NDArray[np.float64]
 
 TRIED = 8
-"""Candidates that are sought in a round, the best by score."""
+"""Candidates that are sought in a round, the best by score; where all are, those that are sought from here too."""
 PROMISING = 0.1
 """Share of the best score below which a candidate is not sought; the second best always is."""
 FAR_OFF = 1.4
@@ -276,7 +276,7 @@ def judged(model: Model) -> tuple[Candidate, ...]:
     far_off = model.estimate.loss > FAR_OFF
     worth = scores if far_off else worth
     plain = model.sought()
-    begun = [_begun(model, plain, s, far_off) for s in worth]
+    begun = [_begun(model, plain, s, far_off, from_here=i < TRIED) for i, s in enumerate(worth)]
     begun.sort(key=lambda c: -c.gain if c.refit is not None else np.inf)
     most = begun[0].gain if begun else 0.0
     kept, fully = (KEPT_IMPOSED, FULLY_IMPOSED) if model.bench.imposed else (KEPT, FULLY)
@@ -287,11 +287,11 @@ def judged(model: Model) -> tuple[Candidate, ...]:
     return tuple(_simplest_first(ranked) + rest)
 
 
-def _begun(model: Model, plain: Model | None, s: Score, far_off: bool) -> Candidate:
+def _begun(model: Model, plain: Model | None, s: Score, far_off: bool, from_here: bool) -> Candidate:
     """A candidate with the best fit to chunks; refit is None where it is not worth one."""
     if s.gain < WORTH / 2 and not far_off:
         return Candidate(s.effect, s.gain, s.values, why="hardly shows in the fitted recordings")
-    found = model.sought(s.effect, values=s.values)
+    found = model.sought(s.effect, values=s.values, from_here=from_here)
     if found is None or plain is None:
         return Candidate(s.effect, s.gain, s.values, why="the refit has no solution")
     return Candidate(s.effect, plain.estimate.cost - found.estimate.cost, s.values, found, why="others explain more")

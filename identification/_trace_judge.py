@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 BLOCK = 1.0
 """Length of the blocks that are taken for independent [s]."""
-ALLOWANCE = 0.03
+ALLOWANCE = 0.05
 """Excess of the mean loss that linearisation leaves even with the complete model."""
 UNIT_SPREAD = 1.264
 """Standard deviation of the loss of a unit normal innovation, in means of it."""

@@ -123,9 +123,12 @@ class Model:
         begun = work.at(self.estimate.theta, self.estimate.paths, FINAL, steps=0)
         return self if begun is None else Model(self.effects, self.bench, lean(work.descend(begun, FINAL, REFIT)))
 
-    def sought(self, *effect: str, values: Mapping[str, float] | None = None) -> Model | None:
+    def sought(
+        self, *effect: str, values: Mapping[str, float] | None = None, from_here: bool = True
+    ) -> Model | None:  # fmt: skip
         """The best fit to chunks of the scenes of this model, or of it and one more effect at some values: from here,
-        and with the mass, the damping and the friction curve set back to usual ones. None where all diverge.
+        unless not wanted, and with the mass, the damping and the friction curve set back to usual ones. None where all
+        diverge.
 
         A base model bends its parameters to make up for what it lacks, and from there the way back can be barred.
         """
@@ -134,7 +137,8 @@ class Model:
         work = problem(effects, bench, bench.fitted)
         known = {k: v for e in effect for k, v in defaults(e, self.bench).items()} | self.values | dict(values or {})
         theta = work.coordinates.theta(work.kernel.vector(known))
-        ends = [work.follow(start, stages=((FINAL, SEARCH),)) for start in (theta, tamed(work.coordinates, theta)[0])]
+        starts = [theta, tamed(work.coordinates, theta)[0]][0 if from_here else 1 :]
+        ends = [work.follow(start, stages=((FINAL, SEARCH),)) for start in starts]
         found = [end for end in ends if end is not None]
         return Model(effects, bench, min(found, key=lambda end: end.cost)) if found else None
 

@@ -118,7 +118,7 @@ class Trace:
             out.append(f"The model lacked {effect}: {CATALOGUE[effect].sentence}. Check {CATALOGUE[effect].check}.")
         if t.same_class:
             out.append(f"These recordings cannot tell it from {', '.join(t.same_class)}.")
-        if self.opinion is not None and t.verdict != "none":
+        if self.opinion is not None:
             out.append(f"{self.opinion.sentence}.")
         if self.left is not None:
             out.append(f"Left: {self.left.description}; {self.left.where}.")
@@ -151,7 +151,8 @@ def trace(
     final = base if found.final is found.base else identification_of(found.final, recordings, fitted, held)
     left = None if found.after.white and found.verdict != "unlisted" else remainder(found)
     rmse = {c.effect: holdout_rmse(c.refit, fitted, held) for c in found.candidates if c.refit is not None}
-    return Trace(found, base, final, rmse, left, _errors(found, base, final), second_opinion(found.base))
+    opinion = None if found.verdict == "none" else second_opinion(found.base)
+    return Trace(found, base, final, rmse, left, _errors(found, base, final), opinion)
 
 
 def _errors(found: Tracing, base: Identification, final: Identification) -> dict[str, Any]:

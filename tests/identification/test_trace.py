@@ -47,6 +47,17 @@ def test_a_complete_model_lacks_nothing():
     assert not any(c.accepted for c in found.candidates)
 
 
+def test_recordings_of_an_exact_force_lack_nothing(capsys: pytest.CaptureFixture[str]):
+    assert run(["trace", "bundled:step", "bundled:sine", "--holdout", "bundled:mixed"]) == 0
+    assert "verdict: none" in capsys.readouterr().out
+
+
+def test_sparse_regression_chooses_the_stiffening_spring_too():
+    opinion = traced("hardening_spring", k3=3e6).opinion
+    assert opinion is not None
+    assert (opinion.effect, opinion.share > 0.5) == ("hardening_spring", True)
+
+
 def test_a_stiffening_spring_is_named_and_measured():
     found = traced("hardening_spring", k3=3e6)
     assert found.verdict == "hardening_spring"
