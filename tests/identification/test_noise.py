@@ -42,6 +42,14 @@ def test_missing_samples_are_passed_over():
     assert noise_std(noisy) == pytest.approx(1e-5, rel=0.1)
 
 
+@pytest.mark.parametrize("every", [2, 5])
+def test_a_sensor_slower_than_the_others_is_no_cleaner(every):
+    """Beside a faster force, a slow position is missing in most samples."""
+    noisy = SLOW + np.random.default_rng(4).normal(0.0, 1e-5, len(T))
+    noisy[np.arange(len(T)) % every != 0] = np.nan
+    assert noise_std(noisy, t=T) == pytest.approx(1e-5, rel=0.1)
+
+
 @pytest.mark.parametrize("told", [True, False])
 def test_a_quantisation_step_is_the_least_noise(told):
     step = 1e-5
