@@ -29,6 +29,9 @@ NOTHING = 0.05
 """Share of the force left below which the choice is none."""
 TRAVELS = (1.0, 0.3)
 """Break-away distances that a window has to pass: the first at which there are enough windows."""
+APART, TINY, SAME = 1e-4, 1e-100, 0.999
+"""Share of a force that the base's own do not have, and its size, from which it is offered; correlation of two forces
+from which they are one."""
 FEWEST = 100
 """Windows in which the valve slides, below which nothing is said."""
 
@@ -62,21 +65,22 @@ def second_opinion(base: Model) -> SecondOpinion | None:
             break
     else:
         return None
-    columns, names, rhythms = list[Array](), list[str](), rhythms_of(base)
+    terms, rhythms = dict[str, Array](), rhythms_of(base)
     for effect in base.bench.candidates:
         if effect in base.effects or not shows_imposed(CATALOGUE[effect]) or CATALOGUE[effect].site is not Site.FORCE:
             continue
-        for column in _terms(thin, effect, rhythms, pairs, own, travel):
-            columns.append(column)
-            names.append(effect)
+        mine = np.column_stack([np.zeros((len(left), 0)), *_terms(thin, effect, rhythms, pairs, own, travel)])
+        if mine.shape[1]:
+            terms[effect] = mine
     left = left - own @ np.linalg.lstsq(own, left, rcond=None)[0]
-    chosen = _first(np.column_stack(columns), left) if columns else None
+    best = [terms[effect][:, int(np.argmax(np.abs(terms[effect].T @ left)))] for effect in terms]
+    chosen = _first(np.column_stack(best), left) if best else None
     if chosen is None:
         return SecondOpinion("none", 0.0)
-    mine = np.column_stack([c for c, name in zip(columns, names, strict=True) if name == names[chosen]])
-    error = left - mine @ np.linalg.lstsq(mine, left, rcond=1e-6)[0]
+    effect = list(terms)[chosen]
+    error = left - terms[effect] @ np.linalg.lstsq(terms[effect], left, rcond=1e-6)[0]
     share = 1.0 - float(error @ error) / float(left @ left)
-    return SecondOpinion(names[chosen] if share > NOTHING else "none", share)
+    return SecondOpinion(effect if share > NOTHING else "none", share)
 
 
 Pairs = list[tuple[Scene, Array]]
@@ -94,8 +98,7 @@ def _left(model: Model, pairs: Pairs, travel: float) -> tuple[Array | None, Arra
         predicted, by = found
         left.append(_weak(model, travel, scene, path, scene.force.u - predicted)[:, 0])
         own.append(_weak(model, travel, scene, path, by[:, : len(p)][:, coordinates(model.effects, model.bench).free]))
-    table = _unit(np.concatenate(own))
-    return np.concatenate(left), table[:, np.abs(table).max(axis=0, initial=0.0) > 0]
+    return np.concatenate(left), _unit(np.concatenate(own))
 
 
 def _terms(model: Model, effect: str, rhythms: Rhythms, pairs: Pairs, own: Array, travel: float) -> Iterator[Array]:
@@ -114,8 +117,10 @@ def _terms(model: Model, effect: str, rhythms: Rhythms, pairs: Pairs, own: Array
         if len(parts) < len(pairs):
             continue
         table = np.concatenate(parts)
+        size = np.linalg.norm(table, axis=0)
         table = table - own @ np.linalg.lstsq(own, table, rcond=None)[0]
-        yield from (column for column in _unit(table).T if np.abs(column).max() > 0)
+        apart = np.linalg.norm(table, axis=0) > APART * size
+        yield from _unit(table[:, apart]).T
 
 
 def _imposed(target: Kernel, model: Model, scene: Scene, path: Array, p: Array) -> tuple[Array, Array] | None:
@@ -143,16 +148,22 @@ def _weak(model: Model, travel: float, scene: Scene, path: Array, values: Array)
 
 
 def _unit(table: Array) -> Array:
-    """Columns of length 1; those that are nothing stay nothing."""
+    """The columns that are anything, with length 1."""
     size = np.linalg.norm(table, axis=0)
-    return np.where(size > 1e-9 * max(float(size.max(initial=0.0)), 1e-300), table / np.where(size > 0, size, 1.0), 0.0)
+    return np.asarray(table[:, size > TINY] / size[size > TINY])
 
 
 def _first(library: Array, left: Array) -> int | None:
-    """The column that pysindy's forward selection takes first."""
+    """The column that pysindy's forward selection takes first. It orthogonalises all of the library, so a column that
+    is nearly another one before it is not offered.
+    """
     import pysindy as ps
 
+    offered = list[int]()
+    for i in range(library.shape[1]):
+        if not offered or np.abs(library[:, offered].T @ library[:, i]).max() < SAME:
+            offered.append(i)
     optimizer = ps.FROLS(max_iter=1, normalize_columns=False)
-    optimizer.fit(library, (left / max(float(np.linalg.norm(left)), 1e-300))[:, None])
+    optimizer.fit(library[:, offered], (left / max(float(np.linalg.norm(left)), TINY))[:, None])
     chosen = np.flatnonzero(np.asarray(optimizer.coef_).ravel())
-    return int(chosen[0]) if len(chosen) else None
+    return offered[int(chosen[0])] if len(chosen) else None

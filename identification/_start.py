@@ -42,10 +42,9 @@ class Start:
 
 def starts(experiments: Sequence[Experiment], effects: tuple[str, ...], coordinates: Coordinates) -> list[Start]:
     """Candidate starts for a force-driven fit, best first. Empty when nothing moves."""
-    guess = regression(experiments)
+    guess = regression(experiments, _held(coordinates, "spring.K"))
     if guess is None:
         return []
-    guess = _with_held_spring(guess, coordinates, experiments)
     inverse = kernel(effects, "motion")
     driven = [imposed(e) for e in experiments]
     force_std = float(np.std(np.concatenate([s.u for e in driven for s in e.segments]))) or 1.0
@@ -61,18 +60,11 @@ def starts(experiments: Sequence[Experiment], effects: tuple[str, ...], coordina
     return sorted(found, key=lambda s: s.cost)
 
 
-def _with_held_spring(
-    guess: dict[str, float], coordinates: Coordinates, experiments: Sequence[Experiment]
-) -> dict[str, float]:
-    """The guess with the force of the spring that it found in the preload where the spring constant is held: a position
-    counted from far away makes that large.
-    """
-    held = dict(zip(coordinates.names, np.where(coordinates.free, np.nan, coordinates.base), strict=True))
-    constant = float(held.get("spring.K", np.nan))
-    if not np.isfinite(constant):
-        return guess
-    middle = float(np.mean(np.concatenate([s.motion.x for e in experiments for s in e.segments])))
-    return guess | {"F0": guess["F0"] + (guess["K"] - constant) * middle}
+def _held(coordinates: Coordinates, name: str) -> float | None:
+    """The value at which a parameter is held, None where it is free."""
+    held = dict(zip(coordinates.names, zip(coordinates.base, coordinates.free, strict=True), strict=True))
+    value, free = held.get(name, (0.0, True))
+    return None if free else float(value)
 
 
 def _descend(problem: Problem, theta: Array, prior: Array) -> Descent | None:
@@ -93,10 +85,11 @@ def precision(coordinates: Coordinates, std: dict[str, float], default: float = 
     return np.array([std.get(name, default) ** -2 for name in names])
 
 
-def regression(experiments: Sequence[Experiment]) -> dict[str, float] | None:
+def regression(experiments: Sequence[Experiment], stiffness: float | None = None) -> dict[str, float] | None:
     """Mass, spring, preload, Coulomb and viscous friction by robust regression of the force on the moving samples.
 
-    None when the valve moves in fewer than 20 samples.
+    stiffness : of the spring [N/m] where it is known; with a position that is counted from far away the force would
+    otherwise be shared out between spring and preload at will. None when the valve moves in fewer than 20 samples.
     """
     parts = [(s.motion, s.u) for e in experiments for s in e.segments]
     x, v, a, crept = (np.concatenate([getattr(m, k) for m, _ in parts]) for k in ("x", "v", "a", "crept"))
@@ -104,7 +97,9 @@ def regression(experiments: Sequence[Experiment]) -> dict[str, float] | None:
     moving = np.abs(crept) > 0
     if moving.sum() < 20:
         return None
-    table = np.column_stack([a, x, np.ones_like(x), np.sign(crept), v])[moving]
+    spring = x if stiffness is None else np.zeros_like(x)
+    u = u if stiffness is None else u - stiffness * x
+    table = np.column_stack([a, spring, np.ones_like(x), np.sign(crept), v])[moving]
     norm = np.linalg.norm(table, axis=0)
     table, force = table / np.where(norm > 0, norm, 1.0), u[moving]
     solution = np.linalg.lstsq(table, force, rcond=None)[0]

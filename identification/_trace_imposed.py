@@ -120,7 +120,7 @@ class ImposedFit:
             found = self.at(theta, (), loose)
             return None if found is None else found.normal.with_prior(theta, now.theta, hold)
 
-        end = descend(evaluate, now.theta, iterations=steps, tolerance=1e-5, longest=0.5)
+        end = descend(evaluate, now.theta, iterations=steps, tolerance=1e-4, longest=0.5)
         found = None if end is None else self.at(end.theta, (), loose)
         return now if end is None or found is None else replace(found, settled=end.settled)
 

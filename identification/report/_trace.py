@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from identification._trace_left import quantities
 from identification._trace_model import Model
 from identification._trace_result import Trace
 from identification.report._page import write_report
@@ -15,8 +16,8 @@ from identification.report._section import Section
 
 Array = NDArray[np.float64]
 
-POINTS = 4000
-"""Points of a picture at most."""
+POINTS, SHOWN = 2000, 400
+"""Points of a picture, and frequencies of a spectrum, at most."""
 
 
 def write_trace_report(path: str | os.PathLike[str], trace: Trace) -> None:
@@ -50,25 +51,44 @@ def _sized(error: float | None, unit: str) -> str:
 
 
 def _pictures(trace: Trace) -> dict[str, Any]:
-    """What had to be added to the force, before and after, against position, velocity and time."""
+    """What had to be added to the force, before and after, over everything an engineer would plot it over."""
     from bokeh.plotting import figure
 
+    models = [(trace.tracing.base, "#c0504d", "before"), (trace.tracing.final, "#2f6db3", "after")]
+    known = [quantities(model) for model, _, _ in models]
     plots = {}
-    axes = {"position": (0, "position [m]"), "velocity": (1, "velocity [m/s]")}
-    for name, (column, label) in axes.items():
-        plot = figure(height=300, sizing_mode="stretch_width", x_axis_label=label, y_axis_label="force left [N]")
-        for model, colour, legend in (
-            (trace.tracing.base, "#c0504d", "before"), (trace.tracing.final, "#2f6db3", "after")
-        ):  # fmt: skip
-            x, force = _left(model, column)
-            plot.scatter(x, force, size=2, color=colour, alpha=0.4, legend_label=legend)
+    for name, first in known[0].items():
+        plot = figure(
+            height=240, sizing_mode="stretch_width", x_axis_label=f"{name} [{first.unit}]",
+            y_axis_label="force left [N]",
+        )  # fmt: skip
+        for (model, colour, legend), mine in zip(models, known, strict=True):
+            force = np.concatenate(model.force_left)
+            step = max(1, len(force) // POINTS)
+            values = mine[name].values[::step]
+            plot.scatter(values, force[::step], size=2, color=colour, alpha=0.4, legend_label=legend)
         plot.legend.click_policy = "hide"
-        plots[name] = plot
+        plots[name.replace(" ", "_")] = plot
+    plots["frequency"] = _spectrum(models)
     return plots
 
 
-def _left(model: Model, column: int) -> tuple[Array, Array]:
-    x = np.concatenate([p[:, column] for p in model.estimate.paths])
-    force = np.concatenate(model.force_left)
-    step = max(1, len(x) // POINTS)
-    return x[::step], force[::step]
+def _spectrum(models: list[tuple[Model, str, str]]) -> Any:
+    """Amplitudes of the force left over frequency, of the longest recording."""
+    from bokeh.plotting import figure
+
+    plot = figure(
+        height=240, sizing_mode="stretch_width", x_axis_label="frequency [Hz]", y_axis_label="amplitude [N]",
+        x_axis_type="log",
+    )  # fmt: skip
+    for model, colour, legend in models:
+        scene, force = max(zip(model.bench.fitted, model.force_left, strict=True), key=lambda pair: pair[0].t[-1])
+        grid = np.linspace(scene.t[0], scene.t[-1], len(scene.t))
+        window = np.hanning(len(grid))
+        amplitude = 2 * np.abs(np.fft.rfft(np.interp(grid, scene.t, force) * window)) / window.sum()
+        f = np.fft.rfftfreq(len(grid), grid[1] - grid[0])
+        edges = np.geomspace(f[1], f[-1], SHOWN + 1)
+        place = np.digitize(f[1:], edges)
+        shown = [(f[1:][place == i].mean(), amplitude[1:][place == i].max()) for i in np.unique(place)]
+        plot.line(*zip(*shown, strict=True), color=colour, legend_label=legend)
+    return plot
