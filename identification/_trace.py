@@ -14,17 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification._coordinates import Coordinates
-from identification._experiment import Experiment, Segment, experiment, imposed
-from identification._fit import Outcome, check_given, obstacle
+from identification._experiment import Experiment, experiment
+from identification._fit import check_given, obstacle
 from identification._identify import plant_constants
-from identification._imposed import fit_imposed
-from identification._innovations import Estimate, NoiseAware, resolving, scenes
-from identification._noise_aware import carried, on_chunks, sought
-from identification._trace_imposed import imposed_scenes, showing
-from identification._trace_judge import Comparison, Whiteness, compare, whiteness
-from identification._trace_model import FINAL, REFIT, Bench, Model, coordinates, lean, problem
+from identification._innovations import Estimate
+from identification._trace_base import first_model, fit_left, held_left, settled, split, thorough, white
+from identification._trace_judge import Comparison, Whiteness, compare
+from identification._trace_model import Model
 from identification._trace_screen import Score, screen
-from identification._uncertain_force import first_values, swing, with_smooth_force
 from recordings import BadInput, NegativeAnswer, Recording
 from simulator import BASE, CATALOGUE, kernel
 
@@ -40,8 +37,6 @@ KEPT, FULLY = 0.5, 4
 """Share of the best gain on chunks below which a candidate is given up, and how many are refitted to all at most."""
 KEPT_IMPOSED, FULLY_IMPOSED = 0.2, 8
 """The same where the force is predicted, which costs little."""
-WAYS = 4
-"""Ways that a base model is sought on chunks: one that lacks an effect fits badly at the end of all of them."""
 MOST = 3
 """Effects that are added at most."""
 WORTH = 60.0
@@ -62,10 +57,6 @@ ALIKE = 0.03
 """Candidates whose held-out gains differ by less than this share, or insignificantly, are one class."""
 INSIGNIFICANT = 2.0
 """Student's t below which two candidates explain held-out data alike."""
-STIFFER = 2.0
-"""Bristles are at most so many times as stiff as those of the base model's first fit."""
-HELD_SHARE = 0.25
-"""Share of each recording that is held out when no recording is."""
 
 
 @dataclass(frozen=True)
@@ -122,47 +113,15 @@ def select(
     _check(experiments, held)
     base = first_model(experiments, others, held)
     model, added, rounds = _selected(base)
-    if (
-        not added and not _white(base) and not base.bench.imposed
-    ):  # before anything is said of what is left, nothing may be left to the fit
+    if not (added or white(base) or base.bench.imposed):  # what is left must not be left by the fit
         base = thorough(base)
         model, added, rounds = _selected(base)
     verdict, added, model = _verdict(base, model, added)
     alike = same_class(rounds[0]) if added else ()
     return Tracing(
-        base, model, rounds[0], added, alike, verdict, _left(base), _left(model), tuple(experiments), tuple(others)
+        base, model, rounds[0], added, alike, verdict, held_left(base), held_left(model), tuple(experiments),
+        tuple(others),
     )  # fmt: skip
-
-
-def first_model(experiments: Sequence[Experiment], others: Sequence[Experiment], given: Mapping[str, float]) -> Model:
-    """The base model from which effects are sought. Where the motion is imposed the force is predicted, and likewise
-    without a spring, where a free run integrates every error of the model.
-    """
-    if experiments[0].causality == "motion" or given.get("spring.K") == 0.0:
-        return imposed_model(experiments, others, given)
-    return base_model(experiments, bench_of(experiments, others, given))
-
-
-def imposed_model(experiments: Sequence[Experiment], others: Sequence[Experiment], given: Mapping[str, float]) -> Model:
-    """The base model by the force that it predicts from the motion."""
-    valve, driven = kernel(BASE, "motion"), [imposed(e) for e in experiments]
-    u = np.concatenate([s.u for e in driven for s in e.segments])
-    x = np.concatenate([s.motion.x for e in driven for s in e.segments])
-    free = Coordinates.of(valve, given, float(np.std(u)) or 1.0)
-    path, whole = fit_imposed(valve, free, driven)
-    if path is None:
-        raise NegativeAnswer(Outcome.DIVERGED.value)
-    p = free.p(path.unknowns[: whole.n_free])
-    fitted, held = (tuple(imposed_scenes(some, valve, p)) for some in (experiments, others))
-    bench = Bench(
-        fitted, held, dict(given), (float(x.min()), float(x.max())), float(np.std(u)) or 1.0, imposed=True,
-        candidates=showing(experiments),
-    )  # fmt: skip
-    work = problem(BASE, bench, fitted)
-    found = work.follow(work.coordinates.theta(p), stages=((FINAL, REFIT),))
-    if found is None:
-        raise NegativeAnswer(Outcome.DIVERGED.value)
-    return Model(BASE, bench, lean(found))
 
 
 def _check(experiments: Sequence[Experiment], given: Mapping[str, float]) -> None:
@@ -184,7 +143,7 @@ def _selected(base: Model) -> tuple[Model, tuple[str, ...], list[tuple[Candidate
             break
         earlier = added
         model, added = _pruned(settled(best.refit), (*added, best.effect))
-        if set(added) <= set(earlier) or _white(model):
+        if set(added) <= set(earlier) or white(model):
             break
     return model, added, rounds
 
@@ -198,73 +157,6 @@ def _pruned(model: Model, added: tuple[str, ...]) -> tuple[Model, tuple[str, ...
         if other is not None and other.estimate.cost < model.estimate.cost + WORTH:
             return _pruned(other, tuple(e for e in added if e != effect))
     return model, added
-
-
-def split(experiments: Sequence[Experiment]) -> tuple[list[Experiment], list[Experiment]]:
-    """The first part of every recording to fit, the last to judge."""
-
-    def parts(e: Experiment) -> tuple[Experiment, Experiment]:
-        first, last = list[Segment](), list[Segment]()
-        total = sum(len(s.t) for s in e.segments)
-        seen = 0
-        for s in e.segments:
-            edge = int(np.clip((1 - HELD_SHARE) * total - seen, 0, len(s.t)))
-            seen += len(s.t)
-            if edge > 10:
-                first.append(s.part(0, edge))
-            if len(s.t) - edge > 10:
-                last.append(s.part(edge, len(s.t)))
-        return e.with_segments(tuple(first)), e.with_segments(tuple(last))
-
-    pairs = [parts(e) for e in experiments]
-    return [a for a, _ in pairs], [b for _, b in pairs]
-
-
-def bench_of(experiments: Sequence[Experiment], held: Sequence[Experiment], given: Mapping[str, float]) -> Bench:
-    """The bench of some experiments."""
-    fitted, other = scenes(experiments), scenes(held)
-    x = np.concatenate([s.motion[:, 0] for s in fitted])
-    force = np.concatenate([s.force.u for s in fitted])
-    return Bench(tuple(fitted), tuple(other), dict(given), (float(x.min()), float(x.max())), float(np.std(force)))
-
-
-def base_model(experiments: Sequence[Experiment], bench: Bench) -> Model:
-    """The base model, fitted without start values."""
-    valve, free = kernel(BASE), coordinates(BASE, bench)
-    found = first_values(valve, free, with_smooth_force(experiments, bench.fitted))
-    if not found:
-        raise NegativeAnswer(Outcome.DIVERGED.value)
-    omega = swing(free.values(found[0]))
-    bench = replace(bench, fitted=tuple(resolving(bench.fitted, omega)), held=tuple(resolving(bench.held, omega)))
-    work = NoiseAware(bench.kernel(BASE), free, bench.fitted)
-    best = sought(on_chunks(work), *found, most=WAYS)
-    best = None if best is None else work.follow(best.theta, stages=((FINAL, REFIT),))
-    if best is None:
-        raise NegativeAnswer(Outcome.DIVERGED.value)
-    stiffness = free.values(best.theta)["lugre.sigma0"]
-    return Model(BASE, replace(bench, stiffest=STIFFER * stiffness), lean(best))
-
-
-def thorough(base: Model) -> Model:
-    """A base model carried on by all stages, and from another search: the best that can be had."""
-    work = NoiseAware(base.kernel, base.coordinates, base.bench.fitted)
-    estimate = carried(work, on_chunks(work), base.estimate)
-    if estimate is None:
-        return settled(base)
-    return settled(replace(base, estimate=estimate))
-
-
-def settled(model: Model) -> Model:
-    """A model fitted on from where it is and from the best that a search finds; the better of both. One that leaves
-    nothing is left alone.
-    """
-    if _white(model):
-        return model
-    here, other = model.refitted(), model.sought()
-    there = None if other is None else other.carried(model.bench)
-    if there is None or there.estimate.cost >= here.estimate.cost or there.estimate.loss >= here.estimate.loss:
-        return here
-    return there
 
 
 def judged(model: Model) -> tuple[Candidate, ...]:
@@ -365,27 +257,12 @@ def same_class(candidates: Sequence[Candidate]) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _white(model: Model) -> bool:
-    """Whether nothing is left on fitted and held-out scenes."""
-    return _fit(model).white and _left(model).white
-
-
-def _fit(model: Model) -> Whiteness:
-    """Whether anything is left on the fitted scenes."""
-    return whiteness(model.estimate)
-
-
-def _left(model: Model) -> Whiteness:
-    """Whether anything is left on the held-out scenes."""
-    return whiteness(model.held) if model.held is not None else Whiteness(False, 0.0, float("inf"), 1.0)
-
-
 def _verdict(base: Model, model: Model, added: tuple[str, ...]) -> tuple[str, tuple[str, ...], Model]:
     """The verdict: a name only when little is left with it, on the held-out scenes above all."""
     if not added:
-        return ("none" if _white(base) else "unlisted"), (), base
+        return ("none" if white(base) else "unlisted"), (), base
     held, fitted = (EXPLAINED_IMPOSED,) * 2 if base.bench.imposed else (EXPLAINED, EXPLAINED_FIT)
-    if _explained(_left(base), _left(model), held) and _explained(_fit(base), _fit(model), fitted):
+    if _explained(held_left(base), held_left(model), held) and _explained(fit_left(base), fit_left(model), fitted):
         return added[0], added, model
     return "unlisted", (), base
 

@@ -55,6 +55,7 @@ def test_the_drive_has_the_published_asymmetry_and_the_pitch_of_its_screw(
     assert asymmetry["parameters"]["asymmetric_viscous.b"] == pytest.approx((166.706 - 240.424) / 2, rel=0.1)
 
 
+@pytest.mark.long
 def test_friction_of_a_seal_grows_with_pressure() -> None:
     found = cylinder("O-ring", 1, 3, 5, 7)
     assert found.verdict == "load_dependent_friction"
