@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -149,12 +150,18 @@ def imposed(e: Experiment) -> Experiment:
 
 def redrawn(e: Experiment, rng: np.random.Generator) -> Experiment:
     """The same experiment with as much noise again in its position, smoothed anew."""
+    return _smoothed_anew(e, [s.y + rng.normal(0.0, e.noise_position, len(s.y)) for s in e.segments], 1.0)
 
-    def again(s: Segment) -> Segment:
-        y = s.y + rng.normal(0.0, e.noise_position, len(s.y))
-        return replace(s, motion=smooth(s.t, y, e.noise_position))
 
-    return replace(e, segments=tuple(again(s) for s in e.segments))
+def blurred(e: Experiment) -> Experiment:
+    """The same experiment smoothed over twice the time."""
+    return _smoothed_anew(e, [s.y for s in e.segments], 2.0)
+
+
+def _smoothed_anew(e: Experiment, positions: Sequence[Array], widened: float) -> Experiment:
+    pairs = zip(e.segments, positions, strict=True)
+    segments = tuple(replace(s, motion=smooth(s.t, y, e.noise_position, widened)) for s, y in pairs)
+    return replace(e, segments=segments)
 
 
 def _half_later(s: Segment) -> Segment:

@@ -30,14 +30,16 @@ class Motion:
     crept: Array
 
 
-def smooth(t: Array, y: Array, noise: float) -> Motion:
-    """Savitzky-Golay smoothing (third order) of a position y [m] over times t [s] of any spacing; noise [m]."""
+def smooth(t: Array, y: Array, noise: float, widened: float = 1.0) -> Motion:
+    """Savitzky-Golay smoothing (third order) of a position y [m] over times t [s] of any spacing; noise [m]; widened :
+    factor on the window, to see what it blurs.
+    """
     dt = float(np.median(np.diff(t)))
     even = np.allclose(np.diff(t), dt, rtol=1e-3, atol=0.0)
     grid = t if even else np.linspace(t[0], t[-1], max(round((t[-1] - t[0]) / dt) + 1, FEWEST))
     signal = y if even else np.interp(grid, t, y)
     step = float(grid[1] - grid[0])
-    window = _window(signal, step, noise)
+    window = min(round(widened * _window(signal, step, noise)) // 2 * 2 + 1, 2 * ((len(signal) - 1) // 2) + 1)
     x, v, a = (savgol_filter(signal, window, 3, deriv=d, delta=step) for d in range(3))
     if not even:
         x, v, a = (np.interp(t, grid, z) for z in (x, v, a))

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification._coordinates import Coordinates
-from identification._experiment import Experiment, Segment, imposed, redrawn
+from identification._experiment import Experiment, Segment, blurred, imposed, redrawn
 from identification._force import Force
 from identification._innovations import OUTLIER, Estimate, prior
 from identification._least_squares import Normal, descend, weighted
@@ -73,15 +73,17 @@ def showing(experiments: Sequence[Experiment]) -> tuple[str, ...]:
 
 
 def _left_by_noise(e: Experiment, kernel: Kernel, p: Array) -> list[float]:
-    """Standard deviations [N] per segment, from repetitions of the recording with as much noise again. One for a whole
-    segment, so that what is fitted is the error that is reported.
+    """Standard deviations [N] per segment, from repetitions of the recording with as much noise again, and from one
+    that is smoothed over twice the time: where a valve slips, smoothing blurs the motion that the force is predicted
+    from. One for a whole segment, so that what is fitted is the error that is reported.
     """
     rng = np.random.default_rng(0)
-    plain, square = _predictions(imposed(e), kernel, p), np.zeros(len(e.segments))
-    for _ in range(DRAWS):
-        for i, other in enumerate(_predictions(imposed(redrawn(e, rng)), kernel, p)):
-            square[i] += float(np.nan_to_num(np.mean((other - plain[i]) ** 2))) / DRAWS
-    return list(np.sqrt(square + e.noise_force**2))
+    plain, square = _predictions(imposed(e), kernel, p), np.full(len(e.segments), e.noise_force**2)
+    others = [(redrawn(e, rng), 1.0 / DRAWS) for _ in range(DRAWS)]
+    for other, share in (*others, (blurred(e), 1.0)):
+        for i, predicted in enumerate(_predictions(imposed(other), kernel, p)):
+            square[i] += share * float(np.nan_to_num(np.mean((predicted - plain[i]) ** 2)))
+    return list(np.sqrt(square))
 
 
 def _predictions(e: Experiment, kernel: Kernel, p: Array) -> list[Array]:

@@ -11,7 +11,7 @@ import pytest
 
 from bristle._app import run
 from identification import Trace, trace
-from recordings import Recording, write
+from recordings import Recording, Signal, write
 from simulator import BASE, CATALOGUE, Excitation, Sensors, ValveModel, random_valve, simulate
 
 SEED, RATE = 3, 250.0
@@ -116,3 +116,29 @@ def test_the_command_says_what_it_found(tmp_path: Path, capsys: pytest.CaptureFi
     assert "verdict: hardening_spring" in capsys.readouterr().out
     assert json.loads(out.read_text())["verdict"] == "hardening_spring"
     assert "hardening_spring" in ValveModel.read(model).effects
+
+
+def imposed(recording: Recording) -> Recording:
+    """The same recording as one of a rig that imposes the motion and measures the force."""
+    roles = {"time": "time", "position": "input", "force": "output"}
+    signals = [Signal(name, recording[name].values, recording[name].unit, role) for name, role in roles.items()]
+    return Recording.of(signals, plant=recording.plant, source="simulated", title="imposed")
+
+
+@pytest.mark.parametrize(
+    ("effect", "values", "added"),
+    [
+        (None, {}, ()),
+        ("hardening_spring", {"k3": 3e6}, ("hardening_spring",)),
+        ("position_dependent_friction", {"a": 0.3, "b": 0.0, "x0": 0.01, "w": 0.003}, ("position_dependent_friction",)),
+    ],
+)
+def test_an_imposed_motion_is_traced_by_its_force(
+    effect: str | None, values: dict[str, float], added: tuple[str, ...]
+) -> None:
+    """Break-aways blur in the smoothed motion, so a complete model may leave something; it must get no name."""
+    first, second, held = (imposed(r) for r in recorded(effect, {f"{effect}.{k}": v for k, v in values.items()}))
+    found = trace([first, second], holdout=[held])
+    assert found.effects_added[:1] == added
+    assert found.unit == "N"
+    assert ("rmse_m" in found.error["before"]["holdout"]) is False
