@@ -37,8 +37,10 @@ HOLD = 1.0 / np.log(3.0) ** 2
 """Precision that keeps a coordinate near where it is in one step."""
 RELAXED = 2
 """Steps of the path alone after a step has failed."""
-RESTING = 4
-"""Steps of the path alone before a step of the parameters is judged, at most."""
+RESTING, DENSE = 4, 0.2
+"""Steps of the path alone before a step of the parameters is judged, at most, and the share of nodes with a measured
+position from which that helps: where there are fewer, paths come to rest so slowly that resting alone lowers the cost,
+whatever the step has done."""
 SETTLED, MOST_FAILURES = 0.3, 4
 """A descent has settled with moves below so many standard deviations, or after so many failures in a row."""
 SWING, MOST_BETWEEN = 0.75, 2
@@ -51,6 +53,8 @@ STAGES = (
     (Looseness(1.0, 1e-5, 0.02, 2.5e-4), 8),
 )
 """Looseness and number of steps of the last stages, on whole recordings."""
+SPARSE_STAGES = ((Looseness(1.0, 1e-4, 0.1, 5e-4), 5), *STAGES)
+"""The same where few nodes have a measured position."""
 STRICT = Looseness(1.0, 1e-5, 0.0, 2.5e-4, share=1.0)
 STRICT_STEPS = 3
 """Looseness and number of steps of the path by which ends of fits are judged."""
@@ -104,6 +108,8 @@ class NoiseAware:
     def __init__(self, kernel: Kernel, coordinates: Coordinates, scenes: Sequence[Scene]) -> None:
         self.kernel, self.coordinates, self.scenes = kernel, coordinates, tuple(scenes)
         self.names = coordinates.free_names
+        positions, nodes = (sum(int(f(s.y).sum()) for s in scenes) for f in (np.isfinite, np.ones_like))
+        self.dense = positions > DENSE * nodes
 
     def start(self, theta: Array, loose: Looseness, *, steps: int = 3) -> Estimate | None:
         """The estimate at fixed parameters, from paths along the smoothed motion. None where the model diverges."""
@@ -155,23 +161,24 @@ class NoiseAware:
                 damping, failures = max(5 * damping, 1e-3), 1
             else:
                 damping, failures = max(20 * damping, 1e-3), failures + 1
-                settled = small or failures > MOST_FAILURES
+                settled = (small and self.dense) or failures > MOST_FAILURES
             if settled:
                 break
         return replace(now, settled=settled)
 
     def _rested(self, trial: Estimate | None, below: float, loose: Looseness) -> Estimate | None:
         """The trial after as many steps of its paths as it needs to cost less, within reason."""
-        for _ in range(RESTING):
+        for _ in range(RESTING if self.dense else 0):
             if trial is None or trial.cost < below:
                 break
             still = np.zeros(len(trial.theta))
             trial = self.at(trial.theta, self._moved(trial, still, loose.share), loose, steps=0)
         return trial
 
-    def follow(self, theta: Array, paths: Sequence[Array] | None = None, stages: Stages = STAGES) -> Estimate | None:
-        """All stages from a start; None where the model diverges."""
+    def follow(self, theta: Array, paths: Sequence[Array] | None = None, stages: Stages = ()) -> Estimate | None:
+        """All stages from a start, by default those for whole recordings; None where the model diverges."""
         now: Estimate | None = None
+        stages = stages or (STAGES if self.dense else SPARSE_STAGES)
         for loose, steps in stages:
             if now is not None:
                 theta, paths = now.theta, now.paths

@@ -40,6 +40,8 @@ PROMISING = 1.06
 """Mean loss on chunks up to which an end is taken to be the right one at once: wrong ends have 1.1 to 15."""
 UNEXPLAINED, NOT_FAR = 3.0, 2.0
 """Mean loss from which the model is known to lack much, and how many times the least loss is not far behind it."""
+TELLING = 5000
+"""Positions on chunks from which the loss tells a right end from a wrong one, so that a start may be tried unseen."""
 MOST_TRIES = 7
 """Ways that are gone at most before the best end is carried to whole recordings."""
 CLEAN_LOSS, CLEAN_OUTLIERS = 1.03, 5e-4
@@ -114,7 +116,8 @@ def carried(problem: NoiseAware, small: NoiseAware, best: Estimate) -> Estimate 
 
 def _ways(problem: NoiseAware, starts: Sequence[Array]) -> Iterator[tuple[Array, Stages]]:
     """Starts and stages, the most promising first."""
-    yield starts[0], DIRECT
+    if sum(int(np.isfinite(scene.y).sum()) for scene in problem.scenes) > TELLING:
+        yield starts[0], DIRECT
     ranked = screened(problem, starts)
     first = ranked[0]
     yield first, DIRECT
