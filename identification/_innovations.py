@@ -37,10 +37,10 @@ HOLD = 1.0 / np.log(3.0) ** 2
 """Precision that keeps a coordinate near where it is in one step."""
 RELAXED = 2
 """Steps of the path alone after a step has failed."""
-RESTING, DENSE = 4, 0.2
-"""Steps of the path alone before a step of the parameters is judged, at most, and the share of nodes with a measured
-position from which that helps: where there are fewer, paths come to rest so slowly that resting alone lowers the cost,
-whatever the step has done."""
+RESTING, DENSE = 4, 30.0
+"""Steps of the path alone before a step of the parameters is judged, at most, and the positions in a second from
+which that helps: between rarer ones paths come to rest so slowly that resting alone lowers the cost, whatever the step
+did."""
 SETTLED, MOST_FAILURES = 0.3, 4
 """A descent has settled with moves below so many standard deviations, or after so many failures in a row."""
 SWING, MOST_BETWEEN = 0.75, 2
@@ -54,7 +54,7 @@ STAGES = (
 )
 """Looseness and number of steps of the last stages, on whole recordings."""
 SPARSE_STAGES = ((Looseness(1.0, 1e-4, 0.1, 5e-4), 5), *STAGES)
-"""The same where few nodes have a measured position."""
+"""The same where positions are rare."""
 STRICT = Looseness(1.0, 1e-5, 0.0, 2.5e-4, share=1.0)
 STRICT_STEPS = 3
 """Looseness and number of steps of the path by which ends of fits are judged."""
@@ -108,8 +108,8 @@ class NoiseAware:
     def __init__(self, kernel: Kernel, coordinates: Coordinates, scenes: Sequence[Scene]) -> None:
         self.kernel, self.coordinates, self.scenes = kernel, coordinates, tuple(scenes)
         self.names = coordinates.free_names
-        positions, nodes = (sum(int(f(s.y).sum()) for s in scenes) for f in (np.isfinite, np.ones_like))
-        self.dense = positions > DENSE * nodes
+        positions = sum(int(np.isfinite(s.y).sum()) for s in scenes)
+        self.dense = positions > DENSE * sum(float(s.t[-1] - s.t[0]) for s in scenes)
 
     def start(self, theta: Array, loose: Looseness, *, steps: int = 3) -> Estimate | None:
         """The estimate at fixed parameters, from paths along the smoothed motion. None where the model diverges."""
@@ -223,6 +223,13 @@ class NoiseAware:
             return [task(0)]
         with ThreadPoolExecutor(WORKERS) as pool:
             return list(pool.map(task, range(len(self.scenes))))
+
+
+def lean(estimate: Estimate) -> Estimate:
+    """The estimate without what only a further step needs, which is most of its memory."""
+    nothing = np.empty((0, 2, 0))
+    lines = tuple(replace(line, by=nothing, _smoother=()) for line in estimate.linearised)
+    return replace(estimate, linearised=lines)
 
 
 def prior(names: Sequence[str], theta: Array) -> Normal:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification._coordinates import Coordinates
-from identification._innovations import Estimate, NoiseAware, Stages
+from identification._innovations import Estimate, NoiseAware, Stages, lean
 from identification._linearised import Looseness, Scene
 
 Array = NDArray[np.float64]
@@ -81,7 +81,7 @@ def sought(small: NoiseAware, theta: Array, *others: Array, most: int = MOST_TRI
         end = small.follow(start, stages=stages)
         end = None if end is None else small.strict(end)
         if end is not None:
-            ends.append(end)
+            ends.append(lean(end))
         if (tries >= most and ends) or (end is not None and end.loss < PROMISING):
             break
     return _best(small, ends, others[-1] if others else theta) if ends else None

@@ -12,11 +12,11 @@ from identification._coordinates import Coordinates
 from identification._experiment import Experiment, Segment, imposed
 from identification._fit import Outcome
 from identification._imposed import fit_imposed
-from identification._innovations import NoiseAware, resolving, scenes
+from identification._innovations import NoiseAware, lean, resolving, scenes
 from identification._noise_aware import carried, on_chunks, sought
 from identification._trace_imposed import imposed_scenes, showing
 from identification._trace_judge import Whiteness, whiteness
-from identification._trace_model import FINAL, REFIT, Bench, Model, coordinates, lean, problem
+from identification._trace_model import FINAL, REFIT, Bench, Model, coordinates, problem
 from identification._uncertain_force import first_values, swing, with_smooth_force
 from recordings import NegativeAnswer
 from simulator import BASE, kernel

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification._coordinates import Coordinates, parameters
-from identification._innovations import Estimate, NoiseAware
+from identification._innovations import Estimate, NoiseAware, lean
 from identification._linearised import Looseness, Scene
 from identification._noise_aware import tamed
 from identification._trace_imposed import ImposedFit
@@ -140,7 +140,7 @@ class Model:
         starts = [theta, tamed(work.coordinates, theta)[0]][0 if from_here else 1 :]
         ends = [work.follow(start, stages=((FINAL, SEARCH),)) for start in starts]
         found = [end for end in ends if end is not None]
-        return Model(effects, bench, min(found, key=lambda end: end.cost)) if found else None
+        return Model(effects, bench, lean(min(found, key=lambda end: end.cost))) if found else None
 
     def without(self, effect: str) -> Model | None:
         """The other effects of this model, fitted on from here."""
@@ -187,13 +187,6 @@ def _chunks(scene: Scene) -> list[slice]:
     if len(scene.t) < 2 * distance or length < 20:
         return [slice(0, len(scene.t))]
     return [slice(first, first + length) for first in range(0, len(scene.t) - length, distance)]
-
-
-def lean(estimate: Estimate) -> Estimate:
-    """The estimate without what only a further step needs, which is most of its memory."""
-    nothing = np.empty((0, 2, 0))
-    lines = tuple(replace(line, by=nothing, _smoother=()) for line in estimate.linearised)
-    return replace(estimate, linearised=lines)
 
 
 def in_order(*effects: str) -> tuple[str, ...]:

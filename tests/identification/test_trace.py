@@ -130,7 +130,12 @@ def imposed(recording: Recording) -> Recording:
     [
         (None, {}, ()),
         ("hardening_spring", {"k3": 3e6}, ("hardening_spring",)),
-        ("position_dependent_friction", {"a": 0.3, "b": 0.0, "x0": 0.01, "w": 0.003}, ("position_dependent_friction",)),
+        pytest.param(
+            "position_dependent_friction",
+            {"a": 0.3, "b": 0.0, "x0": 0.01, "w": 0.003},
+            ("position_dependent_friction",),
+            marks=pytest.mark.long,
+        ),
     ],
 )
 def test_an_imposed_motion_is_traced_by_its_force(

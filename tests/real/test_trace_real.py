@@ -67,6 +67,7 @@ def test_one_pressure_alone_does_not_show_it() -> None:
     assert "load_dependent_friction" not in (*cylinder("O-ring", 5).effects_added, *cylinder("O-ring", 5).same_class)
 
 
+@pytest.mark.long
 def test_the_area_of_a_shape_that_is_not_round_is_found_wrong() -> None:
     """Its force was computed with the area of a circle, and what is wrong with that grows with the pressure."""
     found = cylinder("Stadium", 1, 2, 3)
