@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import importlib
+import os
 import signal
 import sys
+import threading
 from collections.abc import Sequence
 from typing import NoReturn
 
@@ -31,6 +33,8 @@ SEVERAL = ("--holdout",)
 """Options that take all words up to the next option."""
 
 INTERRUPTED = 130
+AGAIN_S = 0.01
+"""When an interrupt is given again that came where nothing can be raised [s]."""
 
 
 def application() -> typer.Typer:
@@ -94,8 +98,17 @@ def _say(message: str, code: int) -> int:
     return code
 
 
+def _unraisable(event: sys.UnraisableHookArgs) -> None:
+    """An interrupt that falls into a callback of the interpreter, a weak reference's for example, is not lost."""
+    if issubclass(event.exc_type, KeyboardInterrupt):
+        threading.Timer(AGAIN_S, os.kill, (os.getpid(), signal.SIGINT)).start()
+    else:
+        sys.__unraisablehook__(event)
+
+
 def main() -> NoReturn:
     """Entry point of the console script."""
+    sys.unraisablehook = _unraisable
     code = run()
     if code == INTERRUPTED:  # who presses again while the process ends must not change how it ends
         signal.signal(signal.SIGINT, signal.SIG_IGN)

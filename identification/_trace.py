@@ -18,8 +18,8 @@ from identification._experiment import Experiment, experiment
 from identification._fit import check_given, obstacle
 from identification._identify import plant_constants
 from identification._innovations import Estimate
-from identification._trace_base import first_model, fit_left, held_left, settled, split, thorough, white
-from identification._trace_judge import Comparison, Whiteness, compare
+from identification._trace_base import first_model, fit_left, held_left, settled, split, stiffened, thorough, white
+from identification._trace_judge import COMPLETE, Comparison, Whiteness, compare
 from identification._trace_model import Model
 from identification._trace_screen import Score, screen
 from recordings import BadInput, NegativeAnswer, Recording
@@ -46,8 +46,8 @@ LEVEL, CLEAR_LEVEL = 5e-3, 0.05
 effect that acts in a few places has few blocks to show itself in: where the held-out cost falls by `WORTH` as well, the
 second level is enough."""
 EXPLAINED, EXPLAINED_FIT = 0.8, 0.5
-"""Shares of what is left over the noise, on held-out and on fitted recordings, that effects have to explain for one to
-be named."""
+"""Shares of what is left over a complete model's, on held-out and on fitted recordings, that effects have to explain
+for one to be named."""
 EXPLAINED_IMPOSED = 0.25
 """The same share where the force is predicted from the motion. What a rig's force holds beside a model never comes near
 its noise, and no free run amplifies what is left; the rest is reported beside the name."""
@@ -142,7 +142,7 @@ def _selected(base: Model) -> tuple[Model, tuple[str, ...], list[tuple[Candidate
         if not best.accepted or best.refit is None:
             break
         earlier = added
-        model, added = _pruned(settled(best.refit), (*added, best.effect))
+        model, added = _pruned(settled(stiffened(best.refit)), (*added, best.effect))
         if set(added) <= set(earlier) or white(model):
             break
     return model, added, rounds
@@ -268,5 +268,5 @@ def _verdict(base: Model, model: Model, added: tuple[str, ...]) -> tuple[str, tu
 
 
 def _explained(before: Whiteness, after: Whiteness, share: float) -> bool:
-    """Whether that share of what was left over the noise is gone, or nothing is left."""
-    return after.white or max(after.loss - 1.0, 0.0) < (1.0 - share) * (before.loss - 1.0)
+    """Whether that share of what was left over what a complete model leaves is gone, or nothing is left."""
+    return after.white or after.loss - COMPLETE < (1.0 - share) * (before.loss - COMPLETE)

@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 WAYS = 4
 """Ways that a base model is sought on chunks: one that lacks an effect fits badly at the end of all of them."""
 STIFFER = 2.0
-"""Bristles are at most so many times as stiff as those of the base model's first fit."""
+"""Bristles are at most so many times as stiff as those of the model without the effect."""
 HELD_SHARE = 0.25
 """Share of each recording that is held out when no recording is."""
 
@@ -75,8 +75,14 @@ def base_model(experiments: Sequence[Experiment], bench: Bench) -> Model:
     best = None if best is None else work.follow(best.theta, stages=((FINAL, REFIT),))
     if best is None:
         raise NegativeAnswer(Outcome.DIVERGED.value)
-    stiffness = free.values(best.theta)["lugre.sigma0"]
-    return Model(BASE, replace(bench, stiffest=STIFFER * stiffness), lean(best))
+    return stiffened(Model(BASE, bench, lean(best)))
+
+
+def stiffened(model: Model) -> Model:
+    """The model with bristles that may become stiffer once more: what lacks an effect may have softened them."""
+    if model.bench.imposed:
+        return model
+    return replace(model, bench=replace(model.bench, stiffest=STIFFER * model.values["lugre.sigma0"]))
 
 
 def bench_of(experiments: Sequence[Experiment], held: Sequence[Experiment], given: Mapping[str, float]) -> Bench:

@@ -16,8 +16,8 @@ Array = NDArray[np.float64]
 
 BLOCK = 1.0
 """Length of the blocks that are taken for independent [s]."""
-ALLOWANCE = 0.05
-"""Excess of the mean loss that linearisation leaves even with the complete model."""
+COMPLETE = 1.05
+"""Mean loss of the complete model at most: 1, and what linearisation leaves."""
 UNIT_SPREAD = 1.264
 """Standard deviation of the loss of a unit normal innovation, in means of it."""
 OUTLIERS = 1e-3
@@ -73,7 +73,7 @@ def whiteness(estimate: Estimate) -> Whiteness:
     outliers.
     """
     samples = sum(int(np.isfinite(line.variances[:, 0]).sum()) for line in estimate.linearised)
-    p_value = float(norm.sf((estimate.loss - 1.0 - ALLOWANCE) / (UNIT_SPREAD / np.sqrt(samples))))
+    p_value = float(norm.sf((estimate.loss - COMPLETE) / (UNIT_SPREAD / np.sqrt(samples))))
     if estimate.outliers > OUTLIERS:
         p_value = min(p_value, float(norm.sf(OUTLIER)))
     return Whiteness(p_value > 0.01, p_value, estimate.loss, estimate.outliers)

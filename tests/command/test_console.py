@@ -112,3 +112,30 @@ def test_ctrl_c_ends_a_fit_with_130_and_one_line(tmp_path):
     assert process.returncode == 130
     assert err.splitlines()[-1] == "bristle: interrupted"
     assert "Traceback" not in err
+
+
+SWALLOWED = """
+import signal, sys, time, weakref
+import identification
+from bristle import main
+
+class Kept: ...
+
+def fit(*_, **__):
+    one = Kept()
+    seen = weakref.ref(one, lambda _: signal.raise_signal(signal.SIGINT))
+    del one
+    time.sleep(60)
+
+identification.identify = fit
+sys.argv = ["bristle", "fit", "bundled:step"]
+main()
+"""
+
+
+def test_an_interrupt_in_a_callback_of_the_interpreter_is_not_lost():
+    environment = os.environ | {"PYTHONPATH": str(HOUSE)}
+    command = [sys.executable, "-c", SWALLOWED]
+    ended = subprocess.run(command, env=environment, text=True, capture_output=True, timeout=50)
+    assert ended.returncode == 130
+    assert ended.stderr == "bristle: interrupted\n"
