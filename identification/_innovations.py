@@ -97,6 +97,11 @@ class Estimate:
     tuning: float = TUNING
 
     @property
+    def samples(self) -> int:
+        """Number of samples whose prediction is judged by `loss`."""
+        return sum(int(np.isfinite(line.variances[:, 0]).sum()) for line in self.linearised)
+
+    @property
     def covariance(self) -> Array:
         """Covariance (m, m) of theta: the Cramer-Rao bound of the linearised model."""
         return np.asarray(np.linalg.pinv(self.normal.matrix), float)

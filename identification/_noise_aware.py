@@ -53,8 +53,7 @@ MASSES = (0.2, 30.0)
 
 def converged(estimate: Estimate) -> bool:
     """Whether the innovations look like noise."""
-    samples = sum(int(np.isfinite(line.variances[:, 0]).sum()) for line in estimate.linearised)
-    return estimate.loss < CLEAN_LOSS + 3 / np.sqrt(samples) and estimate.outliers < CLEAN_OUTLIERS
+    return estimate.loss < CLEAN_LOSS + 3 / np.sqrt(estimate.samples) and estimate.outliers < CLEAN_OUTLIERS
 
 
 def fit_noise_aware(problem: NoiseAware, theta: Array, *others: Array) -> Estimate | None:

@@ -199,11 +199,11 @@ def _ended(model: Model, c: Candidate) -> Candidate:
     held = compare(model.held, refit.held, model.bench.held)
     values = {name: value for name, value in refit.values.items() if name in c.values}
     level = CLEAR_LEVEL if held.gain > WORTH else LEVEL
-    shows = fitted.gain > _least(model, model.estimate) and held.gain > (_least(model, model.held) - WORTH)
-    enough = shows and held.p_value < level
+    shows = fitted.gain > _least(model, model.estimate)
+    enough = shows and held.gain > _least(model, model.held) - WORTH and held.p_value < level
     why = (
         f"explains held-out data (t = {held.t:.1f})" if enough
-        else "gains too little on the fitted recordings" if fitted.gain <= _least(model, model.estimate)
+        else "gains too little on the fitted recordings" if not shows
         else f"does not explain held-out data (t = {held.t:.1f})"
     )  # fmt: skip
     return Candidate(c.effect, fitted.gain, values, refit, held, enough, why)
@@ -213,8 +213,7 @@ def _least(model: Model, estimate: Estimate) -> float:
     """Fall of the cost that an effect is worth, on the scenes of an estimate of a model."""
     if not model.bench.imposed:
         return WORTH
-    left = sum(float(np.isfinite(line.variances).sum()) for line in estimate.linearised) * max(estimate.loss - 1, 0.0)
-    return WORTH + NOTABLE * left
+    return WORTH + NOTABLE * estimate.samples * max(estimate.loss - 1, 0.0)
 
 
 def _simplest_first(ranked: list[Candidate]) -> list[Candidate]:

@@ -72,8 +72,7 @@ def whiteness(estimate: Estimate) -> Whiteness:
     """Test of the position's innovations: their mean loss, of independent samples if the model is complete, and their
     outliers.
     """
-    samples = sum(int(np.isfinite(line.variances[:, 0]).sum()) for line in estimate.linearised)
-    p_value = float(norm.sf((estimate.loss - COMPLETE) / (UNIT_SPREAD / np.sqrt(samples))))
+    p_value = float(norm.sf((estimate.loss - COMPLETE) / (UNIT_SPREAD / np.sqrt(estimate.samples))))
     if estimate.outliers > OUTLIERS:
         p_value = min(p_value, float(norm.sf(OUTLIER)))
     return Whiteness(p_value > 0.01, p_value, estimate.loss, estimate.outliers)
