@@ -18,14 +18,17 @@ from numpy.typing import NDArray
 from benchmarks._machine import machine
 from identification import Experiment, Fit, Outcome, experiment, fit, uncertainty
 from identification._coordinates import Coordinates
-from identification._innovations import STRICT, NoiseAware, scenes
-from identification._uncertain_force import with_smooth_force
+from identification._innovations import STRICT, NoiseAware, resolving, scenes
+from identification._linearised import Linearised
+from identification._noise_aware import fit_noise_aware
+from identification._uncertain_force import first_values, swing, with_smooth_force
 from simulator import BASE, Excitation, Sensors, kernel, random_valve, simulate
 
 Array = NDArray[np.float64]
 NAMES = ("spring.K", "lugre.fc", "fs - fc", "lugre.vs", "lugre.sigma0", "lugre.sigma1", "lugre.sigma2", "mass.m")
-WAYS = ("raw", "smoothed", "noise-aware")
-"""Output error on the recorded force, on the smoothed force, and the noise-aware estimator."""
+WAYS = ("raw", "smoothed", "filter", "noise-aware")
+"""Output error on the recorded force and on the smoothed force; the likelihood of an extended Kalman filter, with the
+states and the starts of the noise-aware estimator; and that estimator."""
 NORMAL_90 = 1.6449
 
 
@@ -74,6 +77,25 @@ def fitted(name: str, experiments: list[Experiment]) -> Fit:
     return fit(with_smooth_force(experiments) if name == "smoothed" else experiments, estimator="output-error")
 
 
+class ExtendedKalman(NoiseAware):
+    """The likelihood of an extended Kalman filter: every interval is linearised about what was seen before it. Its path
+    is the fixed point of going to the filter's own means."""
+
+    def toward(self, line: Linearised, move: Array) -> Array:
+        """The way to what each sample and those before it say."""
+        mean, _, S, J, K, _, _ = line._smoother
+        return np.asarray(mean + S @ move + np.einsum("kci,kc->ki", K, line.innovations - J @ move))
+
+
+def by_filter(experiments: list[Experiment]) -> dict[str, float]:
+    """Parameters by the filter's likelihood; none where it diverges."""
+    model, seen = kernel(BASE, "uncertain force"), scenes(experiments)
+    c = Coordinates.of(model, {}, float(np.std(np.concatenate([s.u for e in experiments for s in e.segments]))))
+    found = first_values(kernel(BASE), c, with_smooth_force(experiments, seen))
+    end = fit_noise_aware(ExtendedKalman(model, c, resolving(seen, swing(c.values(found[0])))), *found)
+    return {} if end is None else c.values(end.theta)
+
+
 def covered(found: Fit, truth: dict[str, float]) -> dict[str, tuple[str, bool]]:
     """Status of each parameter, and whether its nominal 90 % interval covers the truth."""
     known = uncertainty(found)
@@ -98,6 +120,12 @@ def main() -> None:
         table["bound"].append(bound(truth, experiments))
         for name in [w for w in WAYS if asked.only in ("", w)]:
             begun = time.process_time()
+            if name == "filter":
+                values = by_filter(experiments)
+                table.setdefault(name, []).append(errors(values, truth))
+                words = " ".join(f"{e:+.2f}" for e in table[name][-1])
+                print(f"  seed {seed} {name:12} {words}  {time.process_time() - begun:.1f} s", flush=True)
+                continue
             found = fitted(name, experiments)
             took = time.process_time() - begun
             if not found.outcome.usable:

@@ -116,6 +116,10 @@ class NoiseAware:
         positions = sum(int(np.isfinite(s.y).sum()) for s in scenes)
         self.dense = positions > DENSE * sum(float(s.t[-1] - s.t[0]) for s in scenes)
 
+    def toward(self, line: Linearised, move: Array) -> Array:
+        """The way (n, n_states) from a path to the one about which it is linearised next."""
+        return line.correction(move)
+
     def start(self, theta: Array, loose: Looseness, *, steps: int = 3) -> Estimate | None:
         """The estimate at fixed parameters, from paths along the smoothed motion. None where the model diverges."""
         p = self.coordinates.p(theta)
@@ -133,7 +137,7 @@ class NoiseAware:
                 line = linearise(self.kernel, self.coordinates, self.scenes[i], p, path, loose)
                 if line is None or not left:
                     break
-                path = path + loose.share * line.correction(still)
+                path = path + loose.share * self.toward(line, still)
             return None if line is None else (path, line)
 
         found = [f for f in self._each(one) if f is not None]
@@ -202,7 +206,7 @@ class NoiseAware:
         return np.sqrt(np.maximum(np.diag(now.covariance), 1e-12))
 
     def _moved(self, now: Estimate, step: Array, share: float) -> list[Array]:
-        return self._each(lambda i: now.paths[i] + share * now.linearised[i].correction(step))
+        return self._each(lambda i: now.paths[i] + share * self.toward(now.linearised[i], step))
 
     def _judged(self, theta: Array, paths: tuple[Array, ...], lines: tuple[Linearised, ...]) -> Estimate | None:
         total, cost, far, loss, seen_y = prior(self.names, theta), 0.0, 0, 0.0, 0

@@ -1,4 +1,4 @@
-"""The recursions over samples that a smoother needs, compiled by numba; `_kalman.py` and `_force.py` are their faces.
+"""The recursions over samples that a smoother needs, compiled by numba, for `_linearised.py` and `_force.py`.
 
 This file is compiled from its text (`simulator.native_module`), so it imports nothing of ours.
 

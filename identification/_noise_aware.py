@@ -68,7 +68,7 @@ def fit_noise_aware(problem: NoiseAware, theta: Array, *others: Array) -> Estima
 
 def on_chunks(problem: NoiseAware) -> NoiseAware:
     """The same fit to chunks of its scenes."""
-    return NoiseAware(problem.kernel, problem.coordinates, chunks(problem.scenes))
+    return type(problem)(problem.kernel, problem.coordinates, chunks(problem.scenes))
 
 
 def sought(small: NoiseAware, theta: Array, *others: Array, most: int = MOST_TRIES) -> Estimate | None:

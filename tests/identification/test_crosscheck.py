@@ -11,8 +11,6 @@ from simulator import random_valve
 GATES = {"spring.K": 0.02, "bristle force": 0.05, "lugre.sigma2": 0.25, "mass.m": 0.30}
 """What is compared, and the relative differences that are allowed."""
 
-pytestmark = pytest.mark.xdist_group("seeded valves")
-
 
 def checked(seed: int) -> Crosscheck | None:
     prepared, found, known = fitted(seed, "mixed:40")

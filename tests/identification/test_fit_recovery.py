@@ -9,8 +9,6 @@ from seeded_valves import QUIET, fitted, floor_ratio, scores
 from identification import Outcome
 from simulator import random_valve
 
-pytestmark = pytest.mark.xdist_group("seeded valves")
-
 SEEDS = range(12)
 LONG = "mixed:40"
 

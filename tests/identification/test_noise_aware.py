@@ -14,8 +14,6 @@ from identification._force import estimate_force, loops
 from recordings import BadInput, Recording
 from simulator import Excitation, Sensors, random_valve, simulate
 
-pytestmark = pytest.mark.xdist_group("noisy force")
-
 SEED = 7
 TRUTH, STROKE = random_valve(SEED)
 FORCE_NOISE = 1e-3 * TRUTH["spring.K"] * STROKE

@@ -14,8 +14,6 @@ from identification import Trace, trace
 from recordings import Recording, Signal, write
 from simulator import BASE, CATALOGUE, Excitation, Sensors, ValveModel, random_valve, simulate
 
-pytestmark = pytest.mark.xdist_group("traces")
-
 SEED, RATE = 3, 250.0
 COURSES = ("staircase:14", "sine:14", "multisine:12")
 
