@@ -15,7 +15,7 @@ from identification._experiment import Experiment
 from identification._homotopy import Homotopy, Path
 from identification._imposed import fit_imposed
 from identification._innovations import Estimate
-from identification._noise_aware import converged
+from identification._noise_aware import HOPELESS, converged
 from identification._problem import Problem
 from identification._shake import shaken
 from identification._start import Start, regression, starts
@@ -37,8 +37,6 @@ WORTH = 0.98
 GOOD_ENOUGH = 1.15
 """Normalised root mean square residual at which no further start is tried."""
 
-HOPELESS = 50.0
-"""Mean loss of the innovations from which a noise-aware fit follows nothing of the data."""
 REAL_TRAVEL = 10.0
 """Way, in standard deviations of the noise, from which a position counts as moved."""
 

@@ -47,6 +47,8 @@ MOST_TRIES = 7
 CLEAN_LOSS, CLEAN_OUTLIERS = 1.03, 5e-4
 """Mean loss (and three standard deviations of it) and share of outliers up to which the innovations are those of the
 right model."""
+HOPELESS, HOPELESS_TRIES = 50.0, 3
+"""Mean loss from which a fit follows nothing of the data, and ways after which no more are gone where all end there."""
 MASSES = (0.2, 30.0)
 """Moving masses [kg] that are tried."""
 
@@ -81,7 +83,8 @@ def sought(small: NoiseAware, theta: Array, *others: Array, most: int = MOST_TRI
         end = None if end is None else small.strict(end)
         if end is not None:
             ends.append(lean(end))
-        if (tries >= most and ends) or (end is not None and end.loss < PROMISING):
+        hopeless = tries >= HOPELESS_TRIES and all(end.loss > HOPELESS for end in ends)
+        if ends and (tries >= most or hopeless or ends[-1].loss < PROMISING):
             break
     return _best(small, ends, others[-1] if others else theta) if ends else None
 
@@ -106,7 +109,7 @@ def carried(problem: NoiseAware, small: NoiseAware, best: Estimate) -> Estimate 
         end = None if end is None else problem.strict(end)
         if end is not None and (found is None or end.cost < found.cost):
             found = end
-        if found is None or converged(found):
+        if found is None or converged(found) or found.loss > HOPELESS:
             break
         again = small.follow(found.theta, stages=DIRECT)
         theta = found.theta if again is None else again.theta

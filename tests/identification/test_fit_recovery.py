@@ -6,11 +6,14 @@ import numpy as np
 import pytest
 from seeded_valves import QUIET, fitted, floor_ratio, scores
 
-from identification import Outcome
+from identification import Crosscheck, Outcome, crosscheck
 from simulator import random_valve
 
 SEEDS = range(12)
 LONG = "mixed:40"
+
+GATES = {"spring.K": 0.02, "bristle force": 0.05, "lugre.sigma2": 0.25, "mass.m": 0.30}
+"""What is compared, and the relative differences that are allowed."""
 
 
 def within_floor(seed: int, excite: str, rate: float) -> float:
@@ -62,3 +65,22 @@ def test_a_hundred_random_valves_end_at_the_noise_floor_with_honest_intervals():
     z = all_scores(range(100))[right]
     assert 0.86 < np.mean(np.abs(z) < 1.645) < 0.96
     assert np.all(np.abs(np.mean(z, axis=0)) < 0.4)
+
+
+def checked(seed: int) -> Crosscheck | None:
+    prepared, found, known = fitted(seed, LONG)
+    return crosscheck(found, [prepared], known.std)
+
+
+def test_sparse_regression_agrees_on_right_fits_and_compares_what_it_should():
+    found = [checked(seed) for seed in SEEDS]
+    assert sum(check is not None and check.agrees for check in found) >= 11
+    for check in filter(None, found):
+        rows = {row.name: row for row in check.rows}
+        assert {name: row.gate for name, row in rows.items()} == GATES
+        assert rows["spring.K"].counts
+        assert rows["bristle force"].counts
+        assert rows["bristle force"].fitted == 1.0
+        assert {"x", "bristle"} <= set(check.kept)
+        assert 0 <= check.unexplained < 0.1
+        assert "agrees" in check.sentence
