@@ -19,11 +19,12 @@ from identification._fit import check_given, obstacle
 from identification._identify import plant_constants
 from identification._innovations import Estimate
 from identification._trace_base import first_model, fit_left, held_left, settled, split, stiffened, thorough, white
+from identification._trace_exchange import exchanged, size
 from identification._trace_judge import COMPLETE, Comparison, Whiteness, compare
 from identification._trace_model import Model
 from identification._trace_screen import Score, screen
 from recordings import BadInput, NegativeAnswer, Recording
-from simulator import BASE, CATALOGUE, kernel
+from simulator import BASE, kernel
 
 Array = NDArray[np.float64]
 
@@ -119,11 +120,15 @@ def select(
     if not (added or white(base) or base.bench.imposed):  # what is left must not be left by the fit
         base = thorough(base)
         model, added, rounds = _selected(base)
+    first, alike = rounds[0], same_class(rounds[0]) if added else ()
+    if len(added) > 1:
+        beside, earlier = {r[0].effect: [c for c in r[1:] if c.refit is not None] for r in rounds}, added
+        model, added, alike = exchanged(model, added, beside, WORTH)
+        first = _after_exchange(first, earlier, added)
     verdict, added, model = _verdict(base, model, added)
-    alike = same_class(rounds[0]) if added else ()
     return Tracing(
-        base, model, rounds[0], added, alike, verdict, held_left(base), held_left(model), tuple(experiments),
-        tuple(others),
+        base, model, first, added, alike if added else (), verdict, held_left(base), held_left(model),
+        tuple(experiments), tuple(others),
     )  # fmt: skip
 
 
@@ -225,7 +230,7 @@ def _simplest_first(ranked: list[Candidate]) -> list[Candidate]:
     if not accepted:
         return ranked
     alike = same_class(accepted)
-    first = min((c for c in accepted if c is accepted[0] or c.effect in alike), key=lambda c: _size(c.effect))
+    first = min((c for c in accepted if c is accepted[0] or c.effect in alike), key=lambda c: size(c.effect))
     others = [
         replace(c, accepted=False, why=f"cannot be told from {first.effect}" if c.effect in (*alike, accepted[0].effect)
                 else "explains less than the one accepted") if c.accepted else c
@@ -234,9 +239,19 @@ def _simplest_first(ranked: list[Candidate]) -> list[Candidate]:
     return [first, *others]
 
 
-def _size(effect: str) -> int:
-    """Number of free parameters of an effect."""
-    return sum(not p.known for p in CATALOGUE[effect].parameters)
+def _after_exchange(
+    candidates: Sequence[Candidate], earlier: tuple[str, ...], added: tuple[str, ...]
+) -> tuple[Candidate, ...]:
+    """The candidates of the first round as the exchange of effects left them, those that were taken first."""
+    left = [
+        replace(c, accepted=False, why="another does as well or better beside the other effects")
+        if c.accepted and c.effect not in added
+        else replace(c, accepted=True, why="does best beside the other effects")
+        if c.effect in added and c.effect not in earlier
+        else c
+        for c in candidates
+    ]
+    return tuple(sorted(left, key=lambda c: not c.accepted))
 
 
 def same_class(candidates: Sequence[Candidate]) -> tuple[str, ...]:

@@ -153,6 +153,14 @@ class Model:
         begun = problem(effects, self.bench, self.bench.fitted).at(theta, paths, FINAL, steps=RESTED)
         return None if begun is None else Model(effects, self.bench, begun).refitted()
 
+    def exchanged(self, effect: str, other: str, values: Mapping[str, float]) -> Model | None:
+        """This model with another effect, at some values to start from, in the place of one. None where it diverges."""
+        effects = in_order(*(e for e in self.effects if e != effect), other)
+        work = problem(effects, self.bench, self.bench.fitted)
+        known = defaults(other, self.bench) | self.values | dict(values)
+        end = work.follow(work.coordinates.theta(work.kernel.vector(known)), stages=((FINAL, REFIT),))
+        return None if end is None else Model(effects, self.bench, lean(end)).refitted()
+
     def carried(self, bench: Bench) -> Model | None:
         """These parameters fitted on to all of a bench, along new paths."""
         work = problem(self.effects, bench, bench.fitted)

@@ -1,0 +1,51 @@
+"""Of several effects each is exchanged for the simplest that explains as much beside the others."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import SimpleNamespace
+
+import pytest
+
+from identification._trace_exchange import exchanged
+
+
+@dataclass
+class Fitted:
+    """Stands for a model: its cost, and those of the models in which one effect is exchanged for another."""
+
+    cost: float
+    others: Mapping[tuple[str, str], Fitted | None] = field(default_factory=dict)
+
+    @property
+    def estimate(self) -> SimpleNamespace:
+        return SimpleNamespace(cost=self.cost)
+
+    def exchanged(self, effect: str, other: str, _: Mapping[str, float]) -> Fitted | None:
+        return self.others[effect, other]
+
+
+def beside(*effects: str) -> list[SimpleNamespace]:
+    return [SimpleNamespace(effect=effect, values={}) for effect in effects]
+
+
+ADDED = ("flow_force", "friction_drift")
+
+
+@pytest.mark.parametrize(
+    ("cost", "added", "alike"),
+    [
+        (-177.0, ("hardening_spring", "friction_drift"), ()),
+        (+20.0, ("hardening_spring", "friction_drift"), ("flow_force",)),
+        (+100.0, ADDED, ()),
+    ],
+)
+def test_the_simplest_of_those_that_explain_alike_stays(cost, added, alike):
+    spring = Fitted(cost, {("friction_drift", "dwell_stiction"): None})
+    bump = Fitted(0.0, {("flow_force", "hardening_spring"): spring, ("friction_drift", "dwell_stiction"): None})
+    tried = {"flow_force": beside("hardening_spring", "friction_drift"), "friction_drift": beside("dwell_stiction")}
+    model, names, same = exchanged(bump, ADDED, tried, alike=60.0)
+    assert names == added
+    assert same == alike
+    assert model is (spring if "hardening_spring" in added else bump)
