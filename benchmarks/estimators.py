@@ -58,8 +58,7 @@ def with_excess(values: dict[str, float]) -> dict[str, float]:
 def bound(truth: dict[str, float], experiments: list[Experiment]) -> Array:
     """Standard deviations at the bound [%] in the order of `NAMES`."""
     model = kernel(BASE, "uncertain force")
-    force = float(np.std(np.concatenate([s.u for e in experiments for s in e.segments])))
-    c = Coordinates.of(model, {}, force)
+    c = coordinates(experiments)
     found = NoiseAware(model, c, scenes(experiments)).start(c.theta(model.vector(truth)), STRICT, steps=4)
     if found is None:
         return np.full(len(NAMES), np.nan)
@@ -68,6 +67,12 @@ def bound(truth: dict[str, float], experiments: list[Experiment]) -> Array:
     a, b = c.names.index("lugre.fs"), c.names.index("lugre.fc")
     std["fs - fc"] = np.sqrt(covariance[a, a] + covariance[b, b] - 2 * covariance[a, b])
     return np.array([100 * std[n] / abs(with_excess(truth)[n]) for n in NAMES])
+
+
+def coordinates(experiments: list[Experiment]) -> Coordinates:
+    """All parameters of the base model free, scaled by the force of the experiments."""
+    force = float(np.std(np.concatenate([s.u for e in experiments for s in e.segments])))
+    return Coordinates.of(kernel(BASE, "uncertain force"), {}, force)
 
 
 def fitted(name: str, experiments: list[Experiment]) -> Fit:
@@ -87,13 +92,15 @@ class ExtendedKalman(NoiseAware):
         return np.asarray(mean + S @ move + np.einsum("kci,kc->ki", K, line.innovations - J @ move))
 
 
-def by_filter(experiments: list[Experiment]) -> dict[str, float]:
-    """Parameters by the filter's likelihood; none where it diverges."""
-    model, seen = kernel(BASE, "uncertain force"), scenes(experiments)
-    c = Coordinates.of(model, {}, float(np.std(np.concatenate([s.u for e in experiments for s in e.segments]))))
+def by_filter(experiments: list[Experiment]) -> dict[str, float] | None:
+    """Parameters by the filter's likelihood; None where it diverges."""
+    c, seen = coordinates(experiments), scenes(experiments)
     found = first_values(kernel(BASE), c, with_smooth_force(experiments, seen))
-    end = fit_noise_aware(ExtendedKalman(model, c, resolving(seen, swing(c.values(found[0])))), *found)
-    return {} if end is None else c.values(end.theta)
+    if not found:
+        return None
+    fine = resolving(seen, swing(c.values(found[0])))
+    end = fit_noise_aware(ExtendedKalman(kernel(BASE, "uncertain force"), c, fine), *found)
+    return None if end is None else c.values(end.theta)
 
 
 def covered(found: Fit, truth: dict[str, float]) -> dict[str, tuple[str, bool]]:
@@ -120,21 +127,18 @@ def main() -> None:
         table["bound"].append(bound(truth, experiments))
         for name in [w for w in WAYS if asked.only in ("", w)]:
             begun = time.process_time()
-            if name == "filter":
-                values = by_filter(experiments)
-                table.setdefault(name, []).append(errors(values, truth))
-                words = " ".join(f"{e:+.2f}" for e in table[name][-1])
-                print(f"  seed {seed} {name:12} {words}  {time.process_time() - begun:.1f} s", flush=True)
-                continue
-            found = fitted(name, experiments)
+            found = None if name == "filter" else fitted(name, experiments)
+            values = by_filter(experiments) if found is None else found.values if found.outcome.usable else None
             took = time.process_time() - begun
-            if not found.outcome.usable:
-                print(f"  seed {seed} {name}: {found.outcome.name}")
+            said = "" if found is None else found.outcome.name
+            if values is None:
+                print(f"  seed {seed} {name}: {said or 'diverged'}")
                 continue
-            table.setdefault(name, []).append(errors(found.values, truth))
+            table.setdefault(name, []).append(errors(values, truth))
             words = " ".join(f"{e:+.2f}" for e in table[name][-1])
-            print(f"  seed {seed} {name:12} {words}  {found.outcome.name} rms {found.rms:.3f} {took:.1f} s", flush=True)
-            if name == "noise-aware" and found.outcome is Outcome.CONVERGED:
+            rms = "" if found is None else f" rms {found.rms:.3f}"
+            print(f"  seed {seed} {name:12} {words}  {said}{rms} {took:.1f} s", flush=True)
+            if found is not None and name == "noise-aware" and found.outcome is Outcome.CONVERGED:
                 for n, one in covered(found, truth).items():
                     cover.setdefault(n, []).append(one)
     print(f"median absolute error in %, force noise {100 * asked.noise:g} %\n  {'':12} " + "  ".join(NAMES))

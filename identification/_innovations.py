@@ -113,8 +113,8 @@ class NoiseAware:
     def __init__(self, kernel: Kernel, coordinates: Coordinates, scenes: Sequence[Scene]) -> None:
         self.kernel, self.coordinates, self.scenes = kernel, coordinates, tuple(scenes)
         self.names = coordinates.free_names
-        positions = sum(int(np.isfinite(s.y).sum()) for s in scenes)
-        self.dense = positions > DENSE * sum(float(s.t[-1] - s.t[0]) for s in scenes)
+        self.positions = sum(int(np.isfinite(s.y).sum()) for s in scenes)
+        self.dense = self.positions > DENSE * sum(float(s.t[-1] - s.t[0]) for s in scenes)
 
     def toward(self, line: Linearised, move: Array) -> Array:
         """The way (n, n_states) from a path to the one about which it is linearised next."""

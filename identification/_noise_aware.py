@@ -118,7 +118,7 @@ def carried(problem: NoiseAware, small: NoiseAware, best: Estimate) -> Estimate 
 
 def _ways(problem: NoiseAware, starts: Sequence[Array]) -> Iterator[tuple[Array, Stages]]:
     """Starts and stages, the most promising first."""
-    if sum(int(np.isfinite(scene.y).sum()) for scene in problem.scenes) > TELLING:
+    if problem.positions > TELLING:
         yield starts[0], DIRECT
     ranked = screened(problem, starts)
     first = ranked[0]
