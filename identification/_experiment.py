@@ -36,9 +36,9 @@ class Segment:
     motion: Motion
     load: Array
 
-    def part(self, first: int, last: int) -> Segment:
-        """The samples [first, last)."""
-        s = slice(first, last)
+    def part(self, first: int, last: int, every: int = 1) -> Segment:
+        """The samples [first, last), or one of so many of them."""
+        s = slice(first, last, every)
         m = self.motion
         motion = Motion(m.x[s], m.v[s], m.a[s], m.crept[s])
         return Segment(self.t[s], self.u[s], self.y[s], self.seen[s], motion, self.load[s])

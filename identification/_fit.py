@@ -183,18 +183,18 @@ def check_given(given: Mapping[str, float], valve: Kernel) -> None:
 def _force_driven(valve: Kernel, coordinates: Coordinates, experiments: Sequence[Experiment]) -> Fit:
     window = INTEGRATING_WINDOW if _integrates(coordinates) else np.inf
     homotopy, best = Homotopy(valve, coordinates, experiments, window), None
-    ranked = starts(experiments, valve.effects, coordinates)
+    ranked = starts(homotopy.early.experiments, valve.effects, coordinates)
     for attempt in range(TRIES):
         theta = _next_start(attempt, ranked, best, homotopy)
         path = None if theta is None else homotopy.follow(theta)
-        stuck = path is None or (best is not None and path.normal.cost > WORTH * best.normal.cost)
-        if path is not None and (best is None or path.normal.cost < best.normal.cost):
+        stuck = path is None or (best is not None and path.level > WORTH * best.level)
+        if path is not None and (best is None or path.level < best.level):
             best = path
-        reached = best is not None and np.sqrt(best.normal.cost / homotopy.full.samples) < GOOD_ENOUGH
+        reached = best is not None and np.sqrt(best.level) < GOOD_ENOUGH
         if reached or (attempt > 1 and stuck):
             break
-    polished = None if best is None else homotopy.polish(best)
-    return judged(valve, coordinates, homotopy.full, polished)
+    whole = None if best is None else homotopy.carried(best)
+    return judged(valve, coordinates, homotopy.full, None if whole is None else homotopy.polish(whole))
 
 
 def _free(coordinates: Coordinates, name: str) -> bool:

@@ -21,8 +21,8 @@ from simulator import Kernel
 
 Array = NDArray[np.float64]
 
-WINDOWS = (0.05, 0.2, 1.0)
-"""Reset windows [s] of the early stages, which run on a part of long recordings."""
+WINDOWS, LATE = (0.05, 0.2, 1.0), 5.0
+"""Reset windows [s] of the early stages and of the first late one, which has a finer sub-step."""
 TUNING = 3.0
 """Tuning of the Cauchy loss in the robust stages, in sigmas of the measured noise."""
 COARSE = 2e-3
@@ -36,20 +36,24 @@ SHARPENING = 1e-9
 INSIGNIFICANT = 0.2
 """The last stages have settled when an iteration lowers the cost by less than this much of the residual's variance; one
 standard deviation of a parameter costs a whole one."""
-EARLY_SAMPLES = 15000
-"""Early stages use at most about this many samples, in chunks spread over the recordings."""
-CHUNK = 2500
+EARLY_SAMPLES, CHUNK = 15000, 2500
+"""Early stages of long recordings use about this many samples, in chunks of so many spread over the recordings."""
+EARLY_DT = 2e-3
+"""Spacing of their samples at least [s]: closer ones say little more and leave chunks of a few strokes."""
 
 
 @dataclass(frozen=True)
 class Path:
-    """Where a homotopy arrived: unknowns of the last stage, its normal equations and setting."""
+    """Where a homotopy arrived: unknowns of the last stage, its normal equations and setting; level : mean cost of a
+    sample, of the samples that were used.
+    """
 
     unknowns: Array
     normal: Normal
     setting: Setting
     evaluations: int
     settled: bool
+    level: float = 1.0
 
 
 class Homotopy:
@@ -60,9 +64,10 @@ class Homotopy:
     ) -> None:
         self.last_window = last_window
         self.full = Problem(kernel, coordinates, experiments)
-        self.early = Problem(kernel, coordinates, chunked(experiments))
-        self.dt = min(s.dt for e in experiments for s in e.segments)
-        self.longest = max(float(s.t[-1]) for e in experiments for s in e.segments)
+        parts = chunked(experiments)
+        self.early = self.full if parts is None else Problem(kernel, coordinates, parts)
+        self.dt = min(s.dt for e in self.early.experiments for s in e.segments)
+        self.longest = max(float(s.t[-1] - s.t[0]) for e in self.early.experiments for s in e.segments)
         self.loose = 4 * precision(coordinates, LOOSE)
         self.coarse = min(self.dt, COARSE)
 
@@ -71,49 +76,66 @@ class Homotopy:
         return self._stage(self.early, theta, Setting(self.coarse, max(WINDOWS[0], 2 * self.dt), TUNING))
 
     def follow(self, theta: Array) -> Path | None:
-        """All robust stages from a start; None when the model diverges everywhere."""
+        """All robust stages from a start, on the chunks of long recordings; None when the model diverges everywhere."""
         used = 0
-        for problem, setting in self._stages():
-            end = self._stage(problem, theta, setting)
+        for setting in self._settings():
+            end = self._stage(self.early, theta, setting)
             if end is None:
                 return None
             theta, used = end.theta[: len(theta)], used + end.evaluations
-            path = Path(end.theta, end.normal, setting, used, end.settled)
+            path = Path(end.theta, end.normal, setting, used, end.settled, end.normal.cost / self.early.samples)
         return path
 
-    def _stages(self) -> list[tuple[Problem, Setting]]:
+    def _settings(self) -> list[Setting]:
         early = [w for w in WINDOWS if self.dt < w < self.last_window]
-        late = [w for w in (5.0, self.last_window) if w <= min(self.longest, self.last_window) or w == self.last_window]
-        return [(self.early, Setting(self.coarse, w, TUNING)) for w in early] + [
-            (self.full, Setting(self.coarse / 2, w, TUNING)) for w in late
-        ]
+        late = [LATE] if min(self.longest, self.last_window) >= LATE else []
+        settings = [Setting(self.coarse, w, TUNING) for w in early]
+        return settings + [Setting(self.coarse / 2, w, TUNING) for w in dict.fromkeys((*late, self.last_window))]
+
+    def carried(self, path: Path) -> Path | None:
+        """A path on chunks carried to whole recordings; None where the model diverges there."""
+        if self.early is self.full:
+            return path
+        end = self._stage(self.full, path.unknowns[: self.full.n_free], path.setting)
+        if end is None:
+            return None
+        level = end.normal.cost / self.full.samples
+        return Path(end.theta, end.normal, path.setting, path.evaluations + end.evaluations, end.settled, level)
 
     def polish(self, path: Path, iterations: int = 25) -> Path:
         """Plain least squares from where the robust stages arrived, with a sub-step fine enough for the noise."""
-        setting, unknowns, used = replace(path.setting, tuning=np.inf), path.unknowns, path.evaluations
-        level = path.normal.cost / self.full.samples
-        end = self._plain(unknowns, setting, iterations, level)
+        setting = self._fine_enough(path.unknowns, replace(path.setting, tuning=np.inf), path.level)
+        end = self._plain(path.unknowns, setting, iterations, path.level)
         while end is not None:
-            unknowns, used = end.theta, used + end.evaluations
-            path = Path(unknowns, end.normal, setting, used, end.settled)
-            finer = replace(setting, h_max=setting.h_max / 2)
-            level = max(1.0, end.normal.cost / self.full.samples)
-            if setting.h_max <= FINEST or self.step_error(unknowns, setting, finer) < STEP_ERROR * np.sqrt(level):
+            level = end.normal.cost / self.full.samples
+            path = Path(end.theta, end.normal, setting, path.evaluations + end.evaluations, end.settled, level)
+            finer = self._fine_enough(path.unknowns, setting, path.level)
+            if finer == setting:
                 break
             setting = finer
-            end = self._plain(unknowns, setting, 6, level)
+            end = self._plain(path.unknowns, setting, 6, path.level)
         return self._sharpened(path)
+
+    def _fine_enough(self, unknowns: Array, setting: Setting, level: float) -> Setting:
+        """The setting with the sub-step halved until its error is small beside the residual."""
+        while setting.h_max > FINEST:
+            finer = replace(setting, h_max=setting.h_max / 2)
+            if self.step_error(unknowns, setting, finer) < STEP_ERROR * np.sqrt(max(1.0, level)):
+                break
+            setting = finer
+        return setting
 
     def _sharpened(self, path: Path) -> Path:
         """One Gauss-Newton move with a quarter of the sub-step: a systematic error of the step, however small
         beside the noise of one sample, would weigh in thousands of them.
         """
         setting = replace(path.setting, h_max=path.setting.h_max / 4)
-        evaluate = self.full.held(path.unknowns, setting, path.normal.cost / self.full.samples)
+        evaluate = self.full.held(path.unknowns, setting, path.level)
         end = descend(evaluate, path.unknowns, iterations=1, damping=SHARPENING)
         if end is None:
             return path
-        return Path(end.theta, end.normal, setting, path.evaluations + end.evaluations, path.settled)
+        level = end.normal.cost / self.full.samples
+        return Path(end.theta, end.normal, setting, path.evaluations + end.evaluations, path.settled, level)
 
     def step_error(self, unknowns: Array, setting: Setting, finer: Setting) -> float:
         """Root mean square change of the prediction, in sigmas, when the sub-step is halved."""
@@ -142,18 +164,19 @@ class Homotopy:
         return descend(evaluate, unknowns, iterations=15, tolerance=1e-3)
 
 
-def chunked(experiments: Sequence[Experiment]) -> list[Experiment]:
-    """The experiments restricted to chunks spread evenly over them, when they are long."""
+def chunked(experiments: Sequence[Experiment]) -> list[Experiment] | None:
+    """The experiments restricted to chunks spread evenly over them; None where they are short."""
     total = sum(e.samples for e in experiments)
     if total <= 1.5 * EARLY_SAMPLES:
-        return list(experiments)
-    share = EARLY_SAMPLES / total
-    return [e.with_segments(tuple(c for s in e.segments for c in _chunks(s, share))) for e in experiments]
+        return None
+    every = max(1, int(EARLY_DT / min(s.dt for e in experiments for s in e.segments) + 1e-9))
+    share = min(1.0, EARLY_SAMPLES * every / total)
+    return [e.with_segments(tuple(c for s in e.segments for c in _chunks(s, share, every))) for e in experiments]
 
 
-def _chunks(segment: Segment, share: float) -> list[Segment]:
-    n = len(segment.t)
-    count = max(1, round(share * n / CHUNK))
-    size = min(n, max(CHUNK if n > CHUNK else n, int(share * n / count)))
+def _chunks(segment: Segment, share: float, every: int) -> list[Segment]:
+    n, least = len(segment.t), CHUNK * every
+    count = max(1, round(share * n / least))
+    size = min(n, max(least, int(share * n / count)))
     firsts = np.linspace(0, n - size, count).astype(int)
-    return [segment.part(first, first + size) for first in firsts]
+    return [segment.part(first, first + size, every) for first in firsts]

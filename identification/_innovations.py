@@ -145,8 +145,9 @@ class NoiseAware:
             return None
         return self._judged(theta, tuple(f[0] for f in found), tuple(f[1] for f in found))
 
-    def descend(self, now: Estimate, loose: Looseness, steps: int) -> Estimate:
-        """Gauss-Newton steps with adaptive damping; a step that raises the cost is taken back.
+    def descend(self, now: Estimate, loose: Looseness, steps: int, worth: float = 0.0) -> Estimate:
+        """Gauss-Newton steps with adaptive damping; a step that raises the cost is taken back. worth : fall of the cost
+        below which two steps in a row are the last.
 
         A step moves parameters and paths together to first order, and where something breaks away that is not enough:
         the cost rises by thousands until the paths have come to rest at the new parameters. So only then it is judged;
@@ -154,8 +155,9 @@ class NoiseAware:
         cost about a path that is not yet the smoothed one can be too low, and then nothing is below it: after a failure
         the path is first brought to rest where it is.
         """
-        damping, failures, settled = 1e-3, 0, False
+        damping, failures, settled, idle = 1e-3, 0, False, 0
         for _ in range(steps):
+            before = now.cost
             held = replace(now.normal, matrix=now.normal.matrix + HOLD * np.eye(len(now.theta)))
             step = np.clip(move(held, damping), -LONGEST, LONGEST)
             trial = self._rested(
@@ -171,7 +173,8 @@ class NoiseAware:
             else:
                 damping, failures = max(20 * damping, 1e-3), failures + 1
                 settled = (small and self.dense) or failures > MOST_FAILURES
-            if settled:
+            idle = idle + 1 if before - now.cost < worth else 0
+            if settled or idle > 1:
                 break
         return replace(now, settled=settled)
 
@@ -184,8 +187,12 @@ class NoiseAware:
             trial = self.at(trial.theta, self._moved(trial, still, loose.share), loose, steps=0)
         return trial
 
-    def follow(self, theta: Array, paths: Sequence[Array] | None = None, stages: Stages = ()) -> Estimate | None:
-        """All stages from a start, by default those for whole recordings; None where the model diverges."""
+    def follow(
+        self, theta: Array, paths: Sequence[Array] | None = None, stages: Stages = (), worth: float = 0.0
+    ) -> Estimate | None:
+        """All stages from a start, by default those for whole recordings; None where the model diverges. worth : as in
+        `descend`.
+        """
         now: Estimate | None = None
         stages = stages or (STAGES if self.dense else SPARSE_STAGES)
         for loose, steps in stages:
@@ -194,7 +201,7 @@ class NoiseAware:
             begun = self.start(theta, loose) if paths is None else self.at(theta, paths, loose, steps=4)
             if begun is None:
                 return now
-            now = self.descend(begun, loose, steps)
+            now = self.descend(begun, loose, steps, worth)
         return now
 
     def strict(self, now: Estimate) -> Estimate | None:
@@ -206,7 +213,13 @@ class NoiseAware:
         return np.sqrt(np.maximum(np.diag(now.covariance), 1e-12))
 
     def _moved(self, now: Estimate, step: Array, share: float) -> list[Array]:
-        return self._each(lambda i: now.paths[i] + share * self.toward(now.linearised[i], step))
+        still = np.zeros(len(step))
+
+        def moved(i: int) -> Array:
+            line, way = now.linearised[i], self.toward(now.linearised[i], step)
+            return now.paths[i] + (way - (1 - share) * self.toward(line, still) if step.any() else share * way)
+
+        return self._each(moved)
 
     def _judged(self, theta: Array, paths: tuple[Array, ...], lines: tuple[Linearised, ...]) -> Estimate | None:
         total, cost, far, loss, seen_y = prior(self.names, theta), 0.0, 0, 0.0, 0

@@ -29,11 +29,15 @@ FIRST_V, FIRST_SLOPE = 1e-4, 1e3
 """Standard deviations of the first velocity [m/s] and slope of the force [N/s]."""
 
 
+UNKNOWN = 0.3
+"""Standard deviation of the first state of a memory, as a share of what it can be."""
+
+
 @dataclass(frozen=True)
 class Scene:
     """A segment on the nodes of its path. t (n,) [s]; y (n,) [m] and u (n,) [N] measured, NaN at nodes between
     samples; force : what the recording alone says of it; noise_y [m]; motion (n, 3): smoothed x [m] and v [m/s], and v
-    behind a dead zone at the level of the noise.
+    behind a dead zone at the level of the noise; lead : of a part, what comes before it, up to its first node.
     """
 
     t: Array
@@ -42,6 +46,7 @@ class Scene:
     force: Force
     noise_y: float
     motion: Array
+    lead: Scene | None = None
 
     @classmethod
     def of(cls, segment: Segment, noise_y: float, noise_u: float) -> Scene:
@@ -57,7 +62,8 @@ class Scene:
         f, s = self.force, slice(first, last)
         force = Force(f.u[s], f.slope[s], f.std[s], f.intensity[first : last - 1], f.noise)
         t, motion = np.ascontiguousarray(self.t[s]), np.ascontiguousarray(self.motion[s])
-        return Scene(t, self.y[s], self.u[s], force, self.noise_y, motion)
+        lead = self.part(0, first + 1) if first else self.lead
+        return Scene(t, self.y[s], self.u[s], force, self.noise_y, motion, lead)
 
     def divided(self, between: int) -> Scene:
         """The same scene with every interval divided in so many."""
@@ -77,7 +83,7 @@ class Scene:
             intensity=np.repeat(f.intensity, between),
         )  # fmt: skip
         motion = np.column_stack([np.interp(t, self.t, column) for column in self.motion.T])
-        return Scene(t, spread(self.y), spread(self.u), force, self.noise_y, motion)
+        return Scene(t, spread(self.y), spread(self.u), force, self.noise_y, motion, self.lead)
 
 
 @dataclass(frozen=True)
@@ -121,7 +127,9 @@ class Linearised:
 
 
 def first_path(kernel: Kernel, scene: Scene, p: Array, h_max: float = 1e-3) -> Array | None:
-    """A path (n, n_states) along the smoothed motion and force, on which the memory of the effects has run along."""
+    """A path (n, n_states) along the smoothed motion and force, on which the memory of the effects has run along: that
+    of a part since before it began, for plays remember turns that are long past.
+    """
     value = dict(zip(kernel.parameters, p, strict=True))
     start = kernel.start(scene.motion[0, 0], 0.0, scene.force.u[0])
     path = np.zeros((len(scene.t), len(kernel.states)))
@@ -134,6 +142,9 @@ def first_path(kernel: Kernel, scene: Scene, p: Array, h_max: float = 1e-3) -> A
     deflection = value["lugre.fc"] / value["lugre.sigma0"]
     left = scene.force.u[0] - value["spring.K"] * path[0, 0] - value["spring.F0"]
     path[0, kernel.states.index("lugre.z")] = np.clip(left / value["lugre.sigma0"], -deflection, deflection)
+    before = None if scene.lead is None else first_path(kernel, scene.lead, p, h_max)
+    if before is not None:
+        path[0, 2:-2] = before[-1, 2:-2]
     run = kernel.shoot(scene.t, scene.force.u, p, path, h_max=h_max, carry=True)
     return None if run.failed is not None or not np.isfinite(path).all() else path
 
@@ -143,10 +154,11 @@ def linearise(
 ) -> Linearised | None:
     """Filter a scene along a path at parameters p; None where the model has no solution."""
     model = _Model.of(kernel, coordinates, scene, p, path, loose.h_max)
-    line = None if model is None else _filtered(kernel, scene, p, loose, model)
+    first = _first_variances(kernel, scene, p, loose, path)
+    line = None if model is None else _filtered(kernel, scene, p, loose, model, first)
     if model is None or line is None or not loose.honest or loose.curvature == 0.0:
         return line
-    plain = _filtered(kernel, scene, p, replace(loose, curvature=0.0), model.without_parameters())
+    plain = _filtered(kernel, scene, p, replace(loose, curvature=0.0), model.without_parameters(), first)
     return None if plain is None else replace(line, judged=plain.judged)
 
 
@@ -175,9 +187,9 @@ class _Model:
         E = np.column_stack([scene.y - shots.outputs[:, 0], scene.u - path[:, -2]])
         H, D = np.zeros((n, 2, s)), np.zeros((n, 2, len(slope)))
         H[:, 0], H[:, 1, -2] = shots.outputs_by[:, 0, q:], 1.0
-        D[:, 0] = shots.outputs_by[:, 0, :q][:, coordinates.free] * slope
+        D[:, 0] = _columns(shots.outputs_by[:, 0, :q], coordinates.free) * slope
         F = np.ascontiguousarray(shots.by[:, :, q:])
-        G = np.ascontiguousarray(shots.by[:, :, :q][:, :, coordinates.free] * slope)
+        G = _columns(shots.by[:, :, :q], coordinates.free) * slope
         return cls(E, H, D, F, G, shots.ends - path[1:])
 
     def without_parameters(self) -> _Model:
@@ -185,13 +197,24 @@ class _Model:
         return replace(self, D=np.zeros((len(self.D), 2, 0)), G=np.zeros((*self.G.shape[:2], 0)))
 
 
-def _filtered(kernel: Kernel, scene: Scene, p: Array, loose: Looseness, model: _Model) -> Linearised | None:
+def _columns(values: Array, chosen: NDArray[np.bool_]) -> Array:
+    """The chosen last columns, by slices: a mask would take five times as long."""
+    if chosen.all():
+        return values
+    places = np.flatnonzero(chosen)
+    runs = np.split(places, np.flatnonzero(np.diff(places) > 1) + 1)
+    return np.concatenate([values[..., run[0] : run[-1] + 1] for run in runs if len(run)], axis=-1)
+
+
+def _filtered(
+    kernel: Kernel, scene: Scene, p: Array, loose: Looseness, model: _Model, first: Array
+) -> Linearised | None:
     n, _, s = model.H.shape
     m = model.D.shape[2]
     noise = np.array([scene.noise_y, loose.force * scene.force.noise])
     R = np.where(np.isfinite(model.E), noise**2, np.inf)
     A, P, S = np.zeros((n, s)), np.zeros((n, s, s)), np.zeros((n, s, m))
-    P[0] = np.diag(_first_variances(kernel, scene, p, loose))
+    P[0] = np.diag(first)
     V, J, K = np.empty((n, 2)), np.empty((n, 2, m)), np.empty((n, 2, s))
     E, Q = np.nan_to_num(model.E), _noise(kernel, scene, p, loose, model.jump)
     loops().filtered(E, model.H, model.D, model.F, model.G, model.jump, Q, R, A, P, S, V, J, K)
@@ -207,11 +230,16 @@ def _memory_std(kernel: Kernel, p: Array, share: float) -> Array:
     return np.array([share * (deflection if m.unit == "m" else 1.0) for m in kernel.layout.memory])
 
 
-def _first_variances(kernel: Kernel, scene: Scene, p: Array, loose: Looseness) -> Array:
-    memory = _memory_std(kernel, p, 0.3) ** 2
-    known = [m.at_position or m.at_force for m in kernel.layout.memory]
-    memory[known] = np.array([scene.noise_y**2 if m.at_position else scene.force.noise**2
-                              for m in kernel.layout.memory if m.at_position or m.at_force])  # fmt: skip
+def _first_variances(kernel: Kernel, scene: Scene, p: Array, loose: Looseness, path: Array) -> Array:
+    """Variances (s,) of the first state. Memory that starts at the position or force is as far from it, for all that is
+    known, as a part of how far it is along the path: a play may begin anywhere within its gap.
+    """
+    memory = _memory_std(kernel, p, UNKNOWN) ** 2
+    for i, m in enumerate(kernel.layout.memory):
+        if m.at_position or m.at_force:
+            apart = path[:, 2 + i] - path[:, 0 if m.at_position else -2]
+            noise = scene.noise_y if m.at_position else scene.force.noise
+            memory[i] = noise**2 + UNKNOWN**2 * float(np.mean(apart**2))
     force = 4 * (loose.force * scene.force.noise) ** 2
     return np.array([4 * scene.noise_y**2, FIRST_V**2, *memory, force, FIRST_SLOPE**2])
 

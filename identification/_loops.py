@@ -19,11 +19,12 @@ number, vector, matrix, cube = numba.float64, numba.float64[::1], numba.float64[
 
 
 @native
-def update(a: Any, P: Any, S: Any, h: Any, J: Any, e: float, r: float, K: Any, M: Any, T: Any) -> float:  # noqa: C901
-    """Take one scalar measurement into mean a, covariance P and sensitivities S; Joseph form.
+def update(a: Any, P: Any, S: Any, h: Any, J: Any, e: float, r: float, K: Any) -> float:
+    """Take one scalar measurement into mean a, covariance P and sensitivities S.
 
     h (s,) : its row; J (m,) : how the innovation falls with the parameters; e : innovation; r : noise variance;
-    K (s,) is filled with the gain; M, T (s, s) : room. Returns the variance of the innovation.
+    K (s,) is filled with the gain. Returns the variance of the innovation. Joseph's form, which stays positive where a
+    measurement is far better than what is known before it, would take three times as long: here it never is.
     """
     s = a.shape[0]
     for i in range(s):
@@ -34,24 +35,15 @@ def update(a: Any, P: Any, S: Any, h: Any, J: Any, e: float, r: float, K: Any, M
     for i in range(s):
         variance += h[i] * K[i]
     for i in range(s):
-        K[i] /= variance
-        a[i] += K[i] * e
+        gain = K[i] / variance
+        a[i] += gain * e
         for j in range(J.shape[0]):
-            S[i, j] -= K[i] * J[j]
-        for j in range(s):
-            M[i, j] = (1.0 if i == j else 0.0) - K[i] * h[j]
-    for i in range(s):
-        for j in range(s):
-            T[i, j] = 0.0
-            for k in range(s):
-                T[i, j] += M[i, k] * P[k, j]
-    for i in range(s):
+            S[i, j] -= gain * J[j]
         for j in range(i + 1):
-            value = K[i] * r * K[j]
-            for k in range(s):
-                value += T[i, k] * M[j, k]
-            P[i, j] = value
-            P[j, i] = value
+            P[i, j] -= gain * K[j]
+            P[j, i] = P[i, j]
+    for i in range(s):
+        K[i] /= variance
     return variance
 
 
@@ -98,7 +90,7 @@ def filtered(E: Any, H: Any, D: Any, F: Any, G: Any, jump: Any, Q: Any, R: Any, 
     n, s = A.shape
     m = S.shape[2]
     a, p, t = A[0].copy(), P[0].copy(), S[0].copy()
-    M, T, U, b = np.empty((s, s)), np.empty((s, s)), np.empty((s, m)), np.empty(s)
+    T, U, b = np.empty((s, s)), np.empty((s, m)), np.empty(s)
     for k in range(n):
         A[k], P[k], S[k] = a, p, t
         for c in range(2):
@@ -112,7 +104,7 @@ def filtered(E: Any, H: Any, D: Any, F: Any, G: Any, jump: Any, Q: Any, R: Any, 
                 E[k, c], V[k, c], K[k, c] = 0.0, np.inf, 0.0
                 J[k, c] = 0.0
             else:
-                V[k, c] = update(a, p, t, H[k, c], J[k, c], E[k, c], R[k, c], K[k, c], M, T)
+                V[k, c] = update(a, p, t, H[k, c], J[k, c], E[k, c], R[k, c], K[k, c])
         if k + 1 < n:
             predict(a, p, t, F[k], G[k], jump[k], Q[k], b, T, U)
 

@@ -47,6 +47,8 @@ MOST_TRIES = 7
 CLEAN_LOSS, CLEAN_OUTLIERS = 1.03, 5e-4
 """Mean loss (and three standard deviations of it) and share of outliers up to which the innovations are those of the
 right model."""
+AGREED = 2.0
+"""Difference of the costs of two ends on chunks up to which they are the same."""
 HOPELESS, HOPELESS_TRIES = 50.0, 3
 """Mean loss from which a fit follows nothing of the data, and ways after which no more are gone where all end there."""
 MASSES = (0.2, 30.0)
@@ -84,9 +86,15 @@ def sought(small: NoiseAware, theta: Array, *others: Array, most: int = MOST_TRI
         if end is not None:
             ends.append(lean(end))
         hopeless = tries >= HOPELESS_TRIES and all(end.loss > HOPELESS for end in ends)
-        if ends and (tries >= most or hopeless or ends[-1].loss < PROMISING):
+        if ends and (tries >= most or hopeless or ends[-1].loss < PROMISING or _agreed(ends)):
             break
     return _best(small, ends, others[-1] if others else theta) if ends else None
+
+
+def _agreed(ends: Sequence[Estimate]) -> bool:
+    """Whether two ways, and no way to a better end, led to the same place."""
+    least = min(end.cost for end in ends)
+    return sum(end.cost < least + AGREED for end in ends) > 1
 
 
 def _best(problem: NoiseAware, ends: Sequence[Estimate], guess: Array) -> Estimate:

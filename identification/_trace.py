@@ -18,7 +18,7 @@ from identification._experiment import Experiment, experiment
 from identification._fit import check_given, obstacle
 from identification._identify import plant_constants
 from identification._innovations import Estimate
-from identification._trace_base import first_model, fit_left, held_left, settled, split, stiffened, thorough, white
+from identification._trace_base import first_model, fit_left, held_left, settled, split, stiffened, white
 from identification._trace_exchange import exchanged, size
 from identification._trace_judge import COMPLETE, Comparison, Whiteness, compare
 from identification._trace_model import Model
@@ -34,10 +34,15 @@ PROMISING = 0.1
 """Share of the best score below which a candidate is not sought; the second best always is."""
 FAR_OFF = 1.4
 """Mean loss from which scores are not to be trusted, and all candidates are sought."""
+LEFT = 1.15
+"""Mean loss, fitted or held out, from which effects that a model may have bent to imitate are sought whatever their
+score."""
 KEPT, FULLY = 0.5, 4
 """Share of the best gain on chunks below which a candidate is given up, and how many are refitted to all at most."""
 KEPT_IMPOSED, FULLY_IMPOSED = 0.2, 8
 """The same where the force is predicted, which costs little."""
+LIKELY = 0.5
+"""Share of `WORTH` that a candidate must gain on chunks, for as much as they are of the recordings."""
 MOST = 3
 """Effects that are added at most."""
 WORTH = 60.0
@@ -117,9 +122,6 @@ def select(
     _check(experiments, held)
     base = first_model(experiments, others, held)
     model, added, rounds = _selected(base)
-    if not (added or white(base) or base.bench.imposed):  # what is left must not be left by the fit
-        base = thorough(base)
-        model, added, rounds = _selected(base)
     first, alike = rounds[0], same_class(rounds[0]) if added else ()
     if len(added) > 1:
         beside, earlier = {r[0].effect: [c for c in r[1:] if c.refit is not None] for r in rounds}, added
@@ -172,24 +174,37 @@ def judged(model: Model) -> tuple[Candidate, ...]:
     and judged on the held-out scenes.
     """
     scores = screen(model)
-    worth = [s for i, s in enumerate(scores[:TRIED]) if i < 2 or s.gain > PROMISING * scores[0].gain]
+    left = max(model.estimate.loss, held_left(model).loss) > LEFT
+    worth = [
+        s for i, s in enumerate(scores)
+        if i < 2 or (i < TRIED and s.gain > PROMISING * scores[0].gain) or (left and model.imitations(s.effect))
+    ]  # fmt: skip
     far_off = model.estimate.loss > FAR_OFF
     worth = scores if far_off else worth
     plain = model.sought()
     begun = [_begun(model, plain, s, far_off, from_here=i < TRIED) for i, s in enumerate(worth)]
     begun.sort(key=lambda c: -c.gain if c.refit is not None else np.inf)
-    most = begun[0].gain if begun else 0.0
-    kept, fully = (KEPT_IMPOSED, FULLY_IMPOSED) if model.bench.imposed else (KEPT, FULLY)
-    tried = [_ended(model, c) if c.refit is not None and c.gain >= kept * most and i < fully else replace(c, refit=None)
-             for i, c in enumerate(begun)]  # fmt: skip
+    promising = _promising(model, begun)
+    tried = [_ended(model, c) if c.effect in promising else replace(c, refit=None) for c in begun]
     ranked = sorted(tried, key=lambda c: (not c.accepted, -(c.gain + (c.held.gain if c.held else 0.0))))
     rest = [Candidate(s.effect, s.gain, s.values, why="others promise more") for s in scores if s not in worth]
     return tuple(_simplest_first(ranked) + rest)
 
 
+def _promising(model: Model, begun: Sequence[Candidate]) -> list[str]:
+    """Of candidates on chunks, best first, the effects worth being refitted to the whole recordings: not far behind the
+    best, and likely to gain enough there.
+    """
+    kept, fully = (KEPT_IMPOSED, FULLY_IMPOSED) if model.bench.imposed else (KEPT, FULLY)
+    sought = [c for c in begun if c.refit is not None][:fully]
+    share = model.bench.samples / model.bench.thinned()[0].samples
+    least = max(kept * sought[0].gain, LIKELY * WORTH / share) if sought else 0.0
+    return [c.effect for c in sought if c.gain >= least]
+
+
 def _begun(model: Model, plain: Model | None, s: Score, far_off: bool, from_here: bool) -> Candidate:
     """A candidate with the best fit to chunks; refit is None where it is not worth one."""
-    if s.gain < WORTH / 2 and not far_off:
+    if s.gain < WORTH / 2 and not (far_off or model.imitations(s.effect)):
         return Candidate(s.effect, s.gain, s.values, why="hardly shows in the fitted recordings")
     found = model.sought(s.effect, values=s.values, from_here=from_here)
     if found is None or plain is None:
@@ -221,7 +236,12 @@ def _least(model: Model, estimate: Estimate) -> float:
     """Fall of the cost that an effect is worth, on the scenes of an estimate of a model."""
     if not model.bench.imposed:
         return WORTH
-    return WORTH + NOTABLE * estimate.samples * max(estimate.loss - 1, 0.0)
+    return WORTH + _notable(estimate)
+
+
+def _notable(estimate: Estimate) -> float:
+    """Fall of the cost that is a notable part of what is left."""
+    return NOTABLE * estimate.samples * max(estimate.loss - 1, 0.0)
 
 
 def _simplest_first(ranked: list[Candidate]) -> list[Candidate]:

@@ -13,7 +13,7 @@ from identification._experiment import Experiment, Segment, imposed
 from identification._fit import Outcome
 from identification._imposed import fit_imposed
 from identification._innovations import NoiseAware, lean, resolving, scenes
-from identification._noise_aware import carried, on_chunks, sought
+from identification._noise_aware import on_chunks, sought
 from identification._trace_imposed import imposed_scenes, showing
 from identification._trace_judge import Whiteness, whiteness
 from identification._trace_model import FINAL, REFIT, Bench, Model, coordinates, problem
@@ -27,6 +27,10 @@ WAYS = 4
 """Ways that a base model is sought on chunks: one that lacks an effect fits badly at the end of all of them."""
 STIFFER = 2.0
 """Bristles are at most so many times as stiff as those of the model without the effect."""
+BETTER = 10.0
+"""Fall of the cost on chunks that makes another end worth being carried to whole recordings."""
+REFITS = 3
+"""Refits of a model that is being settled at most."""
 HELD_SHARE = 0.25
 """Share of each recording that is held out when no recording is."""
 
@@ -75,7 +79,7 @@ def base_model(experiments: Sequence[Experiment], bench: Bench) -> Model:
     best = None if best is None else work.follow(best.theta, stages=((FINAL, REFIT),))
     if best is None:
         raise NegativeAnswer(Outcome.DIVERGED.value)
-    return stiffened(Model(BASE, bench, lean(best)))
+    return stiffened(settled(Model(BASE, bench, lean(best))))
 
 
 def stiffened(model: Model) -> Model:
@@ -93,26 +97,29 @@ def bench_of(experiments: Sequence[Experiment], held: Sequence[Experiment], give
     return Bench(tuple(fitted), tuple(other), dict(given), (float(x.min()), float(x.max())), float(np.std(force)))
 
 
-def thorough(base: Model) -> Model:
-    """A base model carried on by all stages, and from another search: the best that can be had."""
-    work = NoiseAware(base.kernel, base.coordinates, base.bench.fitted)
-    estimate = carried(work, on_chunks(work), base.estimate)
-    if estimate is None:
-        return settled(base)
-    return settled(replace(base, estimate=estimate))
-
-
 def settled(model: Model) -> Model:
-    """A model fitted on from where it is and from the best that a search finds; the better of both. One that leaves
-    nothing is left alone.
+    """A model fitted on from where it is, and along new paths from the best that a search on chunks finds; the better
+    of both. One that leaves nothing is left alone.
+
+    What lacks an effect has many ends that differ by hundreds in cost, by its paths alone. Candidates are sought from
+    new paths, so the model that they are held against must have been, too: or any of them explains that difference.
     """
     if white(model):
         return model
-    here, other = model.refitted(), model.sought()
+    here, other = rested(model), model.sought()
     there = None if other is None else other.carried(model.bench)
     if there is None or there.estimate.cost >= here.estimate.cost or there.estimate.loss >= here.estimate.loss:
         return here
-    return there
+    return rested(there)
+
+
+def rested(model: Model) -> Model:
+    """A model refitted for as long as that notably helps: plays and hysteresis come to rest slowly."""
+    for _ in range(REFITS):
+        before, model = model, model.refitted()
+        if model.estimate.settled or model.estimate.cost > before.estimate.cost - BETTER:
+            break
+    return model
 
 
 def split(experiments: Sequence[Experiment]) -> tuple[list[Experiment], list[Experiment]]:

@@ -31,7 +31,7 @@ FREE = float(np.log(10.0))
 """A coordinate may move by so much from where a descent starts before that costs as much as one residual."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class ImposedScene(Scene):
     """A segment with its motion imposed. driven (n, 4) : x, v, a and load; counts (n,) : the samples that are judged;
     force : as recorded, its std that of what a complete model leaves.
@@ -48,7 +48,8 @@ class ImposedScene(Scene):
         far = np.abs(m.x - m.x[0]) > BEGINNING * np.ptp(m.x)
         counts = s.seen & (np.arange(n) >= np.argmax(far))
         driven = np.column_stack([m.x, m.crept, m.a, s.load])
-        return cls(s.t, s.y, s.u, force, e.noise_position, np.column_stack([m.x, m.v, m.crept]), driven, counts)
+        motion = np.column_stack([m.x, m.v, m.crept])
+        return cls(s.t, s.y, s.u, force, e.noise_position, motion, driven=driven, counts=counts)
 
 
 def imposed_scenes(experiments: Sequence[Experiment], kernel: Kernel, p: Array) -> list[Scene]:
@@ -114,7 +115,7 @@ class ImposedFit:
         pairs = [pair for pair in found if pair is not None]
         return self._judged(theta, pairs) if len(pairs) == len(found) else None
 
-    def descend(self, now: Estimate, loose: Looseness, steps: int) -> Estimate:
+    def descend(self, now: Estimate, loose: Looseness, steps: int, worth: float = 0.0) -> Estimate:
         """At most so many damped Gauss-Newton steps."""
         hold = np.full(len(now.theta), max(now.loss, 1.0) / FREE**2)
 
@@ -127,8 +128,9 @@ class ImposedFit:
         return now if end is None or found is None else replace(found, settled=end.settled)
 
     def follow(
-        self, theta: Array, paths: Sequence[Array] | None = None, stages: Sequence[tuple[Looseness, int]] = ()
-    ) -> Estimate | None:
+        self, theta: Array, paths: Sequence[Array] | None = None, stages: Sequence[tuple[Looseness, int]] = (),
+        worth: float = 0.0,
+    ) -> Estimate | None:  # fmt: skip
         """All stages from a start; None where the model diverges."""
         now: Estimate | None = None
         for loose, steps in stages:

@@ -20,10 +20,14 @@ Array = NDArray[np.float64]
 
 FINAL = Looseness(1.0, 1e-5, 0.1, 5e-4, honest=False)
 """Looseness of all fits while tracing: they start near their end."""
+COARSE = replace(FINAL, h_max=1e-3)
+"""The same of searches on chunks."""
 REFIT = 12
 """Steps of a refit."""
-SEARCH = 12
-"""Steps of a search on chunks."""
+IDLE = 2.0
+"""Fall of the cost below which two steps of a search or a refit are its last."""
+SEARCH, LOOK, FOLLOWED = 12, 4, 2
+"""Steps of a search on chunks, those after which its starts are compared, and how many of them go on."""
 HELD_STEPS = 10
 """Steps of the paths on held-out recordings."""
 RESTED = 2
@@ -56,6 +60,11 @@ class Bench:
             return self, [(i, slice(0, len(scene.t))) for i, scene in enumerate(self.fitted)]
         places = [(i, at) for i, scene in enumerate(self.fitted) for at in _chunks(scene)]
         return replace(self, fitted=tuple(self.fitted[i].part(at.start, at.stop) for i, at in places)), places
+
+    @property
+    def samples(self) -> int:
+        """Number of nodes of the fitted scenes."""
+        return sum(len(scene.t) for scene in self.fitted)
 
     @property
     def stroke(self) -> float:
@@ -121,14 +130,14 @@ class Model:
         """The same effects after further steps."""
         work = problem(self.effects, self.bench, self.bench.fitted)
         begun = work.at(self.estimate.theta, self.estimate.paths, FINAL, steps=0)
-        return self if begun is None else Model(self.effects, self.bench, lean(work.descend(begun, FINAL, REFIT)))
+        return self if begun is None else Model(self.effects, self.bench, lean(work.descend(begun, FINAL, REFIT, IDLE)))
 
     def sought(
         self, *effect: str, values: Mapping[str, float] | None = None, from_here: bool = True
     ) -> Model | None:  # fmt: skip
         """The best fit to chunks of the scenes of this model, or of it and one more effect at some values: from here,
-        unless not wanted, and with the mass, the damping and the friction curve set back to usual ones. None where all
-        diverge.
+        unless not wanted, with the mass, the damping and the friction curve set back to usual ones, and from where the
+        effect says that a model without it may have bent. None where all diverge.
 
         A base model bends its parameters to make up for what it lacks, and from there the way back can be barred.
         """
@@ -137,10 +146,19 @@ class Model:
         work = problem(effects, bench, bench.fitted)
         known = {k: v for e in effect for k, v in defaults(e, self.bench).items()} | self.values | dict(values or {})
         theta = work.coordinates.theta(work.kernel.vector(known))
-        starts = [theta, tamed(work.coordinates, theta)[0]][0 if from_here else 1 :]
-        ends = [work.follow(start, stages=((FINAL, SEARCH),)) for start in starts]
-        found = [end for end in ends if end is not None]
-        return Model(effects, bench, lean(min(found, key=lambda end: end.cost))) if found else None
+        starts = [theta] * from_here + tamed(work.coordinates, theta)[:1]
+        bent = [start for e in effect for start in self.imitations(e)]
+        starts += [work.coordinates.theta(work.kernel.vector(known | dict(start))) for start in bent]
+        looks = [work.follow(start, stages=((COARSE, LOOK),)) for start in starts]
+        best = sorted((look for look in looks if look is not None), key=lambda look: look.cost)[:FOLLOWED]
+        ends = [work.descend(look, COARSE, SEARCH - LOOK, IDLE) for look in best]
+        return Model(effects, bench, lean(min(ends, key=lambda end: end.cost))) if ends else None
+
+    def imitations(self, effect: str) -> list[Mapping[str, float]]:
+        """Values by which this model may imitate an effect, from which to seek it."""
+        if self.bench.imposed:
+            return []
+        return list(CATALOGUE[effect].imitated(self.values))
 
     def without(self, effect: str) -> Model | None:
         """The other effects of this model, fitted on from here."""
@@ -158,13 +176,13 @@ class Model:
         effects = in_order(*(e for e in self.effects if e != effect), other)
         work = problem(effects, self.bench, self.bench.fitted)
         known = defaults(other, self.bench) | self.values | dict(values)
-        end = work.follow(work.coordinates.theta(work.kernel.vector(known)), stages=((FINAL, REFIT),))
+        end = work.follow(work.coordinates.theta(work.kernel.vector(known)), stages=((FINAL, REFIT),), worth=IDLE)
         return None if end is None else Model(effects, self.bench, lean(end)).refitted()
 
     def carried(self, bench: Bench) -> Model | None:
         """These parameters fitted on to all of a bench, along new paths."""
         work = problem(self.effects, bench, bench.fitted)
-        end = work.follow(self.estimate.theta, stages=((FINAL, REFIT),))
+        end = work.follow(self.estimate.theta, stages=((FINAL, REFIT),), worth=IDLE)
         return None if end is None else Model(self.effects, bench, lean(end))
 
     def with_effect(self, effect: str, values: Mapping[str, float], steps: int = 0) -> Model | None:

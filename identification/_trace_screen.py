@@ -55,7 +55,7 @@ def screen(base: Model) -> list[Score]:
     candidates = [e for e in base.bench.candidates if e not in base.effects]
     rhythms = rhythms_of(base)
     thin = base.thinned()
-    share = sum(len(s.t) for s in base.bench.fitted) / sum(len(s.t) for s in thin.bench.fitted)
+    share = base.bench.samples / thin.bench.samples
     found = [best(thin, effect, rhythms) for effect in candidates]
     found = [s if s is None else Score(s.effect, s.gain * share, s.values) for s in found]
     return sorted((s for s in found if s is not None), key=lambda s: -s.gain)

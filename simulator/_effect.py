@@ -15,7 +15,7 @@ y = output_M(... output_1(x)).
 from __future__ import annotations
 
 from abc import ABC
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import ClassVar
@@ -152,6 +152,13 @@ class Effect(ABC):
     def output(self, q: Quantities, p: Values, s: Values) -> Expression:
         """The position [m] behind this effect, given the one before it, `q.y`. Site OUTPUT."""
         return q.y
+
+    def imitated(self, base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
+        """Values from which a fit of this effect is to start as well, SI units by full parameter name, given those of a
+        fitted model without it. For what such a model imitates by bending its own parameters: once they are bent, a
+        little of the effect improves nothing, and the way back is barred.
+        """
+        return ()
 
     def parameter_name(self, symbol: str) -> str:
         """The full name of a parameter, as files have it: ``spring.K``."""

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from simulator._effect import Effect, Expression, Memory, Parameter, Quantities, Site, Values
+from simulator._imitation import hidden_in_friction
 from simulator._play import play
 
 ELEMENTS = 4
@@ -35,3 +36,8 @@ class ActuatorHysteresis(Effect):
     def input(self, q: Quantities, p: Values, s: Values) -> Expression:
         behind = sum((q.u - s[f"w{i}"]) / i for i in range(1, ELEMENTS + 1))
         return q.u - p["h"] / p["r"] * behind
+
+    def imitated(self, base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
+        r = self.parameter_name("r")
+        part = hidden_in_friction(self.parameter_name("h"), base, 0.3)
+        return [part | {r: multiple * base["lugre.fc"]} for multiple in (0.2, 0.6)]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import itertools
+from collections.abc import Mapping, Sequence
 
 from simulator._effect import Effect, Expression, Memory, Parameter, Quantities, Site, Values
 from simulator._play import play
@@ -23,3 +24,16 @@ class Backlash(Effect):
 
     def output(self, q: Quantities, p: Values, s: Values) -> Expression:
         return s["w"]
+
+    def imitated(self, base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
+        """A play hides the bristles: without it they look stiffer, and the friction curve flatter."""
+        if base["spring.K"] <= 0:
+            return []
+        way, found = base["lugre.fc"] / base["spring.K"], list[Mapping[str, float]]()
+        for share, softer in itertools.product((0.03, 0.1), (1.0, 0.1)):
+            sigma0 = softer * base["lugre.sigma0"]
+            found.append({
+                self.parameter_name("width"): share * way, "lugre.sigma0": sigma0, "lugre.vs": 3e-3,
+                "lugre.sigma1": 0.6 * (sigma0 * base["mass.m"]) ** 0.5, "lugre.fs": 1.4 * base["lugre.fc"],
+            })  # fmt: skip
+        return found

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 from simulator._delay import LONGEST
 from simulator._effect import Effect, Expression, Parameter, Quantities, Site, Values
+from simulator._imitation import late
 
 
 class DeadTime(Effect):
@@ -25,3 +28,6 @@ class DeadTime(Effect):
 
     def input(self, q: Quantities, p: Values, s: Values) -> Expression:
         return q.u + q.late
+
+    def imitated(self, base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
+        return late(self.parameter_name("tau"), base)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from simulator._effect import Effect, Expression, Memory, Parameter, Quantities, Site, Values
+from simulator._imitation import hidden_in_friction
 from simulator._play import play
 
 ELEMENTS = 4
@@ -36,3 +37,8 @@ class NonlocalPresliding(Effect):
     def force(self, q: Quantities, p: Values, s: Values, ds: Values) -> Expression:
         bent = sum((q.x - s[f"a{i}"]) / i for i in range(1, ELEMENTS + 1))
         return p["f"] / p["d"] * bent
+
+    def imitated(self, base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
+        d, deflection = self.parameter_name("d"), base["lugre.fs"] / base["lugre.sigma0"]
+        part = hidden_in_friction(self.parameter_name("f"), base, 0.3)
+        return [part | {d: multiple * deflection} for multiple in (0.7, 2.0)]

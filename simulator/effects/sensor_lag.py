@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from simulator._effect import Effect, Expression, Memory, Parameter, Quantities, Site, Values
+from simulator._imitation import late
 from simulator._relaxation import Lag
 
 
@@ -23,3 +24,6 @@ class SensorLag(Effect):
 
     def output(self, q: Quantities, p: Values, s: Values) -> Expression:
         return s["w"]
+
+    def imitated(self, base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
+        return late(self.parameter_name("tau"), base)

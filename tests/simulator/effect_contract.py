@@ -214,6 +214,21 @@ def _random_motion(rng):
     return tuple(part.sum(axis=0) for part in motion)
 
 
+def imitated(s: Subject) -> None:
+    """What a model without it may have bent are parameters of this effect or of the base, to values that they can have,
+    and the effect is then there.
+    """
+    known = {e.parameter_name(p.symbol): p for e in s.catalogue.pick((*BASE, s.effect.id)) for p in e.parameters}
+    base = {name: value for name, value in s.typical.items() if name not in s.names}
+    strengths = {s.effect.parameter_name(p.symbol): p.neutral for p in s.effect.parameters if p.neutral is not None}
+    for values in (base, base | {"spring.K": 0.0}):
+        for start in s.effect.imitated(values):
+            for name, value in start.items():
+                assert name in known, f"bends {name}, which is no parameter of it or the base"
+                assert known[name].lower <= value <= known[name].upper, f"bends {name} to {value:g}"
+            assert any(start.get(name, off) != off for name, off in strengths.items()), "it is not there"
+
+
 def portable(s: Subject) -> None:
     """It needs no C compiler: all its operations have a translation."""
     for causality in s.causalities:
@@ -240,5 +255,6 @@ def recovery(s: Subject) -> None:
 
 
 CHECKS = (
-    words, parameters, memory, hooks, neutral, derivative, derivative_at_neutral, passive, portable, recovery,
+    words, parameters, memory, hooks, neutral, derivative, derivative_at_neutral, passive, imitated, portable,
+    recovery,
 )  # fmt: skip

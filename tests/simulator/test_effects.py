@@ -124,6 +124,13 @@ class Exotic(Drag):
         return p["c"] * q.v * ca.fabs(q.v) * ca.erfinv(ca.tanh(q.x))
 
 
+class Overbending(Drag):
+    """A start with a mass below nothing."""
+
+    def imitated(self, base):
+        return [{"sample_drag.c": 1.0, "mass.m": -base["mass.m"]}]
+
+
 class Shouting(Drag):
     """A sentence that cannot be put into another."""
 
@@ -142,6 +149,7 @@ class Shouting(Drag):
         (Misplaced, "hooks", "an effect on the output has"),
         (Unbounded, "parameters", "the scale lies inside"),
         (Exotic, "portable", "without a C compiler"),
+        (Overbending, "imitated", "bends mass.m to -"),
         (Shouting, "words", "no capital"),
     ],
     ids=lambda value: getattr(value, "__name__", ""),
@@ -160,3 +168,19 @@ def test_a_catalogue_holds_every_name_once():
     assert "sample_drag" not in CATALOGUE
     assert CATALOGUE.extended(Drag())["sample_drag"].site is Site.FORCE
     assert np.all([CATALOGUE[i].id == i for i in CATALOGUE.ids])
+
+
+@pytest.mark.parametrize("effect", ["actuator_lag", "sensor_lag", "dead_time"])
+def test_what_imitates_a_lag_is_undone(effect):
+    own = {"mass.m": 4.0, "spring.K": 2e4, "spring.F0": 300.0, "lugre.fc": 150.0, "lugre.fs": 200.0, "lugre.vs": 3e-3,
+           "lugre.sigma0": 5e5, "lugre.sigma1": 900.0, "lugre.sigma2": 400.0}  # fmt: skip
+    tau = 0.03  # it has put tau K / (sigma2 + tau K) = 0.6 of viscous friction there, the second of the shares tried
+    bent = own | {
+        "lugre.sigma2": own["lugre.sigma2"] + tau * own["spring.K"],
+        "mass.m": own["mass.m"] + tau * own["lugre.sigma2"],
+        "lugre.sigma1": own["lugre.sigma1"] + tau * own["lugre.sigma0"],
+    }
+    start = CATALOGUE[effect].imitated(bent)[1]  # of the damping of the bristle it leaves a tenth, whatever is taken
+    assert start == pytest.approx(
+        {f"{effect}.tau": tau, "lugre.sigma2": 400.0, "mass.m": 4.0, "lugre.sigma1": 1590.0}, rel=1e-9
+    )
