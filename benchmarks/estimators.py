@@ -15,6 +15,7 @@ import time
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks._innovation_form import InnovationForm
 from benchmarks._machine import machine
 from identification import Experiment, Fit, Outcome, experiment, fit, uncertainty
 from identification._coordinates import Coordinates
@@ -26,9 +27,9 @@ from simulator import BASE, Excitation, Sensors, kernel, random_valve, simulate
 
 Array = NDArray[np.float64]
 NAMES = ("spring.K", "lugre.fc", "fs - fc", "lugre.vs", "lugre.sigma0", "lugre.sigma1", "lugre.sigma2", "mass.m")
-WAYS = ("raw", "smoothed", "filter", "noise-aware")
-"""Output error on the recorded force and on the smoothed force; the likelihood of an extended Kalman filter, with the
-states and the starts of the noise-aware estimator; and that estimator."""
+WAYS = ("raw", "smoothed", "innovations", "filter", "noise-aware")
+"""Output error on the recorded force and on the smoothed force; the innovation form and the likelihood of an extended
+Kalman filter, with the states and the starts of the noise-aware estimator; and that estimator."""
 NORMAL_90 = 1.6449
 
 
@@ -92,15 +93,23 @@ class ExtendedKalman(NoiseAware):
         return np.asarray(mean + S @ move + np.einsum("kci,kc->ki", K, line.innovations - J @ move))
 
 
-def by_filter(experiments: list[Experiment]) -> dict[str, float] | None:
-    """Parameters by the filter's likelihood; None where it diverges."""
+PREDICTORS = {"innovations": InnovationForm, "filter": ExtendedKalman}
+
+
+def by_prediction(way: type[NoiseAware], experiments: list[Experiment]) -> dict[str, float] | None:
+    """Parameters by the one-step errors of a predictor; None where it diverges."""
     c, seen = coordinates(experiments), scenes(experiments)
     found = first_values(kernel(BASE), c, with_smooth_force(experiments, seen))
     if not found:
         return None
     fine = resolving(seen, swing(c.values(found[0])))
-    end = fit_noise_aware(ExtendedKalman(kernel(BASE, "uncertain force"), c, fine), *found)
+    end = fit_noise_aware(way(kernel(BASE, "uncertain force"), c, fine), *found)
     return None if end is None else c.values(end.theta)
+
+
+def usable(found: Fit) -> dict[str, float] | None:
+    """The values of a fit that has any."""
+    return found.values if found.outcome.usable else None
 
 
 def covered(found: Fit, truth: dict[str, float]) -> dict[str, tuple[str, bool]]:
@@ -117,7 +126,7 @@ def main() -> None:
     options.add_argument("--valves", type=int, default=8)
     options.add_argument("--first", type=int, default=0, help="seed of the first valve")
     options.add_argument("--noise", type=float, default=1e-3, help="share of the force over the stroke")
-    options.add_argument("--only", default="", help="one estimator: raw, smoothed or noise-aware")
+    options.add_argument("--only", default="", help=f"one estimator: {', '.join(WAYS)}")
     asked = options.parse_args()
     print(machine("casadi", "numpy", "numba"))
     table: dict[str, list[Array]] = {"bound": []}
@@ -127,8 +136,8 @@ def main() -> None:
         table["bound"].append(bound(truth, experiments))
         for name in [w for w in WAYS if asked.only in ("", w)]:
             begun = time.process_time()
-            found = None if name == "filter" else fitted(name, experiments)
-            values = by_filter(experiments) if found is None else found.values if found.outcome.usable else None
+            found = None if name in PREDICTORS else fitted(name, experiments)
+            values = by_prediction(PREDICTORS[name], experiments) if found is None else usable(found)
             took = time.process_time() - begun
             said = "" if found is None else found.outcome.name
             if values is None:

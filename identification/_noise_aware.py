@@ -51,6 +51,8 @@ AGREED = 2.0
 """Difference of the costs of two ends on chunks up to which they are the same."""
 HOPELESS, HOPELESS_TRIES = 50.0, 3
 """Mean loss from which a fit follows nothing of the data, and ways after which no more are gone where all end there."""
+RISING = 0.8
+"""Slope at which a rising friction curve goes from fs to fc, in (fc - fs)/vs."""
 MASSES = (0.2, 30.0)
 """Moving masses [kg] that are tried."""
 
@@ -119,8 +121,9 @@ def carried(problem: NoiseAware, small: NoiseAware, best: Estimate) -> Estimate 
             found = end
         if found is None or converged(found) or found.loss > HOPELESS:
             break
-        again = small.follow(found.theta, stages=DIRECT)
-        theta = found.theta if again is None else again.theta
+        again = [small.follow(found.theta, stages=DIRECT)]
+        again += [small.follow(start, stages=GENTLE) for start in tamed(small.coordinates, found.theta)[:1]]
+        theta = min((end for end in again if end is not None), key=lambda end: end.cost, default=found).theta
     return found
 
 
@@ -181,8 +184,14 @@ def screened(problem: NoiseAware, starts: Sequence[Array]) -> list[Array]:
 
 
 def tamed(coordinates: Coordinates, theta: Array) -> list[Array]:
-    """A start with what noise makes extreme set back: the friction curve, the damping of the bristle, and the mass."""
+    """A start with what noise makes extreme set back: the friction curve, the damping of the bristle, and the mass. A
+    curve that rises with speed, fs below fc, is viscous friction in disguise.
+    """
     value = coordinates.values(theta)
+    rise = value["lugre.fc"] - value["lugre.fs"]
+    if rise > 0:
+        viscous = value["lugre.sigma2"] + RISING * rise / value["lugre.vs"]
+        value = value | {"lugre.fc": value["lugre.fs"], "lugre.sigma2": viscous}
     fc, critical = value["lugre.fc"], 2 * np.sqrt(value["lugre.sigma0"])
     curve = {"lugre.fs": float(np.clip(value["lugre.fs"], 1.1 * fc, 1.5 * fc)),
              "lugre.vs": float(np.clip(value["lugre.vs"], 1.5e-3, 1e-2))}  # fmt: skip

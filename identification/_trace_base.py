@@ -27,6 +27,8 @@ WAYS = 4
 """Ways that a base model is sought on chunks: one that lacks an effect fits badly at the end of all of them."""
 STIFFER = 2.0
 """Bristles are at most so many times as stiff as those of the model without the effect."""
+HEAVIER = 5.0
+"""A base model that leaves something is at most so many times as heavy as the inverse equation says at first."""
 BETTER = 10.0
 """Fall of the cost on chunks that makes another end worth being carried to whole recordings."""
 REFITS = 3
@@ -79,7 +81,19 @@ def base_model(experiments: Sequence[Experiment], bench: Bench) -> Model:
     best = None if best is None else work.follow(best.theta, stages=((FINAL, REFIT),))
     if best is None:
         raise NegativeAnswer(Outcome.DIVERGED.value)
-    return stiffened(settled(Model(BASE, bench, lean(best))))
+    return stiffened(lightened(settled(Model(BASE, bench, lean(best))), free.values(found[-1])["mass.m"]))
+
+
+def lightened(model: Model, guess: float) -> Model:
+    """The model with a mass that is not far beyond a guess of it [kg]. A model that lacks an effect may make a mass of
+    tons swallow it, and then nothing looks like what is missing.
+    """
+    heaviest = HEAVIER * guess
+    if model.values["mass.m"] <= heaviest or white(model):
+        return model
+    light = replace(model, bench=replace(model.bench, heaviest=heaviest)).sought()
+    found = None if light is None else light.carried(replace(model.bench, heaviest=heaviest))
+    return model if found is None else rested(found)
 
 
 def stiffened(model: Model) -> Model:

@@ -37,8 +37,9 @@ RESTED = 2
 @dataclass(frozen=True)
 class Bench:
     """What all models are tried on: scenes to fit and scenes held out, constants that are held, the travel (lowest,
-    highest position seen) [m], and the stiffest bristle [N/m]: one that no node resolves explains what it likes;
-    imposed : the motion is, and the force is predicted; candidates : effects that can show in what is predicted.
+    highest position seen) [m], the stiffest bristle [N/m], for one that no node resolves explains what it likes, and
+    the heaviest mass [kg], which does, too; imposed : the motion is, and the force is predicted; candidates : effects
+    that can show in what is predicted.
     """
 
     fitted: tuple[Scene, ...]
@@ -47,6 +48,7 @@ class Bench:
     travel: tuple[float, float]
     force_std: float
     stiffest: float = float("inf")
+    heaviest: float = float("inf")
     imposed: bool = False
     candidates: tuple[str, ...] = CATALOGUE.ids
 
@@ -235,8 +237,9 @@ def coordinates(effects: tuple[str, ...], bench: Bench) -> Coordinates:
     known = {name: bench.stroke for name, p in parameters(target).items() if p.known}
     given = {name: value for name, value in bench.given.items() if name in target.parameters}
     free = Coordinates.of(target, known | given, bench.force_std)
-    stiff = np.array([name == "lugre.sigma0" for name in free.names])
-    return replace(free, upper=np.where(stiff, np.minimum(free.upper, bench.stiffest), free.upper))
+    most = {"lugre.sigma0": bench.stiffest, "mass.m": bench.heaviest}
+    caps = np.array([most.get(name, np.inf) for name in free.names])
+    return replace(free, upper=np.minimum(free.upper, caps))
 
 
 def problem(effects: tuple[str, ...], bench: Bench, scenes: Sequence[Scene]) -> NoiseAware | ImposedFit:

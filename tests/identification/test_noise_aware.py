@@ -11,8 +11,10 @@ from seeded_valves import changed, recorded
 
 from identification import Fit, Outcome, experiment, fit, identify, uncertainty
 from identification._force import estimate_force, loops
+from identification._innovations import scenes
+from identification._linearised import first_path
 from recordings import BadInput, Recording
-from simulator import Excitation, Sensors, random_valve, simulate
+from simulator import BASE, Excitation, Sensors, kernel, random_valve, simulate
 
 SEED = 7
 TRUTH, STROKE = random_valve(SEED)
@@ -127,3 +129,15 @@ def test_the_whole_identification_says_which_estimator_it_used():
     found = identify(noisy(), check=False)
     assert found.model.quality["estimator"] == "noise-aware"
     assert found.model.noise["force_N"] == pytest.approx(FORCE_NOISE, rel=0.1)
+
+
+def test_a_part_of_a_recording_remembers_what_came_before_it():
+    hysteresis = kernel((*BASE, "actuator_hysteresis"), "uncertain force")
+    p = hysteresis.vector(TRUTH | {"actuator_hysteresis.h": 40.0, "actuator_hysteresis.r": 100.0})
+    [whole] = scenes([experiment(noisy()[0])])
+    plays = [i for i, name in enumerate(hysteresis.states) if name.startswith("actuator_hysteresis.")]
+    path, part = first_path(hysteresis, whole, p), first_path(hysteresis, whole.part(9000, 9500).part(100, 300), p)
+    assert path is not None
+    assert part is not None
+    np.testing.assert_allclose(part[:, plays], path[9100:9300, plays], atol=1e-6)
+    assert np.abs(path[9100, plays] - path[9100, -2]).max() > 50.0  # which is far from a start at the force

@@ -67,6 +67,23 @@ def test_a_stiffening_spring_is_named_and_measured():
     assert "hardening_spring" in found.model.effects
 
 
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("effect", "values"),
+    [
+        ("actuator_lag", {"tau": 0.05}),
+        ("sensor_lag", {"tau": 0.05}),
+        ("actuator_hysteresis", {"h": 60.0, "r": 120.0}),
+        ("nonlocal_presliding", {"f": 80.0, "d": 8e-4}),
+        ("backlash", {"width": 5e-4}),
+    ],
+)
+def test_what_a_base_model_imitates_is_named(effect: str, values: dict[str, float]):
+    found = traced(effect, **values)
+    assert found.verdict == effect
+    assert found.tracing.after.loss < 1.2
+
+
 def test_the_files_follow_the_contract(tmp_path: Path):
     found = traced("hardening_spring", k3=3e6)
     found.write(tmp_path / "trace.json")
