@@ -18,7 +18,7 @@ from identification._experiment import Experiment, experiment
 from identification._fit import check_given, obstacle
 from identification._identify import plant_constants
 from identification._innovations import Estimate
-from identification._trace_base import first_model, fit_left, held_left, settled, split, stiffened, white
+from identification._trace_base import first_model, fit_left, held_left, lightened, settled, split, stiffened, white
 from identification._trace_exchange import exchanged, size
 from identification._trace_judge import COMPLETE, Comparison, Whiteness, compare
 from identification._trace_model import Model
@@ -122,6 +122,9 @@ def select(
     _check(experiments, held)
     base = first_model(experiments, others, held)
     model, added, rounds = _selected(base)
+    light = None if added or base.bench.imposed or white(base) else lightened(base)
+    if light is not None:
+        model, added, rounds = _selected(light)
     first, alike = rounds[0], same_class(rounds[0]) if added else ()
     if len(added) > 1:
         beside, earlier = {r[0].effect: [c for c in r[1:] if c.refit is not None] for r in rounds}, added

@@ -28,7 +28,7 @@ WAYS = 4
 STIFFER = 2.0
 """Bristles are at most so many times as stiff as those of the model without the effect."""
 HEAVIER = 5.0
-"""A base model that leaves something is at most so many times as heavy as the inverse equation says at first."""
+"""A light base model is at most so many times as heavy as the inverse equation says at first."""
 BETTER = 10.0
 """Fall of the cost on chunks that makes another end worth being carried to whole recordings."""
 REFITS = 3
@@ -75,25 +75,29 @@ def base_model(experiments: Sequence[Experiment], bench: Bench) -> Model:
     if not found:
         raise NegativeAnswer(Outcome.DIVERGED.value)
     omega = swing(free.values(found[0]))
-    bench = replace(bench, fitted=tuple(resolving(bench.fitted, omega)), held=tuple(resolving(bench.held, omega)))
+    bench = replace(
+        bench, fitted=tuple(resolving(bench.fitted, omega)), held=tuple(resolving(bench.held, omega)),
+        mass=free.values(found[-1])["mass.m"],
+    )  # fmt: skip
     work = NoiseAware(bench.kernel(BASE), free, bench.fitted)
     best = sought(on_chunks(work), *found, most=WAYS)
     best = None if best is None else work.follow(best.theta, stages=((FINAL, REFIT),))
     if best is None:
         raise NegativeAnswer(Outcome.DIVERGED.value)
-    return stiffened(lightened(settled(Model(BASE, bench, lean(best))), free.values(found[-1])["mass.m"]))
+    return stiffened(settled(Model(BASE, bench, lean(best))))
 
 
-def lightened(model: Model, guess: float) -> Model:
-    """The model with a mass that is not far beyond a guess of it [kg]. A model that lacks an effect may make a mass of
-    tons swallow it, and then nothing looks like what is missing.
+def lightened(model: Model) -> Model | None:
+    """The model with a mass that is not far beyond the first guess of it; None where it is not. A model that lacks an
+    effect may make a mass of tons swallow it, and then nothing looks like what is missing.
     """
-    heaviest = HEAVIER * guess
-    if model.values["mass.m"] <= heaviest or white(model):
-        return model
-    light = replace(model, bench=replace(model.bench, heaviest=heaviest)).sought()
-    found = None if light is None else light.carried(replace(model.bench, heaviest=heaviest))
-    return model if found is None else rested(found)
+    heaviest = HEAVIER * model.bench.mass
+    if model.values["mass.m"] <= heaviest:
+        return None
+    bench = replace(model.bench, heaviest=heaviest)
+    light = replace(model, bench=bench).sought()
+    found = None if light is None else light.carried(bench)
+    return None if found is None else stiffened(rested(found))
 
 
 def stiffened(model: Model) -> Model:

@@ -37,9 +37,9 @@ RESTED = 2
 @dataclass(frozen=True)
 class Bench:
     """What all models are tried on: scenes to fit and scenes held out, constants that are held, the travel (lowest,
-    highest position seen) [m], the stiffest bristle [N/m], for one that no node resolves explains what it likes, and
-    the heaviest mass [kg], which does, too; imposed : the motion is, and the force is predicted; candidates : effects
-    that can show in what is predicted.
+    highest position seen) [m], the stiffest bristle [N/m], for one that no node resolves explains what it likes, the
+    heaviest mass [kg], which does, too, and a first guess of it; imposed : the motion is, and the force is predicted;
+    candidates : effects that can show in what is predicted.
     """
 
     fitted: tuple[Scene, ...]
@@ -49,6 +49,7 @@ class Bench:
     force_std: float
     stiffest: float = float("inf")
     heaviest: float = float("inf")
+    mass: float = float("inf")
     imposed: bool = False
     candidates: tuple[str, ...] = CATALOGUE.ids
 
