@@ -239,12 +239,7 @@ def _least(model: Model, estimate: Estimate) -> float:
     """Fall of the cost that an effect is worth, on the scenes of an estimate of a model."""
     if not model.bench.imposed:
         return WORTH
-    return WORTH + _notable(estimate)
-
-
-def _notable(estimate: Estimate) -> float:
-    """Fall of the cost that is a notable part of what is left."""
-    return NOTABLE * estimate.samples * max(estimate.loss - 1, 0.0)
+    return WORTH + NOTABLE * estimate.samples * max(estimate.loss - 1, 0.0)
 
 
 def _simplest_first(ranked: list[Candidate]) -> list[Candidate]:

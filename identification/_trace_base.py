@@ -30,9 +30,9 @@ STIFFER = 2.0
 HEAVIER = 5.0
 """A light base model is at most so many times as heavy as the inverse equation says at first."""
 BETTER = 10.0
-"""Fall of the cost on chunks that makes another end worth being carried to whole recordings."""
+"""Fall of the cost by which a refit notably helps."""
 REFITS = 3
-"""Refits of a model that is being settled at most."""
+"""Refits of a model at most, for as long as they do."""
 HELD_SHARE = 0.25
 """Share of each recording that is held out when no recording is."""
 
