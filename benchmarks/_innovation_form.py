@@ -16,6 +16,9 @@ from identification._linearised import Linearised, Looseness, Scene, _filtered, 
 
 Array = NDArray[np.float64]
 
+FAR = 1e3
+"""One-step error [m] from which a predictor has run off."""
+
 
 @numba.njit(error_model="numpy", nogil=True)
 def predicted(E: Any, seen: Any, H: Any, D: Any, F: Any, G: Any, jump: Any, gain: Any, A: Any, S: Any, J: Any) -> None:
@@ -81,7 +84,7 @@ class InnovationForm(NoiseAware):
         E, A, S, J = np.nan_to_num(model.E[:, 0]), np.empty((n, s)), np.empty((n, s, m)), np.zeros((n, m))
         H, D = (np.ascontiguousarray(part[:, 0]) for part in (model.H, model.D))
         predicted(E, seen, H, D, model.F, model.G, model.jump, gain, A, S, J)
-        if not np.isfinite(E).all() or not np.isfinite(J).all():
+        if not (np.abs(E) < FAR).all() or not np.isfinite(J).all():
             return None
         none = np.zeros(n)
         errors = np.column_stack([E, none])
