@@ -74,7 +74,7 @@ def test_a_stiffening_spring_is_named_and_measured():
         ("actuator_lag", {"tau": 0.05}),
         ("sensor_lag", {"tau": 0.05}),
         ("actuator_hysteresis", {"h": 60.0, "r": 120.0}),
-        ("nonlocal_presliding", {"f": 80.0, "d": 8e-4}),
+        ("nonlocal_presliding", {"f": 120.0, "d": 1.5e-3}),
         ("backlash", {"width": 5e-4}),
     ],
 )
