@@ -3,7 +3,6 @@
 # mypy: disallow_untyped_decorators=False
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -11,7 +10,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from identification._innovations import Estimate, NoiseAware
+from identification._innovations import NoiseAware
 from identification._linearised import Linearised, Looseness, Scene, _filtered, _first_variances, _Model
 
 Array = NDArray[np.float64]
@@ -53,23 +52,8 @@ class InnovationForm(NoiseAware):
         A, S = line._smoother
         return np.asarray(A + S @ move)
 
-    def at(self, theta: Array, paths: Sequence[Array], loose: Looseness, *, steps: int = 1) -> Estimate | None:
-        """The estimate at fixed parameters after some steps of the paths."""
-        lines, ends = [], []
-        for scene, path in zip(self.scenes, paths, strict=True):
-            end = path.copy()
-            end[:, -2], end[:, -1] = scene.force.u, scene.force.slope
-            for left in range(steps, -1, -1):
-                line = self._line(scene, theta, end, loose)
-                if line is None:
-                    return None
-                end = end + loose.share * self.toward(line, np.zeros(len(theta))) if left else end
-            lines.append(line)
-            ends.append(end)
-        return self._judged(theta, tuple(ends), tuple(lines))
-
-    def _line(self, scene: Scene, theta: Array, path: Array, loose: Looseness) -> Linearised | None:
-        p = self.coordinates.p(theta)
+    def line(self, scene: Scene, p: Array, path: Array, loose: Looseness) -> Linearised | None:
+        """The one-step errors along a path at parameters p; None where the predictor runs off."""
         model = _Model.of(self.kernel, self.coordinates, scene, p, path, loose.h_max)
         if model is None:
             return None

@@ -116,6 +116,10 @@ class NoiseAware:
         self.positions = sum(int(np.isfinite(s.y).sum()) for s in scenes)
         self.dense = self.positions > DENSE * sum(float(s.t[-1] - s.t[0]) for s in scenes)
 
+    def line(self, scene: Scene, p: Array, path: Array, loose: Looseness) -> Linearised | None:
+        """A scene filtered along a path at parameters p; None where the model has no solution."""
+        return linearise(self.kernel, self.coordinates, scene, p, path, loose)
+
     def toward(self, line: Linearised, move: Array) -> Array:
         """The way (n, n_states) from a path to the one about which it is linearised next."""
         return line.correction(move)
@@ -134,7 +138,7 @@ class NoiseAware:
         def one(i: int) -> tuple[Array, Linearised] | None:
             path = paths[i]
             for left in range(steps, -1, -1):
-                line = linearise(self.kernel, self.coordinates, self.scenes[i], p, path, loose)
+                line = self.line(self.scenes[i], p, path, loose)
                 if line is None or not left:
                     break
                 path = path + loose.share * self.toward(line, still)
