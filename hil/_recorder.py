@@ -112,8 +112,9 @@ class Recorder:
         try:
             await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
         finally:
-            for task in tasks:
-                task.cancel()
+            async with self._turn:  # a batch on its way to the disk gets there, and says so if it does not
+                for task in tasks:
+                    task.cancel()
             ends = await asyncio.gather(*tasks, return_exceptions=True)
             failures = [end for end in ends if isinstance(end, Exception)]
             with suppress(BadInput) if failures else nullcontext():  # the first failure is the one to show

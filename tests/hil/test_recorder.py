@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import shutil
+import threading
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -164,6 +165,41 @@ def test_what_is_acknowledged_is_in_the_file_at_that_moment(tmp_path):
     assert len(seen) > 2
     assert all(n_samples == there for n_samples, there in seen)
     assert seen[-1][0] == 200
+
+
+class Yielding(Script):
+    """A source that lets others run before every item, so that it may end while a batch is on its way to the disk."""
+
+    async def __anext__(self) -> Sample | LinkEvent:
+        await asyncio.sleep(0)
+        return await super().__anext__()
+
+
+def test_a_source_that_ends_while_a_batch_is_on_its_way_loses_none_of_it(tmp_path):
+    for n_samples in range(2, 42):
+        path = tmp_path / f"{n_samples}.h5"
+        recorded(Yielding([sample(k) for k in range(n_samples)]), path, batch_s=0.0)
+        assert len(read(path).time) == n_samples
+
+
+def test_a_disk_that_refuses_a_batch_while_the_source_ends_is_heard(tmp_path):
+    ended = threading.Event()
+
+    def refuse(path: Path, n_samples: int) -> None:
+        refused, _ = ended.is_set(), ended.wait(10.0)
+        if not refused:
+            raise BadInput(str(path), "the disk is full", "make room")
+
+    class Ending(Yielding):
+        async def __anext__(self) -> Sample | LinkEvent:
+            try:
+                return await super().__anext__()
+            except StopAsyncIteration:
+                asyncio.get_running_loop().call_later(0.05, ended.set)
+                raise
+
+    with pytest.raises(BadInput, match="the disk is full"):
+        recorded(Ending([sample(k) for k in range(20)]), tmp_path / "run.h5", batch_s=0.0, acknowledge=refuse)
 
 
 def test_a_recording_can_be_recorded_again(tmp_path):
