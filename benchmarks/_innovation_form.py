@@ -62,7 +62,7 @@ class InnovationForm(NoiseAware):
         if kalman is None:
             return None
         seen = np.isfinite(model.E[:, 0])
-        gain = np.median(kalman._smoother[4][seen, 0], axis=0)
+        gain = np.median(kalman._smoother[6][seen, 0], axis=0)
         gain[-2:] = 0.0
         (n, m), s = model.D[:, 0].shape, path.shape[1]
         E, A, S, J = np.nan_to_num(model.E[:, 0]), np.empty((n, s)), np.empty((n, s, m)), np.zeros((n, m))

@@ -89,8 +89,8 @@ class ExtendedKalman(NoiseAware):
 
     def toward(self, line: Linearised, move: Array) -> Array:
         """The way to what each sample and those before it say."""
-        mean, _, S, J, K, _, _ = line._smoother
-        return np.asarray(mean + S @ move + np.einsum("kci,kc->ki", K, line.innovations - J @ move))
+        mean, _, S, E, _, J, K, _, _ = line._smoother
+        return np.asarray(mean + S @ move + np.einsum("kci,kc->ki", K, E - J @ move))
 
 
 PREDICTORS = {"innovations": InnovationForm, "filter": ExtendedKalman}

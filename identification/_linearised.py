@@ -119,10 +119,9 @@ class Linearised:
 
     def correction(self, move: Array) -> Array:
         """Where the smoothed path lies (n, n_states) beside the one linearised about, with the coordinates moved."""
-        mean, P, S, J, K, H, F = self._smoother
+        mean, P, S, E, V, J, K, H, F = self._smoother
         out = np.empty_like(mean)
-        move = np.ascontiguousarray(move)
-        loops().smoothed(mean, P, S, self.innovations, self.variances, J, K, H, F, move, out)
+        loops().smoothed(mean, P, S, E, V, J, K, H, F, np.ascontiguousarray(move), out)
         return out
 
 
@@ -215,12 +214,14 @@ def _filtered(
     R = np.where(np.isfinite(model.E), noise**2, np.inf)
     A, P, S = np.zeros((n, s)), np.zeros((n, s, s)), np.zeros((n, s, m))
     P[0] = np.diag(first)
-    V, J, K = np.empty((n, 2)), np.empty((n, 2, m)), np.empty((n, 2, s))
-    E, Q = np.nan_to_num(model.E), _noise(kernel, scene, p, loose, model.jump)
+    V, J, K = np.empty((n, 3)), np.empty((n, 3, m)), np.empty((n, 3, s))
+    E, Q = np.zeros((n, 3)), _noise(kernel, scene, p, loose, model.jump)
+    E[:, :2] = np.nan_to_num(model.E)
     loops().filtered(E, model.H, model.D, model.F, model.G, model.jump, Q, R, A, P, S, V, J, K)
     if not (V > 0).all() or not np.isfinite(E).all() or not np.isfinite(J).all():
         return None
-    return Linearised(E, V, -J, (E, V), (A, P, S, J, K, model.H, model.F))
+    measured = E[:, :2], V[:, :2]
+    return Linearised(*measured, -J[:, :2], measured, (A, P, S, E, V, J, K, model.H, model.F))
 
 
 def _memory_std(kernel: Kernel, p: Array, share: float) -> Array:

@@ -17,6 +17,9 @@ import numpy as np
 native = numba.njit(error_model="numpy", nogil=True)
 number, vector, matrix, cube = numba.float64, numba.float64[::1], numba.float64[:, ::1], numba.float64[:, :, ::1]
 
+RUNAWAY = 0.3
+"""Standard deviation [m/s] beyond which a velocity is held to that of the path: no valve moves as fast."""
+
 
 @native
 def update(a: Any, P: Any, S: Any, h: Any, J: Any, e: float, r: float, K: Any) -> float:
@@ -82,15 +85,21 @@ def filtered(E: Any, H: Any, D: Any, F: Any, G: Any, jump: Any, Q: Any, R: Any, 
              J: Any, K: Any) -> None:  # fmt: skip
     """The affine Kalman filter with parameter sensitivities, from A[0], P[0] and S[0].
 
-    E (n, 2) : position and force less those of the path, in place turned into innovations; H (n, 2, s), D (n, 2, m) :
+    E (n, 3) : position and force less those of the path, in place turned into innovations; H (n, 2, s), D (n, 2, m) :
     their derivatives; F (n - 1, s, s), G (n - 1, s, m), jump (n - 1, s), Q (n - 1, s, s) : of the intervals; R (n, 2) :
     noise variances, inf where nothing was measured. Filled: A (n, s), P (n, s, s), S (n, s, m) before the measurements
-    of a sample; V (n, 2) variances, J (n, 2, m) minus the derivatives and K (n, 2, s) gains of the innovations.
+    of a sample; V (n, 3) variances, J (n, 3, m) minus the derivatives and K (n, 3, s) gains of the innovations.
+
+    The third innovation is none: where the velocity would be less known than by `RUNAWAY` it is taken as that of the
+    path, give or take so much. In a play the position says nothing of the stem, and one that just breaks away is then
+    unstable to first order, though not really.
     """
     n, s = A.shape
     m = S.shape[2]
     a, p, t = A[0].copy(), P[0].copy(), S[0].copy()
     T, U, b = np.empty((s, s)), np.empty((s, m)), np.empty(s)
+    still = np.zeros(s)
+    still[1] = 1.0
     for k in range(n):
         A[k], P[k], S[k] = a, p, t
         for c in range(2):
@@ -105,8 +114,24 @@ def filtered(E: Any, H: Any, D: Any, F: Any, G: Any, jump: Any, Q: Any, R: Any, 
                 J[k, c] = 0.0
             else:
                 V[k, c] = update(a, p, t, H[k, c], J[k, c], E[k, c], R[k, c], K[k, c])
+        if p[1, 1] > RUNAWAY**2:
+            E[k, 2], J[k, 2] = -a[1], t[1]
+            V[k, 2] = update(a, p, t, still, J[k, 2], E[k, 2], RUNAWAY**2, K[k, 2])
+        else:
+            E[k, 2], V[k, 2], J[k, 2], K[k, 2] = 0.0, np.inf, 0.0, 0.0
         if k + 1 < n:
             predict(a, p, t, F[k], G[k], jump[k], Q[k], b, T, U)
+
+
+@native
+def pull(e: float, v: float, J: Any, K: Any, move: Any, adjoint: Any) -> float:
+    """How strongly an innovation e of variance v pulls at the adjoint (s,) along its row, parameters moved (m,)."""
+    for j in range(move.shape[0]):
+        e -= J[j] * move[j]
+    strength = -e / v
+    for i in range(adjoint.shape[0]):
+        strength -= K[i] * adjoint[i]
+    return strength
 
 
 @numba.njit(
@@ -125,15 +150,15 @@ def smoothed(A: Any, P: Any, S: Any, E: Any, V: Any, J: Any, K: Any, H: Any, F: 
                 for j in range(s):
                     before[i] += F[k, j, i] * adjoint[j]
             adjoint[:] = before
-        for c in (1, 0):
-            innovation = E[k, c]
-            for j in range(m):
-                innovation -= J[k, c, j] * move[j]
-            pull = -innovation / V[k, c]
+        for c in (2, 1, 0):
+            if V[k, c] == np.inf:
+                continue
+            strength = pull(E[k, c], V[k, c], J[k, c], K[k, c], move, adjoint)
+            if c == 2:
+                adjoint[1] += strength
+                continue
             for i in range(s):
-                pull -= K[k, c, i] * adjoint[i]
-            for i in range(s):
-                adjoint[i] += H[k, c, i] * pull
+                adjoint[i] += H[k, c, i] * strength
         for i in range(s):
             out[k, i] = A[k, i]
             for j in range(m):

@@ -177,20 +177,24 @@ def judged(model: Model) -> tuple[Candidate, ...]:
     and judged on the held-out scenes.
     """
     scores = screen(model)
-    left = max(model.estimate.loss, held_left(model).loss) > LEFT
-    worth = [
-        s for i, s in enumerate(scores)
-        if i < 2 or (i < TRIED and s.gain > PROMISING * scores[0].gain) or (left and model.imitations(s.effect))
-    ]  # fmt: skip
     far_off = model.estimate.loss > FAR_OFF
-    worth = scores if far_off else worth
-    plain = model.sought()
-    begun = [_begun(model, plain, s, far_off, from_here=i < TRIED) for i, s in enumerate(worth)]
+    left = max(model.estimate.loss, held_left(model).loss) > LEFT
+    imitated = [s.effect for s in scores if left and model.imitations(s.effect)]
+    worth = scores if far_off else [
+        s for i, s in enumerate(scores)
+        if i < 2 or (i < TRIED and s.gain > PROMISING * scores[0].gain) or s.effect in imitated
+    ]  # fmt: skip
+    shown = [s for s in worth if far_off or s.effect in imitated or s.gain > WORTH / 2]
+    plain = model.sought() if shown else None
+    begun = [_begun(model, plain, s, from_here=i < TRIED) for i, s in enumerate(worth) if s in shown]
     begun.sort(key=lambda c: -c.gain if c.refit is not None else np.inf)
     promising = _promising(model, begun)
     tried = [_ended(model, c) if c.effect in promising else replace(c, refit=None) for c in begun]
     ranked = sorted(tried, key=lambda c: (not c.accepted, -(c.gain + (c.held.gain if c.held else 0.0))))
-    rest = [Candidate(s.effect, s.gain, s.values, why="others promise more") for s in scores if s not in worth]
+    rest = [
+        Candidate(s.effect, s.gain, s.values, why="others promise more" if s not in worth else
+                  "hardly shows in the fitted recordings") for s in scores if s not in shown
+    ]  # fmt: skip
     return tuple(_simplest_first(ranked) + rest)
 
 
@@ -205,10 +209,8 @@ def _promising(model: Model, begun: Sequence[Candidate]) -> list[str]:
     return [c.effect for c in sought if c.gain >= least]
 
 
-def _begun(model: Model, plain: Model | None, s: Score, far_off: bool, from_here: bool) -> Candidate:
-    """A candidate with the best fit to chunks; refit is None where it is not worth one."""
-    if s.gain < WORTH / 2 and not (far_off or model.imitations(s.effect)):
-        return Candidate(s.effect, s.gain, s.values, why="hardly shows in the fitted recordings")
+def _begun(model: Model, plain: Model | None, s: Score, from_here: bool) -> Candidate:
+    """A candidate with the best fit to chunks; refit is None where there is none."""
     found = model.sought(s.effect, values=s.values, from_here=from_here)
     if found is None or plain is None:
         return Candidate(s.effect, s.gain, s.values, why="the refit has no solution")

@@ -13,6 +13,7 @@ from identification import Fit, Outcome, experiment, fit, identify, uncertainty
 from identification._force import estimate_force, loops
 from identification._innovations import scenes
 from identification._linearised import first_path
+from identification._loops import RUNAWAY
 from recordings import BadInput, Recording
 from simulator import BASE, Excitation, Sensors, kernel, random_valve, simulate
 
@@ -43,20 +44,28 @@ def test_the_filter_is_that_of_an_independent_implementation():
     rng, n, s, m = np.random.default_rng(1), 40, 4, 2
     F, G = np.eye(s) + 0.1 * rng.normal(size=(n - 1, s, s)), rng.normal(size=(n - 1, s, m))
     H, D, jump = rng.normal(size=(n, 2, s)), np.zeros((n, 2, m)), rng.normal(size=(n - 1, s))
-    Q, R, E = np.tile(0.1 * np.eye(s), (n - 1, 1, 1)), np.full((n, 2), 0.5), rng.normal(size=(n, 2))
+    Q, R, E = np.tile(0.1 * np.eye(s), (n - 1, 1, 1)), np.full((n, 2), 0.5), rng.normal(size=(n, 3))
     A, P, S = np.zeros((n, s)), np.zeros((n, s, s)), np.zeros((n, s, m))
     P[0] = np.eye(s)
-    V, J, K, measured = np.empty((n, 2)), np.empty((n, 2, m)), np.empty((n, 2, s)), E.copy()
+    V, J, K, measured = np.empty((n, 3)), np.empty((n, 3, m)), np.empty((n, 3, s)), E.copy()
     loops().filtered(E, H, D, F, G, jump, Q, R, A, P, S, V, J, K)
-    other = KalmanFilter(dim_x=s, dim_z=1)
+    other, held = KalmanFilter(dim_x=s, dim_z=1), 0
     other.P = np.eye(s)
     for k in range(n):
         for c in range(2):
             other.update(measured[k, c], R=R[k, c], H=H[k, c][None])
             assert E[k, c] == pytest.approx(other.y.item(), rel=1e-8, abs=1e-10)
             assert V[k, c] == pytest.approx(other.S.item(), rel=1e-8)
+        if other.P[1, 1] > RUNAWAY**2:  # the second state, a velocity, is then held to that of the path
+            held += 1
+            other.update(0.0, R=RUNAWAY**2, H=np.eye(s)[1][None])
+            assert E[k, 2] == pytest.approx(other.y.item(), rel=1e-8, abs=1e-10)
+            assert V[k, 2] == pytest.approx(other.S.item(), rel=1e-8)
+        else:
+            assert np.isinf(V[k, 2])
         if k + 1 < n:
             other.predict(u=jump[k][:, None], B=np.eye(s), F=F[k], Q=Q[k])
+    assert 0 < held < n
 
 
 def test_the_error_of_the_smoothed_force_is_known():
