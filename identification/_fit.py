@@ -19,7 +19,7 @@ from identification._noise_aware import HOPELESS, converged
 from identification._problem import Problem
 from identification._shake import shaken
 from identification._start import Start, regression, starts
-from identification._uncertain_force import fit_uncertain, force_noise_matters
+from identification._uncertain_force import fit_uncertain, force_noise_matters, loose_start
 from recordings import BadInput
 from simulator import BASE, CATALOGUE, Kernel, kernel
 
@@ -36,6 +36,8 @@ WORTH = 0.98
 """A further start is tried only while the last one brought the cost below this share of the best before it."""
 GOOD_ENOUGH = 1.15
 """Normalised root mean square residual at which no further start is tried."""
+LOST = 2.0
+"""The same of a fit that follows the data, from which one more start is made, with the force taken for uncertain."""
 
 REAL_TRAVEL = 10.0
 """Way, in standard deviations of the noise, from which a position counts as moved."""
@@ -193,8 +195,19 @@ def _force_driven(valve: Kernel, coordinates: Coordinates, experiments: Sequence
         reached = best is not None and np.sqrt(best.level) < GOOD_ENOUGH
         if reached or (attempt > 1 and stuck):
             break
-    whole = None if best is None else homotopy.carried(best)
-    return judged(valve, coordinates, homotopy.full, None if whole is None else homotopy.polish(whole))
+    found = judged(valve, coordinates, homotopy.full, _polished(homotopy, best))
+    if found.outcome not in (Outcome.CONVERGED, Outcome.NOT_SETTLED) or found.rms < LOST or _integrates(coordinates):
+        return found
+    theta = loose_start(valve, coordinates, experiments)
+    end = _polished(homotopy, None if theta is None else homotopy.follow(theta))
+    other = judged(valve, coordinates, homotopy.full, end)
+    return other if other.rms < found.rms else found
+
+
+def _polished(homotopy: Homotopy, path: Path | None) -> Path | None:
+    """A path on whole recordings by plain least squares."""
+    whole = None if path is None else homotopy.carried(path)
+    return None if whole is None else homotopy.polish(whole)
 
 
 def _free(coordinates: Coordinates, name: str) -> bool:

@@ -13,7 +13,7 @@ from identification._experiment import Experiment
 from identification._homotopy import Homotopy, Path
 from identification._innovations import Estimate, NoiseAware, resolving, scenes
 from identification._linearised import Scene
-from identification._noise_aware import fit_noise_aware
+from identification._noise_aware import UNEXPLAINED, fit_noise_aware, on_chunks, sought
 from identification._problem import Problem, Setting
 from identification._shake import shaken
 from identification._start import regression, starts
@@ -24,6 +24,8 @@ Array = NDArray[np.float64]
 MATTERS = 3e-4
 """Noise of the force, as a share of Coulomb friction, from which it is not neglected. Noise shakes the simulated
 bristle by its share of the break-away deflection in every sample, and 0.2 % of it spoils break-away force by 30 %."""
+WAYS_LOOSE = 3
+"""Ways that are gone with loose paths for a start of free runs, at most."""
 FREE_STEP = 2.5e-4
 """Sub-step of free runs [s]."""
 
@@ -76,6 +78,19 @@ def first_values(valve: Kernel, coordinates: Coordinates, smooth: Sequence[Exper
         return []
     first = shaken(ranked[0].theta, Homotopy(valve, coordinates, smooth))
     return [theta for theta in (first, ranked[0].theta) if theta is not None]
+
+
+def loose_start(valve: Kernel, coordinates: Coordinates, experiments: Sequence[Experiment]) -> Array | None:
+    """Start values (m,) for a fit by free runs, from one to chunks whose paths may stray: costly, but it finds its way
+    where resets to the data do not. None where it leads nowhere, as with a model that lacks something.
+    """
+    found = first_values(valve, coordinates, experiments)
+    if not found:
+        return None
+    seen = resolving(scenes(experiments), swing(coordinates.values(found[0])))
+    whole = NoiseAware(kernel(valve.effects, "uncertain force"), coordinates, seen)
+    end = sought(on_chunks(whole), *found, most=WAYS_LOOSE)
+    return None if end is None or end.loss > UNEXPLAINED else end.theta
 
 
 def swing(values: Mapping[str, float]) -> float:

@@ -32,12 +32,14 @@ COLLINEAR = 0.999
 WIDER, WIDEST = 1.5, {"lugre.sigma2": 1.8}
 """Factors on the standard deviations of a noise-aware fit: the linearised model promises a little too much. Chosen on
 sixteen seeded valves; the coverage on others is in docs/identification.md."""
-SLOW, SLOW_FACTOR = 6e-3, 1.6
-"""Spacing [s] above which what the force does between samples is guessed, and the factor that this costs."""
+SLOW, SLOW_FACTOR, SLOW_FACTOR_EXACT = 6e-3, 1.6, 1.3
+"""Spacing [s] above which what the force does between samples is guessed, and the factors that this costs where the
+force is noisy and where its samples are exact."""
 QUICK = ("mass.m", "lugre.fs", "lugre.vs", "lugre.sigma0", "lugre.sigma1")
-RESOLVED = 1.0
+RESOLVED, RESOLVED_EXACT = 1.0, 12.0
 """What is known of `QUICK` comes from break-away, where the mass swings on its bristles. When that swing turns by more
-than so many radians from sample to sample, estimate and interval can both be wrong, and they are reported as weak."""
+than so many radians from sample to sample (where the force is noisy, and where its samples are exact), estimate and
+interval can both be wrong, and they are reported as weak."""
 AT_BOUND = 1e-4
 """A parameter that may be zero and is below this share of its scale is at its bound."""
 
@@ -75,9 +77,11 @@ def uncertainty(fit: Fit) -> Uncertainty:
     n = fit.problem.n_free
     names = fit.coordinates.free_names
     spread = np.sqrt(np.maximum(np.diag(classic), np.diag(robust)))[:n]
+    slow = fit.kernel.causality == "force" and max(piece.segment.dt for piece in fit.problem.pieces) > SLOW
     if fit.estimate is not None:
-        slow = max(piece.segment.dt for piece in fit.problem.pieces) > SLOW
-        spread = spread * np.array([WIDEST.get(name, WIDER) for name in names]) * (SLOW_FACTOR if slow else 1.0)
+        spread = spread * np.array([WIDEST.get(name, WIDER) for name in names])
+    if slow:
+        spread = spread * (SLOW_FACTOR_EXACT if fit.estimate is None else SLOW_FACTOR)
     slope = fit.coordinates.slope(fit.p)
     diagonal = np.sqrt(np.diag(classic)[:n])
     correlation = classic[:n, :n] / np.outer(diagonal, diagonal)
@@ -167,12 +171,12 @@ def judged_by(
 
 
 def _unresolved(fit: Fit) -> str:
-    """What to say of a swing of the mass on its bristles that a noise-aware fit cannot follow; empty when it can."""
-    if fit.estimate is None or fit.problem is None:
+    """What to say of a swing of the mass on its bristles that a fit cannot follow; empty when it can."""
+    if fit.problem is None or fit.kernel.causality != "force":
         return ""
     omega = swing(fit.values)
     spacing = max(piece.segment.dt for piece in fit.problem.pieces)
-    if omega * spacing < RESOLVED:
+    if omega * spacing < (RESOLVED_EXACT if fit.estimate is None else RESOLVED):
         return ""
     frequency, rate = omega / (2 * np.pi), 1 / spacing
     return f"the mass swings on its bristles at {frequency:.0f} Hz, too fast for {rate:.0f} samples a second"
