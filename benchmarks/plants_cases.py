@@ -315,6 +315,8 @@ def _refitted(system: Callable[[Array], tuple[Array, Array]], start: Array) -> t
     errors, by = system(theta)
     for _ in range(20):
         matrix, gradient = by.T @ by, by.T @ errors
+        if not np.isfinite(matrix).all():
+            break  # a slip on the edge of happening has no derivative that is a number
         matrix[np.diag_indices(n)] *= 1 + damping
         moved = theta - np.clip(np.linalg.lstsq(matrix, gradient, rcond=1e-12)[0], -0.5, 0.5)
         trial, trial_by = system(moved)

@@ -34,9 +34,6 @@ PROMISING = 0.1
 """Share of the best score below which a candidate is not sought; the second best always is."""
 FAR_OFF = 1.4
 """Mean loss from which scores are not to be trusted, and all candidates are sought."""
-LEFT = 1.15
-"""Mean loss, fitted or held out, from which effects that a model may have bent to imitate are sought whatever their
-score."""
 KEPT, FULLY = 0.5, 4
 """Share of the best gain on chunks below which a candidate is given up, and how many are refitted to all at most."""
 KEPT_IMPOSED, FULLY_IMPOSED = 0.2, 8
@@ -50,7 +47,8 @@ WORTH = 60.0
 LEVEL, CLEAR_LEVEL = 5e-3, 0.05
 """Levels of the held-out test over blocks, which only candidates that clearly show in the fitted recordings reach. An
 effect that acts in a few places has few blocks to show itself in: where the held-out cost falls by `WORTH` as well, the
-second level is enough."""
+second level is enough, and where it does so beside the best few blocks, none is asked: blocks that differ by hundreds
+have no normal mean."""
 EXPLAINED, EXPLAINED_FIT = 0.8, 0.5
 """Shares of what is left over a complete model's, on held-out and on fitted recordings, that effects have to explain
 for one to be named."""
@@ -178,7 +176,7 @@ def judged(model: Model) -> tuple[Candidate, ...]:
     """
     scores = screen(model)
     far_off = model.estimate.loss > FAR_OFF
-    left = max(model.estimate.loss, held_left(model).loss) > LEFT
+    left = not white(model)
     imitated = [s.effect for s in scores if left and model.imitations(s.effect)]
     worth = scores if far_off else [
         s for i, s in enumerate(scores)
@@ -228,7 +226,8 @@ def _ended(model: Model, c: Candidate) -> Candidate:
     values = {name: value for name, value in refit.values.items() if name in c.values}
     level = CLEAR_LEVEL if held.gain > WORTH else LEVEL
     shows = fitted.gain > _least(model, model.estimate)
-    enough = shows and held.gain > _least(model, model.held) - WORTH and held.p_value < level
+    steady = held.p_value < level or held.elsewhere > WORTH
+    enough = shows and held.gain > _least(model, model.held) - WORTH and steady
     why = (
         f"explains held-out data (t = {held.t:.1f})" if enough
         else "gains too little on the fitted recordings" if not shows

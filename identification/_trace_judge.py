@@ -16,6 +16,8 @@ Array = NDArray[np.float64]
 
 BLOCK = 1.0
 """Length of the blocks that are taken for independent [s]."""
+FEW = 3
+"""Blocks on which alone no gain may rest."""
 COMPLETE = 1.05
 """Mean loss of the complete model at most: 1, and what linearisation leaves."""
 UNIT_SPREAD = 1.264
@@ -27,12 +29,13 @@ OUTLIERS = 1e-3
 @dataclass(frozen=True)
 class Comparison:
     """One model against another on the same scenes. gain : fall of the cost; t : Student's t of it over blocks;
-    p_value : one-sided.
+    p_value : one-sided; elsewhere : fall of the cost beside the `FEW` blocks where it fell most.
     """
 
     gain: float
     t: float
     p_value: float
+    elsewhere: float
 
 
 def compare(before: Estimate, after: Estimate, scenes: tuple[Scene, ...]) -> Comparison:
@@ -40,7 +43,8 @@ def compare(before: Estimate, after: Estimate, scenes: tuple[Scene, ...]) -> Com
     gains = np.concatenate([_blocks(_robust(before, i) - _robust(after, i), scene) for i, scene in enumerate(scenes)])
     spread = float(np.std(gains, ddof=1)) or 1e-12
     value = float(np.mean(gains)) / (spread / np.sqrt(len(gains)))
-    return Comparison(float(gains.sum()), value, float(student.sf(value, len(gains) - 1)))
+    elsewhere = float(np.sort(gains)[:-FEW].sum())
+    return Comparison(float(gains.sum()), value, float(student.sf(value, len(gains) - 1)), elsewhere)
 
 
 def _robust(estimate: Estimate, i: int) -> Array:
