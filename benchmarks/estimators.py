@@ -22,7 +22,7 @@ from identification._coordinates import Coordinates
 from identification._innovations import STRICT, NoiseAware, resolving, scenes
 from identification._linearised import Linearised
 from identification._noise_aware import fit_noise_aware
-from identification._uncertain_force import first_values, swing, with_smooth_force
+from identification._uncertain_force import first_values, quickest, with_smooth_force
 from simulator import BASE, Excitation, Sensors, kernel, random_valve, simulate
 
 Array = NDArray[np.float64]
@@ -102,7 +102,7 @@ def by_prediction(way: type[NoiseAware], experiments: list[Experiment]) -> dict[
     found = first_values(kernel(BASE), c, with_smooth_force(experiments, seen))
     if not found:
         return None
-    fine = resolving(seen, swing(c.values(found[0])))
+    fine = resolving(seen, quickest(c, found))
     end = fit_noise_aware(way(kernel(BASE, "uncertain force"), c, fine), *found)
     return None if end is None else c.values(end.theta)
 

@@ -19,7 +19,7 @@ from identification._noise_aware import HOPELESS, converged
 from identification._problem import Problem
 from identification._shake import shaken
 from identification._start import Start, regression, starts
-from identification._uncertain_force import fit_uncertain, force_noise_matters, loose_start
+from identification._uncertain_force import RESOLVED, fit_uncertain, force_noise_matters, loose_start, turn
 from recordings import BadInput
 from simulator import BASE, CATALOGUE, Kernel, kernel
 
@@ -164,7 +164,8 @@ def _uncertain(valve: Kernel, coordinates: Coordinates, experiments: Sequence[Ex
 
 def fit_of(estimate: Estimate, problem: Problem, path: Path) -> Fit:
     """A noise-aware estimate as a fit, with its outcome; problem, path : the same end as a free run."""
-    outcome = Outcome.CONVERGED if converged(estimate) else Outcome.NOT_CONVERGED
+    resolved = turn(problem.coordinates.values(estimate.theta), problem) < RESOLVED
+    outcome = Outcome.CONVERGED if converged(estimate, resolved=resolved) else Outcome.NOT_CONVERGED
     if estimate.loss > HOPELESS:
         outcome = Outcome.NOT_EXPLAINED
     rms = float(np.sqrt(estimate.loss))

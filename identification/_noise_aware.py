@@ -47,6 +47,8 @@ MOST_TRIES = 7
 CLEAN_LOSS, CLEAN_OUTLIERS = 1.03, 5e-4
 """Mean loss (and three standard deviations of it) and share of outliers up to which the innovations are those of the
 right model."""
+ROUGH_LOSS, ROUGH_OUTLIERS = 1.2, 1e-2
+"""The same where the sampling does not resolve break-away, so that what its linearisation leaves is not noise."""
 AGREED = 2.0
 """Difference of the costs of two ends on chunks up to which they are the same."""
 HOPELESS, HOPELESS_TRIES = 50.0, 3
@@ -57,9 +59,10 @@ MASSES = (0.2, 30.0)
 """Moving masses [kg] that are tried."""
 
 
-def converged(estimate: Estimate) -> bool:
-    """Whether the innovations look like noise."""
-    return estimate.loss < CLEAN_LOSS + 3 / np.sqrt(estimate.samples) and estimate.outliers < CLEAN_OUTLIERS
+def converged(estimate: Estimate, *, resolved: bool = True) -> bool:
+    """Whether the innovations look like noise. resolved : break-away is, by the sampling."""
+    loss, outliers = (CLEAN_LOSS, CLEAN_OUTLIERS) if resolved else (ROUGH_LOSS, ROUGH_OUTLIERS)
+    return estimate.loss < loss + 3 / np.sqrt(estimate.samples) and estimate.outliers < outliers
 
 
 def fit_noise_aware(problem: NoiseAware, theta: Array, *others: Array) -> Estimate | None:

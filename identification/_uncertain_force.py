@@ -26,6 +26,8 @@ MATTERS = 3e-4
 bristle by its share of the break-away deflection in every sample, and 0.2 % of it spoils break-away force by 30 %."""
 WAYS_LOOSE = 3
 """Ways that are gone with loose paths for a start of free runs, at most."""
+RESOLVED = 1.0
+"""`turn` up to which the sampling resolves break-away where the force is noisy."""
 FREE_STEP = 2.5e-4
 """Sub-step of free runs [s]."""
 
@@ -63,7 +65,7 @@ def fit_uncertain(valve: Kernel, coordinates: Coordinates, experiments: Sequence
     found = first_values(valve, coordinates, smooth)
     if not found:
         return None
-    estimate = estimated(valve, coordinates, found, resolving(seen, swing(coordinates.values(found[0]))))
+    estimate = estimated(valve, coordinates, found, resolving(seen, quickest(coordinates, found)))
     if estimate is None:
         return None
     problem = Problem(valve, coordinates, smooth)
@@ -87,7 +89,7 @@ def loose_start(valve: Kernel, coordinates: Coordinates, experiments: Sequence[E
     found = first_values(valve, coordinates, experiments)
     if not found:
         return None
-    seen = resolving(scenes(experiments), swing(coordinates.values(found[0])))
+    seen = resolving(scenes(experiments), quickest(coordinates, found))
     whole = NoiseAware(kernel(valve.effects, "uncertain force"), coordinates, seen)
     end = sought(on_chunks(whole), *found, most=WAYS_LOOSE)
     return None if end is None or end.loss > UNEXPLAINED else end.theta
@@ -96,6 +98,16 @@ def loose_start(valve: Kernel, coordinates: Coordinates, experiments: Sequence[E
 def swing(values: Mapping[str, float]) -> float:
     """Angular frequency [rad/s] of the mass on its bristles, for parameters by full name."""
     return float(np.sqrt(values["lugre.sigma0"] / values["mass.m"]))
+
+
+def turn(values: Mapping[str, float], problem: Problem) -> float:
+    """Angle [rad] by which the mass swings on its bristles from sample to sample, for parameters by full name."""
+    return swing(values) * max(piece.segment.dt for piece in problem.pieces)
+
+
+def quickest(coordinates: Coordinates, starts: Sequence[Array]) -> float:
+    """The largest `swing` of several starts: one of them may have a mass of tons."""
+    return max(swing(coordinates.values(theta)) for theta in starts)
 
 
 def estimated(

@@ -16,7 +16,7 @@ from identification._coordinates import parameters
 from identification._fit import Fit, Outcome
 from identification._innovations import TUNING, Estimate
 from identification._problem import Problem, Setting
-from identification._uncertain_force import swing
+from identification._uncertain_force import RESOLVED, swing, turn
 from simulator import Status
 
 Array = NDArray[np.float64]
@@ -36,10 +36,10 @@ SLOW, SLOW_FACTOR, SLOW_FACTOR_EXACT = 6e-3, 1.6, 1.3
 """Spacing [s] above which what the force does between samples is guessed, and the factors that this costs where the
 force is noisy and where its samples are exact."""
 QUICK = ("mass.m", "lugre.fs", "lugre.vs", "lugre.sigma0", "lugre.sigma1")
-RESOLVED, RESOLVED_EXACT = 1.0, 12.0
+RESOLVED_EXACT = 12.0
 """What is known of `QUICK` comes from break-away, where the mass swings on its bristles. When that swing turns by more
-than so many radians from sample to sample (where the force is noisy, and where its samples are exact), estimate and
-interval can both be wrong, and they are reported as weak."""
+than so many radians from sample to sample (`RESOLVED` where the force is noisy), estimate and interval can both be
+wrong, and they are reported as weak."""
 AT_BOUND = 1e-4
 """A parameter that may be zero and is below this share of its scale is at its bound."""
 
@@ -174,9 +174,8 @@ def _unresolved(fit: Fit) -> str:
     """What to say of a swing of the mass on its bristles that a fit cannot follow; empty when it can."""
     if fit.problem is None or fit.kernel.causality != "force":
         return ""
-    omega = swing(fit.values)
-    spacing = max(piece.segment.dt for piece in fit.problem.pieces)
-    if omega * spacing < (RESOLVED_EXACT if fit.estimate is None else RESOLVED):
+    angle, omega = turn(fit.values, fit.problem), swing(fit.values)
+    if angle < (RESOLVED_EXACT if fit.estimate is None else RESOLVED):
         return ""
-    frequency, rate = omega / (2 * np.pi), 1 / spacing
+    frequency, rate = omega / (2 * np.pi), omega / angle
     return f"the mass swings on its bristles at {frequency:.0f} Hz, too fast for {rate:.0f} samples a second"
