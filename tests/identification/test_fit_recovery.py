@@ -38,6 +38,13 @@ def test_a_random_valve_is_recovered_at_the_noise_floor(seed):
     assert prepared.causality == "force"
 
 
+def test_a_fit_that_gets_lost_starts_again_with_loose_paths():
+    _, found, known = fitted(26, "sine:20", 250.0)  # ends at 12 times the noise, and settles there, otherwise
+    assert found.outcome is Outcome.CONVERGED
+    assert found.rms == pytest.approx(1.0, abs=0.05)
+    assert max(abs(z) for z in scores(found, known, random_valve(26)[0]).values()) < 4.5
+
+
 def test_standard_deviations_say_how_far_off_the_parameters_are():
     z = all_scores(SEEDS)
     assert z.shape == (12, 9)
