@@ -6,5 +6,8 @@ import os
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from bristle._app import main
+from bristle._memory import one_arena
+
+one_arena()
 
 __all__ = ["main"]
