@@ -17,7 +17,7 @@ from identification._noise_aware import on_chunks, sought
 from identification._trace_imposed import imposed_scenes, showing
 from identification._trace_judge import Whiteness, whiteness
 from identification._trace_model import FINAL, REFIT, Bench, Model, coordinates, problem
-from identification._uncertain_force import first_values, quickest, with_smooth_force
+from identification._uncertain_force import first_values, swing, with_smooth_force
 from recordings import NegativeAnswer
 from simulator import BASE, kernel
 
@@ -74,7 +74,7 @@ def base_model(experiments: Sequence[Experiment], bench: Bench) -> Model:
     found = first_values(valve, free, with_smooth_force(experiments, bench.fitted))
     if not found:
         raise NegativeAnswer(Outcome.DIVERGED.value)
-    omega = quickest(free, found)
+    omega = swing(free.values(found[0]))
     bench = replace(
         bench, fitted=tuple(resolving(bench.fitted, omega)), held=tuple(resolving(bench.held, omega)),
         mass=free.values(found[-1])["mass.m"],
