@@ -60,6 +60,39 @@ class Script:
         return item
 
 
+class Acknowledged:
+    """What the disk has acknowledged, by file, for a loop to wait on."""
+
+    def __init__(self) -> None:
+        self.samples: dict[Path, int] = {}
+        self._told: asyncio.Event | None = None
+
+    def __call__(self, path: Path, n_samples: int) -> None:
+        self.samples[path] = n_samples
+        if self._told is not None:
+            self._loop.call_soon_threadsafe(self._told.set)
+
+    async def until(self, enough: Callable[[dict[Path, int]], bool]) -> None:
+        self._loop, self._told = asyncio.get_running_loop(), self._told or asyncio.Event()
+        while not enough(self.samples):
+            self._told.clear()
+            await self._told.wait()
+
+
+class InStep(Script):
+    """A source that goes on after some samples only when the disk has acknowledged all of them."""
+
+    def __init__(self, n_samples: int, every: int, disk: Acknowledged) -> None:
+        super().__init__([sample(k) for k in range(n_samples)])
+        self.given, self.every, self.disk = 0, every, disk
+
+    async def __anext__(self) -> Sample | LinkEvent:
+        if self.given % self.every == 0:
+            await self.disk.until(lambda samples: sum(samples.values()) == self.given)
+        self.given += 1
+        return await super().__anext__()
+
+
 def sample(k: int, valve: str = "V1", position: Reading | None = None) -> Sample:
     readings = {"position": position or Reading(float(k), "mm"), "mode": Reading(float(k % 3), "1")}
     return Sample(100.0 + 0.01 * k, 1.7e9 + 0.01 * k, valve, readings)
@@ -120,14 +153,14 @@ def test_every_valve_has_its_own_file_and_events(tmp_path):
 @pytest.mark.parametrize("rotation", [{"rotate_s": 0.1}, {"rotate_mb": 0.05}])
 def test_rotation_loses_no_sample_and_the_clock_goes_on(tmp_path, rotation):
     async def story() -> RecorderReport:
-        settings = RecorderSettings(tmp_path, batch_s=0.02, **rotation)
+        disk = Acknowledged()
+        settings = RecorderSettings(tmp_path, batch_s=0.02, acknowledge=disk, **rotation)
         async with TcpPeer(Rig()) as peer:
             stop = asyncio.Event()
             async with live(peer, 500.0) as source:
                 recorder = Recorder(source, settings)
                 running = asyncio.create_task(recorder.run(stop))
-                while len(list(tmp_path.glob("*.h5"))) < 4:
-                    await asyncio.sleep(0.01)
+                await within(disk.until(lambda samples: len(samples) >= 4))
                 stop.set()
                 return await within(running)
 
@@ -150,18 +183,15 @@ def test_a_single_sample_is_no_recording(tmp_path):
 
 def test_what_is_acknowledged_is_in_the_file_at_that_moment(tmp_path):
     seen: list[tuple[int, int]] = []
+    disk = Acknowledged()
 
     def acknowledge(path: Path, n_samples: int) -> None:
         shutil.copy(path, tmp_path / "copy.hdf5")  # what a killed process would leave
         with h5py.File(tmp_path / "copy.hdf5") as file:
             seen.append((n_samples, min(len(column) for column in file["signals"].values())))
+        disk(path, n_samples)
 
-    class Slow(Script):
-        async def __anext__(self) -> Sample | LinkEvent:
-            await asyncio.sleep(0.001)
-            return await super().__anext__()
-
-    recorded(Slow([sample(k) for k in range(200)]), tmp_path / "run.h5", batch_s=0.02, acknowledge=acknowledge)
+    recorded(InStep(200, 50, disk), tmp_path / "run.h5", batch_s=0.02, acknowledge=acknowledge)
     assert len(seen) > 2
     assert all(n_samples == there for n_samples, there in seen)
     assert seen[-1][0] == 200
@@ -182,11 +212,18 @@ def test_a_source_that_ends_while_a_batch_is_on_its_way_loses_none_of_it(tmp_pat
         assert len(read(path).time) == n_samples
 
 
+def after_turns(n: int, call: Callable[[], None]) -> None:
+    """Call something after so many turns of the loop."""
+    asyncio.get_running_loop().call_soon(*((after_turns, n - 1, call) if n else (call,)))
+
+
 def test_a_disk_that_refuses_a_batch_while_the_source_ends_is_heard(tmp_path):
-    ended = threading.Event()
+    disk, ended = Acknowledged(), threading.Event()
 
     def refuse(path: Path, n_samples: int) -> None:
-        refused, _ = ended.is_set(), ended.wait(10.0)
+        refused = ended.is_set()
+        disk(path, n_samples)
+        ended.wait(10.0)
         if not refused:
             raise BadInput(str(path), "the disk is full", "make room")
 
@@ -195,7 +232,8 @@ def test_a_disk_that_refuses_a_batch_while_the_source_ends_is_heard(tmp_path):
             try:
                 return await super().__anext__()
             except StopAsyncIteration:
-                asyncio.get_running_loop().call_later(0.05, ended.set)
+                await disk.until(bool)  # a batch is on its way
+                after_turns(20, ended.set)  # by then the recorder has seen the end
                 raise
 
     with pytest.raises(BadInput, match="the disk is full"):
@@ -228,18 +266,17 @@ def test_a_source_that_dies_leaves_a_closed_recording(tmp_path):
 
 
 def test_a_disk_that_refuses_ends_the_session_in_words(tmp_path):
-    folder = tmp_path / "runs"
+    folder, disk = tmp_path / "runs", Acknowledged()
 
-    class Vanishing(Script):
+    class Vanishing(InStep):
         async def __anext__(self) -> Sample | LinkEvent:
             item = await super().__anext__()
-            await asyncio.sleep(0.002)
             if item.time > 100.5:
                 shutil.rmtree(folder, ignore_errors=True)
             return item
 
     with pytest.raises(BadInput, match="runs"):
-        recorded(Vanishing([sample(k) for k in range(500)]), folder, batch_s=0.02, rotate_s=0.1)
+        recorded(Vanishing(500, 10, disk), folder, batch_s=0.02, rotate_s=0.1, acknowledge=disk)
 
 
 @pytest.mark.parametrize(
@@ -268,13 +305,12 @@ def test_a_recording_of_a_live_link_tells_of_its_outages(tmp_path):
     async def story() -> RecorderReport:
         peer = TcpPeer(Rig())
         async with peer, live(peer) as source:
-            stop = asyncio.Event()
-            running = asyncio.create_task(Recorder(source, RecorderSettings(tmp_path / "run.h5")).run(stop))
-            while source.statistics.samples < 50:
-                await asyncio.sleep(0.01)
+            stop, disk = asyncio.Event(), Acknowledged()
+            settings = RecorderSettings(tmp_path / "run.h5", batch_s=0.05, acknowledge=disk)
+            running = asyncio.create_task(Recorder(source, settings).run(stop))
+            await within(disk.until(lambda samples: sum(samples.values()) >= 50))
             peer.drop()
-            while source.statistics.samples < 100:
-                await asyncio.sleep(0.01)
+            await within(disk.until(lambda samples: sum(samples.values()) >= 100))
             stop.set()
             return await within(running)
 
