@@ -10,6 +10,7 @@ look by other means, reported beside the answer and never in its place.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -28,7 +29,8 @@ Array = NDArray[np.float64]
 NOTHING = 0.05
 """Share of the force left below which the choice is none."""
 TRAVELS = (1.0, 0.3)
-"""Break-away distances that a window has to pass: the first at which there are enough windows."""
+"""Break-away distances that a window has to pass: the first at which there are enough windows, on chunks of the
+recordings or else on all of them."""
 APART, TINY, SAME = 1e-4, 1e-100, 0.999
 """Share of a force that the base's own do not have, and its size, from which it is offered; correlation of two forces
 from which they are one."""
@@ -57,10 +59,9 @@ class SecondOpinion:
 def second_opinion(base: Model) -> SecondOpinion | None:
     """Pysindy's choice for a base model; None where the valve hardly slides, or the model has no solution along its
     own motion."""
-    thin = base.thinned()
-    pairs = list(zip(thin.bench.fitted, thin.estimate.paths, strict=True))
-    for travel in TRAVELS:
-        left, own = _left(thin, pairs, travel)
+    for travel, some in itertools.product(TRAVELS, (base.thinned(), base)):
+        pairs = list(zip(some.bench.fitted, some.estimate.paths, strict=True))
+        left, own = _left(some, pairs, travel)
         if left is not None and len(left) >= FEWEST:
             break
     else:
@@ -69,7 +70,7 @@ def second_opinion(base: Model) -> SecondOpinion | None:
     for effect in base.bench.candidates:
         if effect in base.effects or not shows_imposed(CATALOGUE[effect]) or CATALOGUE[effect].site is not Site.FORCE:
             continue
-        mine = np.column_stack([np.zeros((len(left), 0)), *_terms(thin, effect, rhythms, pairs, own, travel)])
+        mine = np.column_stack([np.zeros((len(left), 0)), *_terms(some, effect, rhythms, pairs, own, travel)])
         if mine.shape[1]:
             terms[effect] = mine
     left = left - own @ np.linalg.lstsq(own, left, rcond=None)[0]

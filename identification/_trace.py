@@ -18,10 +18,10 @@ from identification._experiment import Experiment, experiment
 from identification._fit import check_given, obstacle
 from identification._identify import plant_constants
 from identification._innovations import Estimate
-from identification._trace_base import first_model, fit_left, held_left, lightened, settled, split, stiffened, white
+from identification._trace_base import first_model, fit_left, held_left, settled, split, stiffened, white
 from identification._trace_exchange import exchanged, size
 from identification._trace_judge import COMPLETE, Comparison, Whiteness, compare
-from identification._trace_model import Model
+from identification._trace_model import Model, searched
 from identification._trace_screen import Score, screen
 from recordings import BadInput, NegativeAnswer, Recording
 from simulator import BASE, kernel
@@ -34,6 +34,9 @@ PROMISING = 0.1
 """Share of the best score below which a candidate is not sought; the second best always is."""
 FAR_OFF = 1.4
 """Mean loss from which scores are not to be trusted, and all candidates are sought."""
+LOOKED, ALWAYS = 0.3, 2
+"""Share of the best gain of all first fits to chunks from which those of a candidate are followed on; the best two
+always are."""
 KEPT, FULLY = 0.5, 4
 """Share of the best gain on chunks below which a candidate is given up, and how many are refitted to all at most."""
 KEPT_IMPOSED, FULLY_IMPOSED = 0.2, 8
@@ -120,9 +123,6 @@ def select(
     _check(experiments, held)
     base = first_model(experiments, others, held)
     model, added, rounds = _selected(base)
-    light = None if added or base.bench.imposed or white(base) else lightened(base)
-    if light is not None:
-        model, added, rounds = _selected(light)
     first, alike = rounds[0], same_class(rounds[0]) if added else ()
     if len(added) > 1:
         beside, earlier = {r[0].effect: [c for c in r[1:] if c.refit is not None] for r in rounds}, added
@@ -183,9 +183,9 @@ def judged(model: Model) -> tuple[Candidate, ...]:
         if i < 2 or (i < TRIED and s.gain > PROMISING * scores[0].gain) or s.effect in imitated
     ]  # fmt: skip
     shown = [s for s in worth if far_off or s.effect in imitated or s.gain > WORTH / 2]
-    plain = model.sought() if shown else None
-    begun = [_begun(model, plain, s, from_here=i < TRIED) for i, s in enumerate(worth) if s in shown]
-    begun.sort(key=lambda c: -c.gain if c.refit is not None else np.inf)
+    looks = {s.effect: model.looks(s.effect, values=s.values, from_here=i < TRIED)
+             for i, s in enumerate(worth) if s in shown}  # fmt: skip
+    begun = _begun(model, [s for s in scores if s in shown], looks)
     promising = _promising(model, begun)
     tried = [_ended(model, c) if c.effect in promising else replace(c, refit=None) for c in begun]
     ranked = sorted(tried, key=lambda c: (not c.accepted, -(c.gain + (c.held.gain if c.held else 0.0))))
@@ -207,12 +207,24 @@ def _promising(model: Model, begun: Sequence[Candidate]) -> list[str]:
     return [c.effect for c in sought if c.gain >= least]
 
 
-def _begun(model: Model, plain: Model | None, s: Score, from_here: bool) -> Candidate:
-    """A candidate with the best fit to chunks; refit is None where there is none."""
-    found = model.sought(s.effect, values=s.values, from_here=from_here)
-    if found is None or plain is None:
-        return Candidate(s.effect, s.gain, s.values, why="the refit has no solution")
-    return Candidate(s.effect, plain.estimate.cost - found.estimate.cost, s.values, found, why="others explain more")
+def _begun(model: Model, scores: Sequence[Score], looks: Mapping[str, list[Model]]) -> list[Candidate]:
+    """Candidates by their first fits to chunks, the promising ones followed on, best first; refit is None where there
+    is none."""
+    plain = model.sought() if scores else None
+    if plain is None:
+        return [Candidate(s.effect, s.gain, s.values, why="the refit has no solution") for s in scores]
+    known = [s for s in scores if looks[s.effect]]
+    gain = {s.effect: plain.estimate.cost - looks[s.effect][0].estimate.cost for s in known}
+    ranked = sorted(known, key=lambda s: -gain[s.effect])
+    begun = [Candidate(s.effect, s.gain, s.values, why="the refit has no solution") for s in scores if s not in known]
+    for i, s in enumerate(ranked):
+        near = i < ALWAYS or gain[s.effect] > LOOKED * gain[ranked[0].effect]
+        found = searched(looks[s.effect]) if near else looks[s.effect][0]
+        assert found is not None
+        begun.append(
+            Candidate(s.effect, plain.estimate.cost - found.estimate.cost, s.values, found, why="others explain more")
+        )
+    return sorted(begun, key=lambda c: -c.gain if c.refit is not None else np.inf)
 
 
 def _ended(model: Model, c: Candidate) -> Candidate:

@@ -17,7 +17,7 @@ from identification._noise_aware import on_chunks, sought
 from identification._trace_imposed import imposed_scenes, showing
 from identification._trace_judge import Whiteness, whiteness
 from identification._trace_model import FINAL, REFIT, Bench, Model, coordinates, problem
-from identification._uncertain_force import first_values, swing, with_smooth_force
+from identification._uncertain_force import first_values, quickest, with_smooth_force
 from recordings import NegativeAnswer
 from simulator import BASE, kernel
 
@@ -28,7 +28,10 @@ WAYS = 4
 STIFFER = 2.0
 """Bristles are at most so many times as stiff as those of the model without the effect."""
 HEAVIER = 5.0
-"""A light base model is at most so many times as heavy as the inverse equation says at first."""
+"""A base model is at most so many times as heavy as the inverse equation says at first, unless that is all it lacks:
+one that lacks an effect may make a mass of tons swallow it, and then nothing looks like what is missing."""
+AT_HEAVIEST, FAR_OFF = 0.99, 1.4
+"""Share of that at which a model presses on it, and mean loss on chunks from which a free mass is not all it lacks."""
 BETTER = 10.0
 """Fall of the cost by which a refit notably helps."""
 REFITS = 3
@@ -74,30 +77,31 @@ def base_model(experiments: Sequence[Experiment], bench: Bench) -> Model:
     found = first_values(valve, free, with_smooth_force(experiments, bench.fitted))
     if not found:
         raise NegativeAnswer(Outcome.DIVERGED.value)
-    omega = swing(free.values(found[0]))
+    omega, guess = quickest(free, found), free.values(found[-1])["mass.m"]
     bench = replace(
         bench, fitted=tuple(resolving(bench.fitted, omega)), held=tuple(resolving(bench.held, omega)),
-        mass=free.values(found[-1])["mass.m"],
+        heaviest=HEAVIER * guess,
     )  # fmt: skip
-    work = NoiseAware(bench.kernel(BASE), free, bench.fitted)
+    work = NoiseAware(bench.kernel(BASE), coordinates(BASE, bench), bench.fitted)
     best = sought(on_chunks(work), *found, most=WAYS)
     best = None if best is None else work.follow(best.theta, stages=((FINAL, REFIT),))
     if best is None:
         raise NegativeAnswer(Outcome.DIVERGED.value)
-    return stiffened(settled(Model(BASE, bench, lean(best))))
+    light = stiffened(settled(Model(BASE, bench, lean(best))))
+    return light if white(light) else heavier(light) or light
 
 
-def lightened(model: Model) -> Model | None:
-    """The model with a mass that is not far beyond the first guess of it; None where it is not. A model that lacks an
-    effect may make a mass of tons swallow it, and then nothing looks like what is missing.
-    """
-    heaviest = HEAVIER * model.bench.mass
-    if model.values["mass.m"] <= heaviest:
+def heavier(model: Model) -> Model | None:
+    """A base model at its heaviest with as much mass as it likes; None where it is not, or still leaves something."""
+    if model.values["mass.m"] < AT_HEAVIEST * model.bench.heaviest:
         return None
-    bench = replace(model.bench, heaviest=heaviest)
-    light = replace(model, bench=bench).sought()
-    found = None if light is None else light.carried(bench)
-    return None if found is None else stiffened(rested(found))
+    bench = replace(model.bench, heaviest=float("inf"))
+    found = replace(model, bench=bench).sought()
+    if found is None or found.estimate.loss > FAR_OFF:
+        return None
+    heavy = found.carried(bench)
+    heavy = None if heavy is None else stiffened(settled(heavy))
+    return heavy if heavy is not None and white(heavy) else None
 
 
 def stiffened(model: Model) -> Model:

@@ -37,9 +37,9 @@ RESTED = 2
 @dataclass(frozen=True)
 class Bench:
     """What all models are tried on: scenes to fit and scenes held out, constants that are held, the travel (lowest,
-    highest position seen) [m], the stiffest bristle [N/m], for one that no node resolves explains what it likes, the
-    heaviest mass [kg], which does, too, and a first guess of it; imposed : the motion is, and the force is predicted;
-    candidates : effects that can show in what is predicted.
+    highest position seen) [m], the stiffest bristle [N/m], for one that no node resolves explains what it likes, and
+    the heaviest mass [kg], which does, too; imposed : the motion is, and the force is predicted; candidates : effects
+    that can show in what is predicted.
     """
 
     fitted: tuple[Scene, ...]
@@ -49,7 +49,6 @@ class Bench:
     force_std: float
     stiffest: float = float("inf")
     heaviest: float = float("inf")
-    mass: float = float("inf")
     imposed: bool = False
     candidates: tuple[str, ...] = CATALOGUE.ids
 
@@ -131,16 +130,24 @@ class Model:
 
     def refitted(self) -> Model:
         """The same effects after further steps."""
-        work = problem(self.effects, self.bench, self.bench.fitted)
-        begun = work.at(self.estimate.theta, self.estimate.paths, FINAL, steps=0)
-        return self if begun is None else Model(self.effects, self.bench, lean(work.descend(begun, FINAL, REFIT, IDLE)))
+        return self.descended(FINAL, REFIT)
 
-    def sought(
+    def descended(self, loose: Looseness, steps: int) -> Model:
+        """The same effects after so many further steps, or until two of them change little."""
+        work = problem(self.effects, self.bench, self.bench.fitted)
+        begun = work.at(self.estimate.theta, self.estimate.paths, loose, steps=0)
+        return self if begun is None else replace(self, estimate=lean(work.descend(begun, loose, steps, IDLE)))
+
+    def sought(self) -> Model | None:
+        """The best fit of these effects to chunks of the scenes; None where all diverge."""
+        return searched(self.looks())
+
+    def looks(
         self, *effect: str, values: Mapping[str, float] | None = None, from_here: bool = True
-    ) -> Model | None:  # fmt: skip
-        """The best fit to chunks of the scenes of this model, or of it and one more effect at some values: from here,
-        unless not wanted, with the mass, the damping and the friction curve set back to usual ones, and from where the
-        effect says that a model without it may have bent. None where all diverge.
+    ) -> list[Model]:  # fmt: skip
+        """First fits to chunks of the scenes of this model, or of it and one more effect at some values, best first:
+        from here, unless not wanted, with the mass, the damping and the friction curve set back to usual ones, and
+        from where the effect says that a model without it may have bent. Empty where all diverge.
 
         A base model bends its parameters to make up for what it lacks, and from there the way back can be barred.
         """
@@ -153,9 +160,8 @@ class Model:
         bent = [start for e in effect for start in self.imitations(e)]
         starts += [work.coordinates.theta(work.kernel.vector(known | dict(start))) for start in bent]
         looks = [work.follow(start, stages=((COARSE, LOOK),)) for start in starts]
-        best = sorted((look for look in looks if look is not None), key=lambda look: look.cost)[:FOLLOWED]
-        ends = [work.descend(look, COARSE, SEARCH - LOOK, IDLE) for look in best]
-        return Model(effects, bench, lean(min(ends, key=lambda end: end.cost))) if ends else None
+        best = sorted((lean(look) for look in looks if look is not None), key=lambda look: look.cost)[:FOLLOWED]
+        return [Model(effects, bench, look) for look in best]
 
     def imitations(self, effect: str) -> list[Mapping[str, float]]:
         """Values by which this model may imitate an effect, from which to seek it."""
@@ -203,6 +209,12 @@ class Model:
         theta = coordinates(effects, self.bench).theta(p)
         estimate = problem(effects, self.bench, self.bench.fitted).at(theta, paths, FINAL, steps=steps)
         return None if estimate is None else Model(effects, self.bench, estimate)
+
+
+def searched(looks: Sequence[Model]) -> Model | None:
+    """The best of some first fits to chunks, each followed on; None of none."""
+    ends = [look.descended(COARSE, SEARCH - LOOK) for look in looks]
+    return min(ends, key=lambda end: end.estimate.cost, default=None)
 
 
 CHUNK, EVERY = 2.0, 7.0

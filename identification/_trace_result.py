@@ -16,7 +16,6 @@ from identification._experiment import Experiment, imposed
 from identification._result import Identification, error_of
 from identification._second_opinion import SecondOpinion, second_opinion
 from identification._trace import Candidate, Tracing, select
-from identification._trace_base import lightened
 from identification._trace_left import Remainder, remainder
 from identification._trace_model import Model
 from identification._trace_runs import holdout_rmse, identification_of, position_error
@@ -152,8 +151,7 @@ def trace(
     final = base if found.final is found.base else identification_of(found.final, recordings, fitted, held)
     left = None if found.after.white and found.verdict != "unlisted" else remainder(found)
     rmse = {c.effect: holdout_rmse(c.refit, fitted, held) for c in found.candidates if c.refit is not None}
-    # a mass of tons swallows what is missing, and then sparse regression sees little of it, too
-    opinion = None if found.verdict == "none" else second_opinion(lightened(found.base) or found.base)
+    opinion = None if found.verdict == "none" else second_opinion(found.base)
     return Trace(found, base, final, rmse, left, _errors(found, base, final), opinion)
 
 
