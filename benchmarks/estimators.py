@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from benchmarks._innovation_form import InnovationForm
 from benchmarks._machine import machine
-from identification import Experiment, Fit, experiment, fit, uncertainty
+from identification import Estimator, Experiment, Fit, experiment, fit, uncertainty
 from identification._coordinates import Coordinates
 from identification._innovations import STRICT, NoiseAware, resolving, scenes
 from identification._linearised import Linearised
@@ -32,6 +32,10 @@ WAYS = ("raw", "smoothed", "innovations", "filter", "noise-aware", "auto")
 """Output error on the recorded force and on the smoothed force; the innovation form and the likelihood of an extended
 Kalman filter, with the states and the starts of the noise-aware estimator; that estimator; and what `fit` chooses, for
 which one has to ask."""
+FITS: dict[str, Estimator] = {
+    "raw": "output-error", "smoothed": "output-error", "noise-aware": "noise-aware", "auto": "auto"
+}  # fmt: skip
+"""Those of them that are fits."""
 NORMAL_90 = 1.6449
 
 
@@ -79,10 +83,8 @@ def coordinates(experiments: list[Experiment]) -> Coordinates:
 
 
 def fitted(name: str, experiments: list[Experiment]) -> Fit:
-    """A fit in one of `WAYS`."""
-    if name in ("noise-aware", "auto"):
-        return fit(experiments, estimator="auto" if name == "auto" else "noise-aware")
-    return fit(with_smooth_force(experiments) if name == "smoothed" else experiments, estimator="output-error")
+    """A fit in one of `FITS`."""
+    return fit(with_smooth_force(experiments) if name == "smoothed" else experiments, estimator=FITS[name])
 
 
 class ExtendedKalman(NoiseAware):
@@ -138,7 +140,7 @@ def main() -> None:
             table["bound"].append(bound(truth, experiments))
         for name in [asked.only] if asked.only else WAYS[:-1]:
             begun = time.process_time()
-            found = None if name in PREDICTORS else fitted(name, experiments)
+            found = fitted(name, experiments) if name in FITS else None
             values = by_prediction(PREDICTORS[name], experiments) if found is None else usable(found)
             took = time.process_time() - begun
             said = "" if found is None else found.outcome.name
@@ -149,7 +151,7 @@ def main() -> None:
             words = " ".join(f"{e:+.2f}" for e in table[name][-1])
             rms = "" if found is None else f" rms {found.rms:.3f}"
             print(f"  seed {seed} {name:12} {words}  {said}{rms} {took:.1f} s", flush=True)
-            if found is not None and name in ("noise-aware", "auto"):
+            if found is not None and FITS[name] != "output-error":
                 for n, one in off(found, truth).items():
                     cover.setdefault(n, []).append(one)
     print(f"median absolute error in %, force noise {100 * asked.noise:g} %\n  {'':12} " + "  ".join(NAMES))

@@ -82,6 +82,11 @@ class Problem:
         """Number of measured outputs."""
         return sum(int(piece.segment.seen.sum()) for piece in self.pieces)
 
+    @property
+    def spacing(self) -> float:
+        """Longest time between samples of any segment [s]."""
+        return max(piece.segment.dt for piece in self.pieces)
+
     def local_scale(self, piece: Piece) -> Array:
         """Units of the start of a segment: noise for x, noise per sample for v, `MEMORY_SCALE` for memory."""
         motion = [piece.noise, piece.noise / piece.segment.dt] if self.kernel.causality == "force" else []

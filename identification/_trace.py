@@ -102,6 +102,11 @@ class Tracing:
     experiments: tuple[Experiment, ...]
     held: tuple[Experiment, ...]
 
+    @property
+    def only_held(self) -> bool:
+        """Whether something is left on the held-out recordings alone."""
+        return fit_left(self.final).white and not self.after.white
+
 
 def select(
     recordings: Sequence[Recording],

@@ -82,8 +82,10 @@ def _held(values: Array) -> Array:
 
 
 def remainder(found: Tracing) -> Remainder:
-    """Describe what is left of the force behind the final model, on the fitted recordings."""
-    model = found.final
+    """Describe what is left of the force behind the final model: on the fitted recordings or, where they show nothing,
+    on those held out.
+    """
+    model = found.final.at_held() if found.only_held else found.final
     force = np.concatenate(model.force_left)
     std = np.concatenate([s.force.std for s in model.bench.fitted])
     share = float(np.clip((found.after.loss - 1.0) / max(found.before.loss - 1.0, 1e-9), 0.0, 1.0))
@@ -96,7 +98,11 @@ def remainder(found: Tracing) -> Remainder:
     description = (
         f"a force of {rms:.3g} N rms beside the model's, {np.sqrt(z2.mean()):.2f} times its standard deviation"
     )
-    where = f"it is strongest at {name} {low:.4g} to {high:.4g} {known[name].unit}; record {known[name].next}"
+    where = f"it is strongest at {name} {low:.4g} to {high:.4g} {known[name].unit}"
+    if found.only_held:
+        where += " of the held-out recordings, and does not show in the fitted ones; record more like them to fit to"
+    else:
+        where += f"; record {known[name].next}"
     return Remainder(description, where, share)
 
 

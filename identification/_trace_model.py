@@ -115,6 +115,14 @@ class Model:
         found = judge.start(self.estimate.theta, FINAL, steps=HELD_STEPS)
         return None if found is None else lean(found)
 
+    def at_held(self) -> Model:
+        """The same model looked at on the scenes that are held out, where it has a solution on them."""
+        return (
+            self
+            if self.held is None
+            else replace(self, bench=replace(self.bench, fitted=self.bench.held), estimate=self.held)
+        )
+
     def thinned(self) -> Model:
         """The same model on chunks of its scenes."""
         bench, places = self.bench.thinned()

@@ -112,6 +112,8 @@ class Trace:
         t, out = self.tracing, []
         if t.verdict == "none":
             out.append("Nothing is missing: what the model leaves is noise of the size the recordings have.")
+        elif t.only_held and not t.added:
+            out.append("Something is missing, and the recordings that were fitted do not show what.")
         elif t.verdict == "unlisted":
             out.append("Something is missing, and it is none of the effects known here.")
         for effect in t.added:

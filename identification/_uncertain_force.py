@@ -102,7 +102,7 @@ def swing(values: Mapping[str, float]) -> float:
 
 def turn(values: Mapping[str, float], problem: Problem) -> float:
     """Angle [rad] by which the mass swings on its bristles from sample to sample, for parameters by full name."""
-    return swing(values) * max(piece.segment.dt for piece in problem.pieces)
+    return swing(values) * problem.spacing
 
 
 def quickest(coordinates: Coordinates, starts: Sequence[Array]) -> float:

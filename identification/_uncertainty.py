@@ -77,7 +77,7 @@ def uncertainty(fit: Fit) -> Uncertainty:
     n = fit.problem.n_free
     names = fit.coordinates.free_names
     spread = np.sqrt(np.maximum(np.diag(classic), np.diag(robust)))[:n]
-    slow = fit.kernel.causality == "force" and max(piece.segment.dt for piece in fit.problem.pieces) > SLOW
+    slow = fit.kernel.causality == "force" and fit.problem.spacing > SLOW
     if fit.estimate is not None:
         spread = spread * np.array([WIDEST.get(name, WIDER) for name in names])
     if slow:
@@ -174,8 +174,7 @@ def _unresolved(fit: Fit) -> str:
     """What to say of a swing of the mass on its bristles that a fit cannot follow; empty when it can."""
     if fit.problem is None or fit.kernel.causality != "force":
         return ""
-    angle, omega = turn(fit.values, fit.problem), swing(fit.values)
-    if angle < (RESOLVED_EXACT if fit.estimate is None else RESOLVED):
+    if turn(fit.values, fit.problem) < (RESOLVED_EXACT if fit.estimate is None else RESOLVED):
         return ""
-    frequency, rate = omega / (2 * np.pi), omega / angle
+    frequency, rate = swing(fit.values) / (2 * np.pi), 1 / fit.problem.spacing
     return f"the mass swings on its bristles at {frequency:.0f} Hz, too fast for {rate:.0f} samples a second"
