@@ -27,11 +27,12 @@ WAYS = 4
 """Ways that a base model is sought on chunks: one that lacks an effect fits badly at the end of all of them."""
 STIFFER = 2.0
 """Bristles are at most so many times as stiff as those of the model without the effect."""
-HEAVIER = 5.0
-"""A base model is at most so many times as heavy as the inverse equation says at first, unless that is all it lacks:
-one that lacks an effect may make a mass of tons swallow it, and then nothing looks like what is missing."""
-AT_HEAVIEST, FAR_OFF = 0.99, 1.4
-"""Share of that at which a model presses on it, and mean loss on chunks from which a free mass is not all it lacks."""
+HEAVIER, RIGID = 5.0, 4.0
+"""A base model is at most so many times as heavy, and its bristles as stiff, as the inverse equation says at first,
+unless that is all it lacks: what lacks an effect may have a mass of tons or a rigid stem swallow it, and then nothing
+looks like what is missing."""
+AT_BOUND, FAR_OFF = 0.99, 1.4
+"""Share of that at which a model presses on it, and mean loss on chunks from which freedom is not all it lacks."""
 BETTER = 10.0
 """Fall of the cost by which a refit notably helps."""
 REFITS = 3
@@ -77,31 +78,33 @@ def base_model(experiments: Sequence[Experiment], bench: Bench) -> Model:
     found = first_values(valve, free, with_smooth_force(experiments, bench.fitted))
     if not found:
         raise NegativeAnswer(Outcome.DIVERGED.value)
-    omega, guess = quickest(free, found), free.values(found[-1])["mass.m"]
+    omega, guess = quickest(free, found), free.values(found[-1])
     bench = replace(
         bench, fitted=tuple(resolving(bench.fitted, omega)), held=tuple(resolving(bench.held, omega)),
-        heaviest=HEAVIER * guess,
+        heaviest=HEAVIER * guess["mass.m"], stiffest=RIGID * guess["lugre.sigma0"],
     )  # fmt: skip
     work = NoiseAware(bench.kernel(BASE), coordinates(BASE, bench), bench.fitted)
     best = sought(on_chunks(work), *found, most=WAYS)
     best = None if best is None else work.follow(best.theta, stages=((FINAL, REFIT),))
     if best is None:
         raise NegativeAnswer(Outcome.DIVERGED.value)
-    light = stiffened(settled(Model(BASE, bench, lean(best))))
-    return light if white(light) else heavier(light) or light
+    bound = settled(Model(BASE, bench, lean(best)))
+    return stiffened(bound if white(bound) else freed(bound) or bound)
 
 
-def heavier(model: Model) -> Model | None:
-    """A base model at its heaviest with as much mass as it likes; None where it is not, or still leaves something."""
-    if model.values["mass.m"] < AT_HEAVIEST * model.bench.heaviest:
+def freed(model: Model) -> Model | None:
+    """A base model that presses on its bounds without them; None where it does not, or still leaves something."""
+    values, inf = model.values, float("inf")
+    bounds = (values["mass.m"], model.bench.heaviest), (values["lugre.sigma0"], model.bench.stiffest)
+    if all(value < AT_BOUND * most for value, most in bounds):
         return None
-    bench = replace(model.bench, heaviest=float("inf"))
+    bench = replace(model.bench, heaviest=inf, stiffest=inf)
     found = replace(model, bench=bench).sought()
     if found is None or found.estimate.loss > FAR_OFF:
         return None
-    heavy = found.carried(bench)
-    heavy = None if heavy is None else stiffened(settled(heavy))
-    return heavy if heavy is not None and white(heavy) else None
+    carried = found.carried(bench)
+    free = None if carried is None else settled(carried)
+    return free if free is not None and white(free) else None
 
 
 def stiffened(model: Model) -> Model:
