@@ -29,7 +29,8 @@ from simulator import BASE, kernel
 Array = NDArray[np.float64]
 
 TRIED = 8
-"""Candidates that are sought in a round, the best by score; where all are, those that are sought from here too."""
+"""Candidates that are sought in a round, the best by score; where all are, those (and what a base model imitates) that
+are sought from here too."""
 PROMISING = 0.1
 """Share of the best score below which a candidate is not sought; the second best always is."""
 FAR_OFF = 1.4
@@ -188,8 +189,10 @@ def judged(model: Model) -> tuple[Candidate, ...]:
         if i < 2 or (i < TRIED and s.gain > PROMISING * scores[0].gain) or s.effect in imitated
     ]  # fmt: skip
     shown = [s for s in worth if far_off or s.effect in imitated or s.gain > WORTH / 2]
-    looks = {s.effect: model.looks(s.effect, values=s.values, from_here=i < TRIED)
-             for i, s in enumerate(worth) if s in shown}  # fmt: skip
+    looks = {
+        s.effect: model.looks(s.effect, values=s.values, from_here=i < TRIED or s.effect in imitated)
+        for i, s in enumerate(worth) if s in shown
+    }  # fmt: skip
     begun = _begun(model, [s for s in scores if s in shown], looks)
     promising = _promising(model, begun)
     tried = [_ended(model, c) if c.effect in promising else replace(c, refit=None) for c in begun]

@@ -38,6 +38,6 @@ class ActuatorHysteresis(Effect):
         return q.u - p["h"] / p["r"] * behind
 
     def imitated(self, base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
-        r = self.parameter_name("r")
-        part = hidden_in_friction(self.parameter_name("h"), base, 0.3)
-        return [part | {r: multiple * base["lugre.fc"]} for multiple in (0.2, 0.6)]
+        h, r = self.parameter_name("h"), self.parameter_name("r")
+        loops = ((0.3, 0.4), (0.12, 1.8))  # a wide loop that closes early, a narrow one that closes late
+        return [hidden_in_friction(h, base, share) | {r: way * base["lugre.fc"]} for share, way in loops]
