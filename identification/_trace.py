@@ -160,7 +160,7 @@ def _selected(base: Model) -> tuple[Model, tuple[str, ...], list[tuple[Candidate
             break
         earlier = added
         model, added = _pruned(settled(stiffened(best.refit)), (*added, best.effect))
-        if set(added) <= set(earlier) or white(model):
+        if set(added) <= set(earlier):
             break
     return model, added, rounds
 
