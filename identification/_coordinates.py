@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -47,6 +47,12 @@ class Coordinates:
     def free_names(self) -> tuple[str, ...]:
         """Names of the free parameters, in the order of theta."""
         return tuple(name for name, free in zip(self.names, self.free, strict=True) if free)
+
+    def part(self, names: Sequence[str]) -> Coordinates:
+        """The coordinates of some of the parameters, in their order here."""
+        kept = np.isin(self.names, names)
+        arrays = {key: getattr(self, key)[kept] for key in ("base", "free", "logs", "scale", "lower", "upper")}
+        return Coordinates(tuple(n for n, here in zip(self.names, kept, strict=True) if here), **arrays)
 
     def values(self, theta: Array) -> dict[str, float]:
         """All parameters by name at coordinates theta."""

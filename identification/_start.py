@@ -16,7 +16,7 @@ from identification._coordinates import Coordinates
 from identification._experiment import Experiment, imposed
 from identification._least_squares import Descent, Normal, descend
 from identification._problem import Problem, Setting
-from simulator import kernel
+from simulator import CATALOGUE, kernel, shows_imposed
 
 Array = NDArray[np.float64]
 
@@ -41,22 +41,27 @@ class Start:
 
 
 def starts(experiments: Sequence[Experiment], effects: tuple[str, ...], coordinates: Coordinates) -> list[Start]:
-    """Candidate starts for a force-driven fit, best first. Empty when nothing moves."""
+    """Candidate starts for a force-driven fit, best first. Empty when nothing moves. Effects that have no part in the
+    force of an imposed motion start from what they are by default.
+    """
     guess = regression(experiments, _held(coordinates, "spring.K"))
     if guess is None:
         return []
-    inverse = kernel(effects, "motion")
+    inverse = kernel([effect for effect in effects if shows_imposed(CATALOGUE[effect])], "motion")
+    own = coordinates.part(inverse.parameters)
+    default = dict(zip(coordinates.names, coordinates.base.tolist(), strict=True))
     driven = [imposed(e) for e in experiments]
     force_std = float(np.std(np.concatenate([s.u for e in driven for s in e.segments]))) or 1.0
-    problem = Problem(inverse, coordinates, [replace(e, noise_force=FORCE_ERROR * force_std) for e in driven])
-    prior = precision(coordinates, LOOSE)
+    problem = Problem(inverse, own, [replace(e, noise_force=FORCE_ERROR * force_std) for e in driven])
+    prior = precision(own, LOOSE)
     found = []
     for stiffness in STIFFNESS_STARTS:
         for stribeck in STRIBECK_STARTS:
-            first = coordinates.theta(_assembled(coordinates, guess, stiffness, stribeck, force_std))
+            first = own.theta(_assembled(own, guess, stiffness, stribeck, force_std))
             end = _descend(problem, first, prior)
             if end is not None:
-                found.append(Start(end.theta[: len(first)], end.normal.cost))
+                values = default | own.values(end.theta[: len(first)])
+                found.append(Start(coordinates.theta(np.array(list(values.values()))), end.normal.cost))
     return sorted(found, key=lambda s: s.cost)
 
 

@@ -57,8 +57,8 @@ EXPLAINED, EXPLAINED_FIT = 0.8, 0.5
 """Shares of what is left over a complete model's, on held-out and on fitted recordings, that effects have to explain
 for one to be named."""
 ALONE, TOGETHER = 1.25, 1.1
-"""Mean held-out loss up to which one effect, or several that leave something of the fitted recordings, are named. A
-share of much may still be much, and several effects can imitate one that is not known here, but not to the noise."""
+"""Mean held-out loss up to which one effect, or several, are named. A share of much may still be much, and several
+effects can imitate one that is not known here, but not to the noise."""
 EXPLAINED_IMPOSED = 0.25
 """The same share where the force is predicted from the motion. What a rig's force holds beside a model never comes near
 its noise, and no free run amplifies what is left; the rest is reported beside the name."""
@@ -318,8 +318,7 @@ def _verdict(base: Model, model: Model, added: tuple[str, ...]) -> tuple[str, tu
     if not added:
         return ("none" if white(base) else "unlisted"), (), base
     held, fitted = (EXPLAINED_IMPOSED,) * 2 if base.bench.imposed else (EXPLAINED, EXPLAINED_FIT)
-    alone = len(added) == 1 or fit_left(model).white
-    most = np.inf if base.bench.imposed else ALONE if alone else TOGETHER
+    most = np.inf if base.bench.imposed else ALONE if len(added) == 1 else TOGETHER
     before, after = held_left(base), held_left(model)
     named = _explained(before, after, held) and _explained(fit_left(base), fit_left(model), fitted)
     return (added[0], added, model) if named and after.loss < most else ("unlisted", (), base)

@@ -28,8 +28,9 @@ IDLE = 2.0
 """Fall of the cost below which two steps of a search or a refit are its last."""
 SEARCH, LOOK, FOLLOWED = 12, 4, 2
 """Steps of a search on chunks, those after which its starts are compared, and how many of them go on."""
-HELD_STEPS = 10
-"""Steps of the paths on held-out recordings."""
+HELD_STEPS, HELD_ROUNDS, HELD_FALL = 10, 5, 30.0
+"""Steps of the paths on held-out recordings, times that they are taken at most, and fall of the cost by so many below
+which paths have come to rest: those of plays take long."""
 RESTED = 2
 """Steps of the paths after which the costs of a model and of a trial of another are compared."""
 
@@ -113,6 +114,12 @@ class Model:
         """The paths on the held-out scenes at the fitted parameters."""
         judge = problem(self.effects, self.bench, self.bench.held)
         found = judge.start(self.estimate.theta, FINAL, steps=HELD_STEPS)
+        for _ in range(HELD_ROUNDS - 1):
+            if found is None or self.bench.imposed:
+                break
+            before, found = found, judge.at(found.theta, found.paths, FINAL, steps=HELD_STEPS) or found
+            if found.cost > before.cost - HELD_FALL:
+                break
         return None if found is None else lean(found)
 
     def at_held(self) -> Model:
