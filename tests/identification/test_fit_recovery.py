@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from seeded_valves import QUIET, fitted, floor_ratio, scores
 
-from identification import Crosscheck, Outcome, crosscheck
-from simulator import random_valve
+from identification import Crosscheck, Outcome, crosscheck, experiment, fit
+from simulator import BASE, CATALOGUE, Excitation, Sensors, random_valve, simulate
 
 SEEDS = range(12)
 LONG = "mixed:40"
@@ -62,6 +62,21 @@ def test_two_thousand_samples_at_a_hundred_hertz_are_enough(seed):
     assert max(abs(z) for z in scores(found, known, truth).values()) < 4.5
     for name, share in (("spring.K", 1e-3), ("lugre.fc", 1e-3), ("mass.m", 0.01), ("lugre.sigma0", 0.02)):
         assert found.values[name] == pytest.approx(truth[name], rel=share)
+
+
+def test_an_effect_that_an_imposed_motion_would_not_show_is_fitted_with_the_rest():
+    """Starts come of the force that the motion took, in which a play between stem and sensor has no part."""
+    values, stroke = random_valve(3)
+    effects, play = tuple(e for e in CATALOGUE.ids if e in (*BASE, "backlash")), {"backlash.width": 2e-4}
+    runs = [
+        simulate(values | play, Excitation.parse(course), Sensors(500.0, position_noise=QUIET * stroke), stroke=stroke,
+                 effects=effects, seed=i)[0]
+        for i, course in enumerate(("staircase:14", "sine:14"))
+    ]  # fmt: skip
+    found = fit([experiment(run) for run in runs], effects=effects)
+    assert found.outcome is Outcome.CONVERGED
+    assert found.values["backlash.width"] == pytest.approx(2e-4, rel=0.02)
+    assert found.values["mass.m"] == pytest.approx(values["mass.m"], rel=0.02)
 
 
 @pytest.mark.long

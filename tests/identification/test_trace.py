@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -11,6 +12,8 @@ import pytest
 
 from bristle._app import run
 from identification import Trace, trace
+from identification._trace_judge import Whiteness
+from identification._trace_left import remainder
 from recordings import Recording, Signal, write
 from simulator import BASE, CATALOGUE, Excitation, Sensors, ValveModel, random_valve, simulate
 
@@ -47,6 +50,17 @@ def test_a_complete_model_lacks_nothing():
     assert not any(c.accepted for c in found.candidates)
 
 
+def test_what_only_held_out_recordings_show_is_said_so():
+    found = traced(None)
+    assert not found.tracing.only_held
+    seen = replace(found.tracing, verdict="unlisted", after=Whiteness(False, 0.0, 1.3, 0.0))
+    assert seen.only_held
+    left = remainder(seen)
+    assert "of the held-out recordings, and does not show in the fitted ones" in left.where
+    said = replace(found, tracing=seen, left=left).sentences()
+    assert said[0] == "Something is missing, and the recordings that were fitted do not show what."
+
+
 def test_recordings_of_an_exact_force_lack_nothing(capsys: pytest.CaptureFixture[str]):
     assert run(["trace", "bundled:step", "bundled:sine", "--holdout", "bundled:mixed"]) == 0
     assert "verdict: none" in capsys.readouterr().out
@@ -74,6 +88,7 @@ def test_a_stiffening_spring_is_named_and_measured():
         ("actuator_lag", {"tau": 0.05}),
         ("sensor_lag", {"tau": 0.05}),
         ("actuator_hysteresis", {"h": 60.0, "r": 120.0}),
+        ("actuator_hysteresis", {"h": 25.0, "r": 320.0}),
         ("nonlocal_presliding", {"f": 120.0, "d": 1.5e-3}),
         ("backlash", {"width": 5e-4}),
     ],
