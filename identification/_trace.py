@@ -21,7 +21,7 @@ from identification._innovations import Estimate
 from identification._trace_base import first_model, fit_left, held_left, settled, split, stiffened, white
 from identification._trace_exchange import exchanged, size
 from identification._trace_judge import COMPLETE, Comparison, Whiteness, compare
-from identification._trace_model import Model, searched
+from identification._trace_model import Model, apart, followed
 from identification._trace_screen import Score, screen
 from recordings import BadInput, NegativeAnswer, Recording
 from simulator import BASE, kernel
@@ -36,8 +36,8 @@ PROMISING = 0.1
 FAR_OFF = 1.4
 """Mean loss from which scores are not to be trusted, and all candidates are sought."""
 LOOKED, ALWAYS = 0.3, 2
-"""Share of the best gain of all first fits to chunks from which those of a candidate are followed on; the best two
-always are."""
+"""Share of the best gain of all first fits to chunks from which those of a candidate are followed on; the best two, and
+what a base model imitates, always are."""
 KEPT, FULLY = 0.5, 4
 """Share of the best gain on chunks below which a candidate is given up, and how many are refitted to all at most."""
 KEPT_IMPOSED, FULLY_IMPOSED = 0.2, 8
@@ -66,6 +66,7 @@ NOTABLE = 0.05
 """Share of what is left there that an effect has to explain, fitted and held out, to be added."""
 ALIKE = 0.03
 """Candidates whose held-out gains differ by less than this share, or insignificantly, are one class."""
+NO_SOLUTION = "the refit has no solution"
 INSIGNIFICANT = 2.0
 """Student's t below which two candidates explain held-out data alike."""
 
@@ -193,9 +194,13 @@ def judged(model: Model) -> tuple[Candidate, ...]:
         s.effect: model.looks(s.effect, values=s.values, from_here=i < TRIED or s.effect in imitated)
         for i, s in enumerate(worth) if s in shown
     }  # fmt: skip
-    begun = _begun(model, [s for s in scores if s in shown], looks)
+    begun = _begun(model, [s for s in scores if s in shown], looks, imitated)
     promising = _promising(model, begun)
-    tried = [_ended(model, c) if c.effect in promising else replace(c, refit=None) for c in begun]
+    tried = [
+        _ended(model, b) if b.score.effect in promising else
+        Candidate(b.score.effect, b.gain, b.score.values, why="others explain more" if b.ends else NO_SOLUTION)
+        for b in begun
+    ]  # fmt: skip
     ranked = sorted(tried, key=lambda c: (not c.accepted, -(c.gain + (c.held.gain if c.held else 0.0))))
     rest = [
         Candidate(s.effect, s.gain, s.values, why="others promise more" if s not in worth else
@@ -204,46 +209,62 @@ def judged(model: Model) -> tuple[Candidate, ...]:
     return tuple(_simplest_first(ranked) + rest)
 
 
-def _promising(model: Model, begun: Sequence[Candidate]) -> list[str]:
+@dataclass(frozen=True)
+class _Begun:
+    """A candidate fitted to chunks. ends : the best and others not far behind it, none without a solution; gain : fall
+    of the cost by the best of them."""
+
+    score: Score
+    ends: tuple[Model, ...]
+    gain: float
+
+
+def _promising(model: Model, begun: Sequence[_Begun]) -> list[str]:
     """Of candidates on chunks, best first, the effects worth being refitted to the whole recordings: not far behind the
     best, and likely to gain enough there.
     """
     kept, fully = (KEPT_IMPOSED, FULLY_IMPOSED) if model.bench.imposed else (KEPT, FULLY)
-    sought = [c for c in begun if c.refit is not None][:fully]
+    sought = [b for b in begun if b.ends][:fully]
     share = model.bench.samples / model.bench.thinned()[0].samples
     least = max(kept * sought[0].gain, LIKELY * WORTH / share) if sought else 0.0
-    return [c.effect for c in sought if c.gain >= least]
+    return [b.score.effect for b in sought if b.gain >= least]
 
 
-def _begun(model: Model, scores: Sequence[Score], looks: Mapping[str, list[Model]]) -> list[Candidate]:
-    """Candidates by their first fits to chunks, the promising ones followed on, best first; refit is None where there
-    is none."""
+def _begun(
+    model: Model, scores: Sequence[Score], looks: Mapping[str, list[Model]], imitated: Sequence[str]
+) -> list[_Begun]:
+    """Candidates by their first fits to chunks, the promising and the imitated ones followed on, best first."""
     plain = model.sought() if scores else None
-    if plain is None:
-        return [Candidate(s.effect, s.gain, s.values, why="the refit has no solution") for s in scores]
-    known = [s for s in scores if looks[s.effect]]
-    gain = {s.effect: plain.estimate.cost - looks[s.effect][0].estimate.cost for s in known}
+    known = [s for s in scores if plain is not None and looks[s.effect]]
+    if plain is None or not known:
+        return [_Begun(s, (), s.gain) for s in scores]
+    cost = plain.estimate.cost
+    gain = {s.effect: cost - looks[s.effect][0].estimate.cost for s in known}
     ranked = sorted(known, key=lambda s: -gain[s.effect])
-    begun = [Candidate(s.effect, s.gain, s.values, why="the refit has no solution") for s in scores if s not in known]
+    begun = []
     for i, s in enumerate(ranked):
-        near = i < ALWAYS or gain[s.effect] > LOOKED * gain[ranked[0].effect]
-        found = searched(looks[s.effect]) if near else looks[s.effect][0]
-        assert found is not None
-        begun.append(
-            Candidate(s.effect, plain.estimate.cost - found.estimate.cost, s.values, found, why="others explain more")
-        )
-    return sorted(begun, key=lambda c: -c.gain if c.refit is not None else np.inf)
+        near = i < ALWAYS or gain[s.effect] > LOOKED * gain[ranked[0].effect] or s.effect in imitated
+        ends = followed(looks[s.effect]) if near else looks[s.effect][:1]
+        best = cost - ends[0].estimate.cost
+        others = [end for end in ends[1:] if cost - end.estimate.cost > KEPT * best and apart(s.effect, end, ends[0])]
+        begun.append(_Begun(s, (ends[0], *others), best))
+    return sorted(begun, key=lambda b: -b.gain) + [_Begun(s, (), s.gain) for s in scores if s not in known]
 
 
-def _ended(model: Model, c: Candidate) -> Candidate:
+def _refitted(model: Model, b: _Begun) -> Model | None:
+    """The best refit of a candidate to the whole recordings: on chunks a worse end may look better."""
+    refits = [end.carried(model.bench) for end in b.ends]
+    return min((r for r in refits if r is not None), key=lambda r: r.estimate.cost, default=None)
+
+
+def _ended(model: Model, b: _Begun) -> Candidate:
     """A candidate refitted to the whole recordings and judged."""
-    assert c.refit is not None
-    refit = c.refit.carried(model.bench)
+    effect, refit = b.score.effect, _refitted(model, b)
     if refit is None or refit.held is None or model.held is None:
-        return replace(c, refit=None, why="the refit has no solution")
+        return Candidate(effect, b.gain, b.score.values, why=NO_SOLUTION)
     fitted = compare(model.estimate, refit.estimate, model.bench.fitted)
     held = compare(model.held, refit.held, model.bench.held)
-    values = {name: value for name, value in refit.values.items() if name in c.values}
+    values = {name: value for name, value in refit.values.items() if name in b.score.values}
     level = CLEAR_LEVEL if held.gain > WORTH else LEVEL
     shows = fitted.gain > _least(model, model.estimate)
     steady = held.p_value < level or (held.elsewhere > WORTH and not model.bench.imposed)
@@ -253,7 +274,7 @@ def _ended(model: Model, c: Candidate) -> Candidate:
         else "gains too little on the fitted recordings" if not shows
         else f"does not explain held-out data (t = {held.t:.1f})"
     )  # fmt: skip
-    return Candidate(c.effect, fitted.gain, values, refit, held, enough, why)
+    return Candidate(effect, fitted.gain, values, refit, held, enough, why)
 
 
 def _least(model: Model, estimate: Estimate) -> float:

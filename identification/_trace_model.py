@@ -28,6 +28,8 @@ IDLE = 2.0
 """Fall of the cost below which two steps of a search or a refit are its last."""
 SEARCH, LOOK, FOLLOWED = 12, 4, 2
 """Steps of a search on chunks, those after which its starts are compared, and how many of them go on."""
+SAME_END = 0.05
+"""Relative difference of all parameters of an effect up to which two ends are one."""
 HELD_STEPS, HELD_ROUNDS, HELD_FALL = 10, 5, 30.0
 """Steps of the paths on held-out recordings, times that they are taken at most, and fall of the cost by so many below
 which paths have come to rest: those of plays take long."""
@@ -155,7 +157,7 @@ class Model:
 
     def sought(self) -> Model | None:
         """The best fit of these effects to chunks of the scenes; None where all diverge."""
-        return searched(self.looks())
+        return next(iter(followed(self.looks())), None)
 
     def looks(
         self, *effect: str, values: Mapping[str, float] | None = None, from_here: bool = True
@@ -172,11 +174,18 @@ class Model:
         known = {k: v for e in effect for k, v in defaults(e, self.bench).items()} | self.values | dict(values or {})
         theta = work.coordinates.theta(work.kernel.vector(known))
         starts = [theta] * from_here + tamed(work.coordinates, theta)[:1]
-        bent = [start for e in effect for start in self.imitations(e)]
-        starts += [work.coordinates.theta(work.kernel.vector(known | dict(start))) for start in bent]
-        looks = [work.follow(start, stages=((COARSE, LOOK),)) for start in starts]
-        best = sorted((lean(look) for look in looks if look is not None), key=lambda look: look.cost)[:FOLLOWED]
+        bent = [work.kernel.vector(known | dict(start)) for e in effect for start in self.imitations(e)]
+        own = self._looks(work, starts)
+        imitated = self._looks(work, [work.coordinates.theta(p) for p in bent])
+        best = sorted([*own, *imitated], key=lambda look: look.cost)[:FOLLOWED]
+        if imitated and all(look is not imitated[0] for look in best):  # plays and hysteresis come to rest slowly
+            best.append(imitated[0])
         return [Model(effects, bench, look) for look in best]
+
+    def _looks(self, work: NoiseAware | ImposedFit, starts: Sequence[Array]) -> list[Estimate]:
+        """First fits from some starts, best first."""
+        looks = [work.follow(start, stages=((COARSE, LOOK),)) for start in starts]
+        return sorted((lean(look) for look in looks if look is not None), key=lambda look: look.cost)
 
     def imitations(self, effect: str) -> list[Mapping[str, float]]:
         """Values by which this model may imitate an effect, from which to seek it."""
@@ -226,10 +235,16 @@ class Model:
         return None if estimate is None else Model(effects, self.bench, estimate)
 
 
-def searched(looks: Sequence[Model]) -> Model | None:
-    """The best of some first fits to chunks, each followed on; None of none."""
-    ends = [look.descended(COARSE, SEARCH - LOOK) for look in looks]
-    return min(ends, key=lambda end: end.estimate.cost, default=None)
+def followed(looks: Sequence[Model]) -> list[Model]:
+    """Some first fits to chunks followed on, best first."""
+    return sorted((look.descended(COARSE, SEARCH - LOOK) for look in looks), key=lambda end: end.estimate.cost)
+
+
+def apart(effect: str, one: Model, other: Model) -> bool:
+    """Whether two ends are two, by the parameters of an effect."""
+    names = CATALOGUE[effect].parameter_names()
+    a, b = (np.array([model.values[name] for name in names]) for model in (one, other))
+    return bool((np.abs(a - b) > SAME_END * np.maximum(np.abs(a), np.abs(b))).any())
 
 
 CHUNK, EVERY = 2.0, 7.0
