@@ -129,7 +129,7 @@ def select(
     held = plant_constants(experiments) | dict(given or {})
     _check(experiments, held)
     base = first_model(experiments, others, held)
-    model, added, rounds = _selected(base)
+    base, model, added, rounds = _selected(base)
     first, alike = rounds[0], same_class(rounds[0]) if added else ()
     if len(added) > 1:
         beside, earlier = {r[0].effect: [c for c in r[1:] if c.refit is not None] for r in rounds}, added
@@ -151,8 +151,11 @@ def _check(experiments: Sequence[Experiment], given: Mapping[str, float]) -> Non
         raise NegativeAnswer(hindered.value)
 
 
-def _selected(base: Model) -> tuple[Model, tuple[str, ...], list[tuple[Candidate, ...]]]:
-    """Forward selection from the base: the model, the effects added, and the candidates of every round."""
+def _selected(base: Model) -> tuple[Model, Model, tuple[str, ...], list[tuple[Candidate, ...]]]:
+    """Forward selection from the base: the base, the model, the effects added, and the candidates of every round.
+
+    An effect may only have shown the way to a better end of the base model, which is then the base to begin from.
+    """
     model, added, rounds = base, tuple[str, ...](), list[tuple[Candidate, ...]]()
     while len(added) < MOST:
         rounds.append(judged(model))
@@ -161,16 +164,18 @@ def _selected(base: Model) -> tuple[Model, tuple[str, ...], list[tuple[Candidate
             break
         earlier = added
         model, added = _pruned(settled(stiffened(best.refit)), (*added, best.effect))
+        if not added:
+            return _selected(stiffened(settled(model)))
         if set(added) <= set(earlier):
             break
-    return model, added, rounds
+    return base, model, added, rounds
 
 
 def _pruned(model: Model, added: tuple[str, ...]) -> tuple[Model, tuple[str, ...]]:
-    """The model without what it no longer needs: an effect that was added before a better one, or one whose gain came
-    of fitting the others better.
+    """The model without what it does not need: an effect that was added before a better one, or one whose gain came of
+    fitting the others better.
     """
-    for effect in added if len(added) > 1 else ():
+    for effect in added:
         other = model.without(effect)
         if other is not None and other.estimate.cost < model.estimate.cost + WORTH:
             return _pruned(other, tuple(e for e in added if e != effect))

@@ -39,5 +39,5 @@ class ActuatorHysteresis(Effect):
 
     def imitated(self, base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
         h, r = self.parameter_name("h"), self.parameter_name("r")
-        loops = ((0.3, 0.4), (0.12, 0.6), (0.12, 1.8))  # wide ones close early, narrow ones late
+        loops = ((0.3, 0.4), (0.12, 0.6), (0.12, 1.8), (0.12, 6.0))  # wide ones close early, narrow ones late
         return [hidden_in_friction(h, base, share) | {r: way * base["lugre.fc"]} for share, way in loops]
