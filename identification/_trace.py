@@ -35,9 +35,6 @@ PROMISING = 0.1
 """Share of the best score below which a candidate is not sought; the second best always is."""
 FAR_OFF = 1.4
 """Mean loss from which scores are not to be trusted, and all candidates are sought."""
-LOOKED, ALWAYS = 0.3, 2
-"""Share of the best gain of all first fits to chunks from which those of a candidate are followed on; the best two, and
-what a base model imitates, always are."""
 KEPT, FULLY = 0.5, 4
 """Share of the best gain on chunks below which a candidate is given up, and how many are refitted to all at most."""
 KEPT_IMPOSED, FULLY_IMPOSED = 0.2, 8
@@ -195,11 +192,11 @@ def judged(model: Model) -> tuple[Candidate, ...]:
         if i < 2 or (i < TRIED and s.gain > PROMISING * scores[0].gain) or s.effect in imitated
     ]  # fmt: skip
     shown = [s for s in worth if far_off or s.effect in imitated or s.gain > WORTH / 2]
-    looks = {
-        s.effect: model.looks(s.effect, values=s.values, from_here=i < TRIED or s.effect in imitated)
-        for i, s in enumerate(worth) if s in shown
-    }  # fmt: skip
-    begun = _begun(model, [s for s in scores if s in shown], looks, imitated)
+    plain = model.sought() if shown else None
+    begun = [
+        _begun(model, plain, s, from_here=i < TRIED or s.effect in imitated) for i, s in enumerate(worth) if s in shown
+    ]
+    begun.sort(key=lambda b: -b.gain if b.ends else np.inf)
     promising = _promising(model, begun)
     tried = [
         _ended(model, b) if b.score.effect in promising else
@@ -235,25 +232,16 @@ def _promising(model: Model, begun: Sequence[_Begun]) -> list[str]:
     return [b.score.effect for b in sought if b.gain >= least]
 
 
-def _begun(
-    model: Model, scores: Sequence[Score], looks: Mapping[str, list[Model]], imitated: Sequence[str]
-) -> list[_Begun]:
-    """Candidates by their first fits to chunks, the promising and the imitated ones followed on, best first."""
-    plain = model.sought() if scores else None
-    known = [s for s in scores if plain is not None and looks[s.effect]]
-    if plain is None or not known:
-        return [_Begun(s, (), s.gain) for s in scores]
-    cost = plain.estimate.cost
-    gain = {s.effect: cost - looks[s.effect][0].estimate.cost for s in known}
-    ranked = sorted(known, key=lambda s: -gain[s.effect])
-    begun = []
-    for i, s in enumerate(ranked):
-        near = i < ALWAYS or gain[s.effect] > LOOKED * gain[ranked[0].effect] or s.effect in imitated
-        ends = followed(looks[s.effect]) if near else looks[s.effect][:1]
-        best = cost - ends[0].estimate.cost
-        others = [end for end in ends[1:] if cost - end.estimate.cost > KEPT * best and apart(s.effect, end, ends[0])]
-        begun.append(_Begun(s, (ends[0], *others), best))
-    return sorted(begun, key=lambda b: -b.gain) + [_Begun(s, (), s.gain) for s in scores if s not in known]
+def _begun(model: Model, plain: Model | None, s: Score, from_here: bool) -> _Begun:
+    """A candidate with its ends on chunks, held against the model without it there."""
+    ends = followed(model.looks(s.effect, values=s.values, from_here=from_here))
+    if plain is None or not ends:
+        return _Begun(s, (), s.gain)
+    gain = [plain.estimate.cost - end.estimate.cost for end in ends]
+    others = [
+        end for end, g in zip(ends[1:], gain[1:], strict=True) if g > KEPT * gain[0] and apart(s.effect, end, ends[0])
+    ]
+    return _Begun(s, (ends[0], *others), gain[0])
 
 
 def _refitted(model: Model, b: _Begun) -> Model | None:
