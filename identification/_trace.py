@@ -162,7 +162,8 @@ def _selected(base: Model) -> tuple[Model, Model, tuple[str, ...], list[tuple[Ca
         earlier = added
         model, added = _pruned(settled(stiffened(best.refit)), (*added, best.effect))
         if not added:
-            return _selected(stiffened(settled(model)))
+            better = stiffened(settled(model))
+            return _selected(better) if better.estimate.cost < base.estimate.cost else (base, base, (), rounds)
         if set(added) <= set(earlier):
             break
     return base, model, added, rounds
