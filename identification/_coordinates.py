@@ -63,6 +63,10 @@ class Coordinates:
         logarithm = np.log(np.maximum(p, FLOOR * self.scale))
         return np.where(self.logs, logarithm, p / self.scale)[self.free]
 
+    def theta_of(self, values: Mapping[str, float]) -> Array:
+        """Coordinates of parameter values by name, which may hold others, too."""
+        return self.theta(np.array([values[name] for name in self.names]))
+
     def p(self, theta: Array) -> Array:
         """Parameter vector (n_parameters,) at coordinates theta; physical bounds are kept."""
         full = np.where(self.logs, np.log(np.maximum(self.base, FLOOR * self.scale)), self.base / self.scale)

@@ -200,7 +200,7 @@ def tamed(coordinates: Coordinates, theta: Array) -> list[Array]:
              "lugre.vs": float(np.clip(value["lugre.vs"], 1.5e-3, 1e-2))}  # fmt: skip
     masses = dict.fromkeys((3.0, value["mass.m"]))
     return [
-        _theta(coordinates, value | curve | {"mass.m": m, "lugre.sigma1": 0.3 * critical * np.sqrt(m)}) for m in masses
+        coordinates.theta_of(value | curve | {"mass.m": m, "lugre.sigma1": 0.3 * critical * np.sqrt(m)}) for m in masses
     ]
 
 
@@ -212,8 +212,4 @@ def _changed(problem: NoiseAware, theta: Array, change: int) -> Array:
     others += [{"lugre.sigma1": f * s1} for f in (0.2, 4.0)]
     others += [{"mass.m": float(np.clip(f * m, *MASSES))} for f in (0.3, 3.0)]
     others += [{"lugre.fs": 1.3 * fc, "lugre.vs": vs} for vs in (1e-3, 3e-3, 8e-3)]
-    return _theta(problem.coordinates, value | others[change])
-
-
-def _theta(c: Coordinates, values: dict[str, float]) -> Array:
-    return c.theta(np.array([values[name] for name in c.names]))
+    return problem.coordinates.theta_of(value | others[change])

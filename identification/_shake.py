@@ -36,8 +36,7 @@ def shaken(theta: Array, homotopy: Homotopy) -> Array | None:
         before = best.normal.cost
         values = coordinates.values(best.theta[:n])
         for change in changes(values):
-            changed = np.array([(values | change)[name] for name in coordinates.names])
-            end = homotopy.first(coordinates.theta(changed))
+            end = homotopy.first(coordinates.theta_of(values | change))
             if end is not None and end.normal.cost < BETTER * best.normal.cost:
                 best = end
                 values = coordinates.values(best.theta[:n])

@@ -61,7 +61,7 @@ def starts(experiments: Sequence[Experiment], effects: tuple[str, ...], coordina
             end = _descend(problem, first, prior)
             if end is not None:
                 values = default | own.values(end.theta[: len(first)])
-                found.append(Start(coordinates.theta(np.array(list(values.values()))), end.normal.cost))
+                found.append(Start(coordinates.theta_of(values), end.normal.cost))
     return sorted(found, key=lambda s: s.cost)
 
 

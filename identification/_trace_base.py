@@ -31,7 +31,7 @@ HEAVIER, RIGID = 5.0, 4.0
 """A base model is at most so many times as heavy, and its bristles as stiff, as the inverse equation says at first,
 unless that is all it lacks: what lacks an effect may have a mass of tons or a rigid stem swallow it, and then nothing
 looks like what is missing."""
-AT_BOUND, FAR_OFF = 0.99, 1.4
+AT_BOUND, LACKING = 0.99, 1.4
 """Share of that at which a model presses on it, and mean loss on chunks from which freedom is not all it lacks."""
 BETTER = 10.0
 """Fall of the cost by which a refit notably helps."""
@@ -100,7 +100,7 @@ def freed(model: Model) -> Model | None:
         return None
     bench = replace(model.bench, heaviest=inf, stiffest=inf)
     found = replace(model, bench=bench).sought()
-    if found is None or found.estimate.loss > FAR_OFF:
+    if found is None or found.estimate.loss > LACKING:
         return None
     carried = found.carried(bench)
     free = None if carried is None else settled(carried)

@@ -126,11 +126,9 @@ class Model:
 
     def at_held(self) -> Model:
         """The same model looked at on the scenes that are held out, where it has a solution on them."""
-        return (
-            self
-            if self.held is None
-            else replace(self, bench=replace(self.bench, fitted=self.bench.held), estimate=self.held)
-        )
+        if self.held is None:
+            return self
+        return replace(self, bench=replace(self.bench, fitted=self.bench.held), estimate=self.held)
 
     def thinned(self) -> Model:
         """The same model on chunks of its scenes."""
@@ -175,17 +173,12 @@ class Model:
         theta = work.coordinates.theta(work.kernel.vector(known))
         starts = [theta] * from_here + tamed(work.coordinates, theta)[:1]
         bent = [work.kernel.vector(known | dict(start)) for e in effect for start in self.imitations(e)]
-        own = self._looks(work, starts)
-        imitated = self._looks(work, [work.coordinates.theta(p) for p in bent])
+        own = _looks(work, starts)
+        imitated = _looks(work, [work.coordinates.theta(p) for p in bent])
         best = sorted([*own, *imitated], key=lambda look: look.cost)[:FOLLOWED]
         if imitated and all(look is not imitated[0] for look in best):  # plays and hysteresis come to rest slowly
             best.append(imitated[0])
         return [Model(effects, bench, look) for look in best]
-
-    def _looks(self, work: NoiseAware | ImposedFit, starts: Sequence[Array]) -> list[Estimate]:
-        """First fits from some starts, best first."""
-        looks = [work.follow(start, stages=((COARSE, LOOK),)) for start in starts]
-        return sorted((lean(look) for look in looks if look is not None), key=lambda look: look.cost)
 
     def imitations(self, effect: str) -> list[Mapping[str, float]]:
         """Values by which this model may imitate an effect, from which to seek it."""
@@ -197,8 +190,7 @@ class Model:
         """The other effects of this model, fitted on from here."""
         effects = tuple(e for e in self.effects if e != effect)
         target = self.bench.kernel(effects)
-        values = self.values
-        theta = coordinates(effects, self.bench).theta(np.array([values[name] for name in target.parameters]))
+        theta = coordinates(effects, self.bench).theta_of(self.values)
         kept = [] if self.bench.imposed else [self.kernel.states.index(name) for name in target.states]
         paths = [np.ascontiguousarray(path[:, kept]) for path in self.estimate.paths]
         begun = problem(effects, self.bench, self.bench.fitted).at(theta, paths, FINAL, steps=RESTED)
@@ -233,6 +225,12 @@ class Model:
         theta = coordinates(effects, self.bench).theta(p)
         estimate = problem(effects, self.bench, self.bench.fitted).at(theta, paths, FINAL, steps=steps)
         return None if estimate is None else Model(effects, self.bench, estimate)
+
+
+def _looks(work: NoiseAware | ImposedFit, starts: Sequence[Array]) -> list[Estimate]:
+    """First fits from some starts, best first."""
+    looks = [work.follow(start, stages=((COARSE, LOOK),)) for start in starts]
+    return sorted((lean(look) for look in looks if look is not None), key=lambda look: look.cost)
 
 
 def followed(looks: Sequence[Model]) -> list[Model]:
