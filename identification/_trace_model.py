@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 FINAL = Looseness(1.0, 1e-5, 0.1, 5e-4, honest=False)
 """Looseness of all fits while tracing: they start near their end."""
-COARSE = replace(FINAL, h_max=1e-3)
+COARSE = replace(FINAL, h_max=2e-3)
 """The same of searches on chunks."""
 REFIT = 12
 """Steps of a refit."""
