@@ -24,13 +24,16 @@ def short(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(plants_cases, "_strength", lambda effect, valve, form, multiple: (0.01 * multiple, multiple))
 
 
-def answer(verdict: str, *, added: tuple[str, ...] | None = None, same: tuple[str, ...] = ()) -> Any:
+def answer(
+    verdict: str, *, added: tuple[str, ...] | None = None, same: tuple[str, ...] = (), candidates: tuple[Any, ...] = ()
+) -> Any:
     """What a trace returns."""
     named = (verdict,) if verdict not in study.ABSENT else ()
     error = {"before": {"holdout": {"rmse_m": 4e-5}}, "after": {"holdout": {"rmse_m": 1e-5}}}
     return SimpleNamespace(
-        verdict=verdict, effects_added=named if added is None else added, same_class=same, error=error
-    )
+        verdict=verdict, effects_added=named if added is None else added, same_class=same, error=error,
+        candidates=candidates,
+    )  # fmt: skip
 
 
 def judgement(verdict: Any, effects: tuple[str, ...], part: str = "single") -> str:
@@ -158,3 +161,19 @@ def test_report_counts_names_and_errors(capsys: pytest.CaptureFixture[str]) -> N
     assert "wrong: backlash-v3-s6-same-3 -> dead_time" in shown
     ratio = np.median([1e-5 / row["true"] for row in rows])
     assert f"single, after: {ratio:.2f}" in shown
+
+
+def test_report_says_what_chance_gains_where_nothing_is_missing(capsys: pytest.CaptureFixture[str]) -> None:
+    def tried(gain: float, held: float, p: float) -> Any:
+        return SimpleNamespace(effect="backlash", gain=gain, held=SimpleNamespace(gain=held, p_value=p))
+
+    only_scored = SimpleNamespace(effect="dead_time", gain=400.0, held=None)
+    verdicts = [answer("none", candidates=(only_scored, tried(3.0, -2.0, 0.5), tried(8.0, 1.0, 0.01))), answer("none"),
+                answer("none", candidates=(tried(17.0, 9.0, 0.001),))]  # fmt: skip
+    study.report([study.examine("controls", Case(3, seed=i), lambda f, holdout, v=v: v)
+                  for i, v in enumerate(verdicts)])  # fmt: skip
+    shown = capsys.readouterr().out
+    assert "refitted in 2 of 3 sets" in shown
+    assert "fitted gain: 12.5, 16.1, 17.0" in shown
+    assert "held-out gain: 5.0, 8.2, 9.0" in shown
+    assert "-log10 p: 2.5, 2.9, 3.0" in shown
