@@ -1,15 +1,17 @@
 """What is known of the force between and behind its noisy samples, before any model of the valve is used.
 
-The force is taken for the integral of a slope that is driven by white noise. How strongly differs along a recording (a
-rest, a ramp, a corner, a step), so the intensity is estimated locally by maximum likelihood: MacKay's fixed point for
-hyperparameters (Neural Computation 4(3), 1992), over 20 ms where something happens and over a second elsewhere. It
-has to be right at rest: a force that seems to quiver there makes a simulated bristle creep, and the creep that is not
-seen in the position is then explained by too much break-away friction.
+The force is taken for the integral of a slope that is driven by white noise; where no model of the valve goes on from
+there, as in a free run, for as many integrals as make it likeliest: a sine is smooth, a staircase is not. How strongly
+differs along a recording (a rest, a ramp, a corner, a step), so the intensity is estimated locally by maximum
+likelihood: MacKay's fixed point for hyperparameters (Neural Computation 4(3), 1992), over 20 ms where something happens
+and over a second elsewhere. It has to be right at rest: a force that seems to quiver there makes a simulated bristle
+creep, and the creep that is not seen in the position is then explained by too much break-away friction.
 """
 
 from __future__ import annotations
 
 import functools
+import math
 from dataclasses import dataclass
 from importlib import resources
 from types import ModuleType
@@ -30,20 +32,24 @@ ROUNDS, FASTEST = 8, 30.0
 """Rounds of the fixed point, and the largest factor on an intensity in one."""
 STILL = 1e-3
 """Least wander of the force in a second, in standard deviations of a sample."""
-DECADES = np.arange(-2.0, 16.0)
-"""Intensities that are tried first, in powers of ten of the noise variance per cubic second."""
+ORDER, SMOOTH = 2, 4
+"""Integrals of the white noise: those that a model of an uncertain force has, and those of a smooth force."""
+DECADES = {ORDER: np.arange(-2.0, 16.0), SMOOTH: np.arange(-2.0, 23.0, 2.0)}
+"""Intensities that are tried first, in powers of ten of the noise variance per s^(2 order - 1)."""
 
 
 @dataclass(frozen=True)
 class Force:
     """u (n,) smoothed force [N], slope (n,) [N/s], std (n,) its standard deviation [N]; intensity (n - 1,) [N2/s3] of
-    the noise that drives the slope; noise [N] of the samples."""
+    the noise that drives the slope; noise [N] of the samples; likeliest (n,) [N] : smoothed as is likeliest.
+    """
 
     u: Array
     slope: Array
     std: Array
     intensity: Array
     noise: float
+    likeliest: Array
 
 
 @functools.cache
@@ -58,21 +64,45 @@ def estimate_force(t: Array, u: Array, noise: float) -> Force:
 
     The standard deviations hold within about a tenth on forces made of ramps, sines and steps.
     """
-    mean, P, jumps = np.empty((len(t), 2)), np.empty((len(t), 2, 2)), np.empty(len(t) - 1)
+    one, other = (_chain(t, u, noise, order) for order in (ORDER, SMOOTH))
+    best = other if other.likelihood > one.likelihood else one
+    slope = np.ascontiguousarray(one.mean[:, 1])
+    return Force(one.u, slope, one.std, one.intensity, noise, best.u)
+
+
+@dataclass(frozen=True)
+class _Chain:
+    """A force as so many integrals of white noise. mean (n, order) : the force and its derivatives; the rest as in
+    `Force`; likelihood : logarithm, but for a constant.
+    """
+
+    mean: Array
+    std: Array
+    intensity: Array
+    likelihood: float
+
+    @property
+    def u(self) -> Array:
+        """The force (n,) [N]."""
+        return np.ascontiguousarray(self.mean[:, 0])
+
+
+def _chain(t: Array, u: Array, noise: float, order: int) -> _Chain:
+    """The force by so many integrals."""
+    mean, variance, jumps = np.empty((len(t), order)), np.empty(len(t)), np.empty(len(t) - 1)
     r, dt = noise**2, np.diff(t)
 
     def smooth(intensity: Array) -> float:
-        return float(loops().smoothed_force(t, u, intensity, r, mean, P, jumps))
+        return float(loops().smoothed_force(t, u, intensity, r, mean, variance, jumps))
 
-    levels = r * 10.0**DECADES
-    best = levels[int(np.argmax([smooth(np.full(len(dt), level)) for level in levels]))]
-    intensity = np.full(len(dt), best)
+    levels = r * 10.0 ** DECADES[order]
+    intensity = np.full(len(dt), levels[int(np.argmax([smooth(np.full(len(dt), level)) for level in levels]))])
+    least = (2 * order - 1) * math.factorial(order - 1) ** 2 * r * STILL**2
     for _ in range(ROUNDS):
         smooth(intensity)
-        intensity = np.maximum(_updated(intensity, dt, np.diff(mean[:, 1]) ** 2, jumps), 3.0 * r * STILL**2)
-    smooth(intensity)
-    std = np.sqrt(np.maximum(P[:, 0, 0], 1e-12 * r))
-    return Force(mean[:, 0].copy(), mean[:, 1].copy(), std, intensity, noise)
+        intensity = np.maximum(_updated(intensity, dt, np.diff(mean[:, -1]) ** 2, jumps), least)
+    likelihood = smooth(intensity)
+    return _Chain(mean, np.sqrt(np.maximum(variance, 1e-12 * r)), intensity, likelihood)
 
 
 def _updated(intensity: Array, dt: Array, steps: Array, jumps: Array) -> Array:

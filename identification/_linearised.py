@@ -60,7 +60,7 @@ class Scene:
     def part(self, first: int, last: int) -> Scene:
         """The nodes [first, last)."""
         f, s = self.force, slice(first, last)
-        force = Force(f.u[s], f.slope[s], f.std[s], f.intensity[first : last - 1], f.noise)
+        force = Force(f.u[s], f.slope[s], f.std[s], f.intensity[first : last - 1], f.noise, f.likeliest[s])
         t, motion = np.ascontiguousarray(self.t[s]), np.ascontiguousarray(self.motion[s])
         lead = self.part(0, first + 1) if first else self.lead
         return Scene(t, self.y[s], self.u[s], force, self.noise_y, motion, lead)
@@ -80,7 +80,7 @@ class Scene:
         f = self.force
         force = replace(
             f, u=np.interp(t, self.t, f.u), slope=np.interp(t, self.t, f.slope), std=np.interp(t, self.t, f.std),
-            intensity=np.repeat(f.intensity, between),
+            intensity=np.repeat(f.intensity, between), likeliest=np.interp(t, self.t, f.likeliest),
         )  # fmt: skip
         motion = np.column_stack([np.interp(t, self.t, column) for column in self.motion.T])
         return Scene(t, spread(self.y), spread(self.u), force, self.noise_y, motion, self.lead)

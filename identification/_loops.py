@@ -17,6 +17,8 @@ import numpy as np
 native = numba.njit(error_model="numpy", nogil=True)
 number, vector, matrix, cube = numba.float64, numba.float64[::1], numba.float64[:, ::1], numba.float64[:, :, ::1]
 
+DIFFUSE = 4
+"""Samples that tell where a chain of integrals starts, which is not known."""
 RUNAWAY = 0.3
 """Standard deviation [m/s] beyond which a velocity is held to that of the path: no valve moves as fast."""
 
@@ -167,44 +169,118 @@ def smoothed(A: Any, P: Any, S: Any, E: Any, V: Any, J: Any, K: Any, H: Any, F: 
                 out[k, i] -= P[k, i, j] * adjoint[j]
 
 
-@numba.njit(number(vector, vector, vector, number, matrix, cube, vector), error_model="numpy", nogil=True, cache=True)
-def smoothed_force(t: Any, u: Any, q: Any, r: float, mean: Any, P: Any, jumps: Any) -> float:
-    """Smooth u (n,), noise variance r, as the integral of a slope driven by white noise of intensity q (n - 1,).
-
-    Fills mean (n, 2), P (n, 2, 2) and jumps (n - 1,), the expected squares of the slope's steps; returns the
-    log-likelihood but for a constant. Rauch, Tung and Striebel's form.
+@native
+def chained(h: float, w: float, unit: float, F: Any, Q: Any) -> None:
+    """Transition F and covariance Q of a chain of integrals over a time h, its last state driven by noise of intensity
+    w; states are derivatives times powers of `unit` [s], which keeps them of one size.
     """
-    n = u.shape[0]
-    ahead, Pa = np.zeros((n, 2)), np.zeros((n, 2, 2))
-    ahead[0, 0] = u[0]
-    Pa[0, 0, 0], Pa[0, 1, 1] = 1e4 * r, 1e4 * r / (t[1] - t[0]) ** 2
-    likelihood = 0.0
+    last = F.shape[0] - 1
+    for i in range(last + 1):
+        F[i, i] = 1.0
+        for j in range(i + 1, last + 1):
+            F[i, j] = F[i, j - 1] * h / (unit * (j - i))
+    for i in range(last + 1):
+        for j in range(last + 1):
+            Q[i, j] = w * h * unit ** (2 * last) * F[i, last] * F[j, last] / (2 * last - i - j + 1)
+
+
+@native
+def carried(F: Any, X: Any, T: Any) -> None:
+    """X = F X F', by way of T."""
+    s = F.shape[0]
+    for i in range(s):
+        for j in range(s):
+            T[i, j] = 0.0
+            for k in range(s):
+                T[i, j] += F[i, k] * X[k, j]
+    for i in range(s):
+        for j in range(s):
+            X[i, j] = 0.0
+            for k in range(s):
+                X[i, j] += T[i, k] * F[j, k]
+
+
+@native
+def times(A: Any, x: Any, y: Any) -> None:
+    """y = A x."""
+    for i in range(A.shape[0]):
+        y[i] = 0.0
+        for j in range(A.shape[1]):
+            y[i] += A[i, j] * x[j]
+
+
+@native
+def given(row: Any, own: float, pull: Any, N: Any) -> tuple[float, float]:
+    """Shift of the mean and variance of a quantity when all data are known, from its variance `own` and its covariance
+    `row` (s,) with the states that the adjoint `pull` (s,), of covariance N, is of."""
+    shift, variance = 0.0, own
+    for i in range(row.shape[0]):
+        shift += row[i] * pull[i]
+        for j in range(row.shape[0]):
+            variance -= row[i] * N[i, j] * row[j]
+    return shift, variance
+
+
+@native
+def before(F: Any, gain: Any, pull: Any, N: Any, b: Any, T: Any) -> None:
+    """Take the adjoint and its covariance from the states at a sample to those at the one before, whose measurement
+    moved them by `gain` (s,); b (s,), T (s, s) : room.
+    """
+    times(F.T, pull, b)
+    pull[:] = b
+    carried(F.T, N, T)
+    times(N, gain, b)
+    along, twice = 0.0, 0.0
+    for i in range(gain.shape[0]):
+        along += gain[i] * pull[i]
+        twice += gain[i] * b[i]
+    pull[0] -= along
+    for i in range(gain.shape[0]):
+        N[0, i] -= b[i]
+        N[i, 0] -= b[i]
+    N[0, 0] += twice
+
+
+@numba.njit(number(vector, vector, vector, number, matrix, vector, vector), error_model="numpy", nogil=True, cache=True)
+def smoothed_force(t: Any, u: Any, q: Any, r: float, mean: Any, variance: Any, jumps: Any) -> float:
+    """Smooth u (n,), noise variance r, as so many integrals of white noise of intensities q (n - 1,).
+
+    Fills mean (n, order) : the force and its derivatives, variance (n,) of the force, and jumps (n - 1,), the expected
+    squares of the last derivative's steps; returns the log-likelihood of all but the first samples, but for a constant.
+    The way back is that of Bryson and Frazier; steps as by Koopman (Biometrika 80(1), 1993).
+    """
+    n, s = mean.shape
+    unit = (t[n - 1] - t[0]) / (n - 1)
+    A, P, e, v = np.zeros((n, s)), np.zeros((n, s, s)), np.empty(n), np.empty(n)
+    F, Q, T, N = np.zeros((s, s)), np.zeros((s, s)), np.zeros((s, s)), np.zeros((s, s))
+    a, p, pull, b = np.zeros(s), 1e4 * r * np.eye(s), np.zeros(s), np.zeros(s)
+    a[0], likelihood = u[0], 0.0
     for k in range(n):
-        if k:
-            h, w = t[k] - t[k - 1], q[k - 1]
-            A = P[k - 1]
-            ahead[k, 0], ahead[k, 1] = mean[k - 1, 0] + h * mean[k - 1, 1], mean[k - 1, 1]
-            Pa[k, 1, 1] = A[1, 1] + w * h
-            Pa[k, 0, 1] = Pa[k, 1, 0] = A[0, 1] + h * A[1, 1] + w * h**2 / 2
-            Pa[k, 0, 0] = A[0, 0] + 2 * h * A[0, 1] + h**2 * A[1, 1] + w * h**3 / 3
-        variance, e = Pa[k, 0, 0] + r, u[k] - ahead[k, 0]
-        if k > 1:
-            likelihood -= 0.5 * (np.log(variance) + e**2 / variance)
-        for i in range(2):
-            mean[k, i] = ahead[k, i] + Pa[k, i, 0] / variance * e
-            for j in range(2):
-                P[k, i, j] = Pa[k, i, j] - Pa[k, i, 0] * Pa[k, 0, j] / variance
-    for k in range(n - 2, -1, -1):
-        h = t[k + 1] - t[k]
-        B, L = Pa[k + 1], np.empty((2, 2))
-        det = B[0, 0] * B[1, 1] - B[0, 1] ** 2
-        for i in range(2):
-            c0, c1 = P[k, i, 0] + h * P[k, i, 1], P[k, i, 1]
-            L[i, 0], L[i, 1] = (c0 * B[1, 1] - c1 * B[0, 1]) / det, (c1 * B[0, 0] - c0 * B[0, 1]) / det
-        off, spread = mean[k + 1] - ahead[k + 1], P[k + 1] - B
-        mean[k] += L @ off
-        P[k] += L @ spread @ L.T
-        together = L[1, 0] * P[k + 1, 0, 1] + L[1, 1] * P[k + 1, 1, 1]
-        step = mean[k + 1, 1] - mean[k, 1]
-        jumps[k] = max(step**2 + P[k + 1, 1, 1] + P[k, 1, 1] - 2 * together, 0.0)
+        A[k], P[k] = a, p
+        v[k], e[k] = p[0, 0] + r, u[k] - a[0]
+        if k >= DIFFUSE:
+            likelihood -= 0.5 * (np.log(v[k]) + e[k] ** 2 / v[k])
+        if k + 1 < n:
+            for i in range(s):
+                a[i] += P[k, i, 0] / v[k] * e[k]
+                for j in range(s):
+                    p[i, j] -= P[k, i, 0] / v[k] * P[k, 0, j]
+            chained(t[k + 1] - t[k], q[k], unit, F, Q)
+            times(F, a, b)
+            a[:] = b
+            carried(F, p, T)
+            p += Q
+    for k in range(n - 1, -1, -1):
+        if k + 1 < n:
+            chained(t[k + 1] - t[k], q[k], unit, F, Q)
+            shift, own = given(Q[s - 1], Q[s - 1, s - 1], pull, N)
+            jumps[k] = max(shift**2 + own, 0.0) / unit ** (2 * s - 2)
+            before(F, P[k, 0] / v[k], pull, N, b, T)
+        pull[0] += e[k] / v[k]
+        N[0, 0] += 1.0 / v[k]
+        for i in range(s):
+            shift, own = given(P[k, i], P[k, i, i], pull, N)
+            mean[k, i] = (A[k, i] + shift) / unit**i
+            if i == 0:
+                variance[k] = own
     return likelihood

@@ -8,7 +8,6 @@ anything is left. Otherwise the answer is `none` (nothing was left) or `unlisted
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,7 +17,7 @@ from identification._coordinates import Coordinates
 from identification._experiment import Experiment, experiment
 from identification._fit import check_given, obstacle
 from identification._identify import plant_constants
-from identification._innovations import WORKERS, Estimate
+from identification._innovations import Estimate
 from identification._trace_base import first_model, fit_left, held_left, settled, split, stiffened, white
 from identification._trace_exchange import exchanged, size
 from identification._trace_judge import COMPLETE, Comparison, Whiteness, compare
@@ -195,10 +194,7 @@ def judged(model: Model) -> tuple[Candidate, ...]:
     ]  # fmt: skip
     shown = [s for s in worth if far_off or s.effect in imitated or s.gain > WORTH / 2]
     plain = model.sought() if shown else None
-    with ThreadPoolExecutor(WORKERS) as pool:
-        begun = list(
-            pool.map(lambda s: _begun(model, plain, s, from_here=s in scores[:TRIED] or s.effect in imitated), shown)
-        )
+    begun = [_begun(model, plain, s, from_here=s in scores[:TRIED] or s.effect in imitated) for s in shown]
     begun.sort(key=lambda b: -b.gain if b.ends else np.inf)
     promising = _promising(model, begun)
     tried = [

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import functools
+import math
 
 import numpy as np
 import pytest
 from filterpy.kalman import KalmanFilter
+from numpy.testing import assert_allclose, assert_array_equal
 from seeded_valves import changed, recorded
 
 from identification import Fit, Outcome, experiment, fit, identify, uncertainty
@@ -84,6 +86,49 @@ def test_a_force_at_rest_is_seen_to_rest_between_its_steps():
     rest = (t % 4 > 0.3) & (t % 4 < 3.7)
     assert np.sqrt(np.mean((force.u - true)[rest] ** 2)) < 0.15 * 1.5
     assert np.max(np.abs(force.u - true)) < 6 * 1.5  # the steps themselves are followed
+
+
+def test_a_smooth_force_is_known_better_by_more_integrals_and_a_stepped_one_is_left_alone():
+    t = np.arange(10000) / 500.0
+    noise = np.random.default_rng(5).normal(0, 1.5, len(t))
+    sines = 400 + sum(90 * np.sin(2 * np.pi * f * t + f) for f in (0.1, 0.27, 0.55, 0.8))
+    smooth = estimate_force(t, sines + noise, 1.5)
+    assert np.std(smooth.likeliest - sines) < 0.7 * np.std(smooth.u - sines)
+    steps = 100.0 * np.random.default_rng(3).integers(1, 9, 5)[np.minimum((t / 4).astype(int), 4)]
+    stepped = estimate_force(t, steps + noise, 1.5)
+    assert_array_equal(stepped.likeliest, stepped.u)
+
+
+@pytest.mark.parametrize("order", [2, 4])
+def test_the_force_is_smoothed_as_by_rauch_tung_and_striebel(order):
+    rng, n, r = np.random.default_rng(6), 60, 0.8**2
+    t = np.cumsum(rng.uniform(1e-3, 4e-3, n))
+    unit = (t[-1] - t[0]) / (n - 1)
+    u, q = 10 + np.cumsum(rng.normal(0, 1, n)), rng.uniform(0.5, 2, n - 1) * 1e4 / unit ** (2 * order - 2)
+    mean, variance, jumps = np.empty((n, order)), np.empty(n), np.empty(n - 1)
+    loops().smoothed_force(t, u, q, r, mean, variance, jumps)
+    other = KalmanFilter(order, 1)
+    other.x[0], other.P = u[0], 1e4 * r * np.diag([unit ** (-2.0 * i) for i in range(order)])
+    other.H, other.R = np.eye(order)[:1], r
+    powers = np.subtract.outer(np.arange(order), np.arange(order))
+    Fs = [np.array([[h**-k / math.factorial(-k) if k <= 0 else 0.0 for k in row] for row in powers])
+          for h in np.diff(t)]  # fmt: skip
+    Qs = [w * h * np.outer(F[:, -1], F[:, -1]) / (np.add.outer(-powers[:, -1], -powers[:, -1]) + 1)
+          for F, w, h in zip(Fs, q, np.diff(t), strict=True)]  # fmt: skip
+    xs, Ps = [], []
+    for k in range(n):
+        other.update(u[k])
+        xs.append(other.x.copy())
+        Ps.append(other.P.copy())
+        if k + 1 < n:
+            other.predict(F=Fs[k], Q=Qs[k])
+    x, P, K, _ = other.rts_smoother(np.array(xs), np.array(Ps), [Fs[0], *Fs], [Qs[0], *Qs])  # of the interval before
+    size = np.abs(x[:, :, 0]).max(axis=0)
+    assert_allclose(mean / size, x[:, :, 0] / size, atol=1e-6)
+    assert_allclose(variance, P[:, 0, 0], rtol=1e-5)
+    both = [K[k][-1] @ P[k + 1][:, -1] for k in range(n - 1)]
+    expected = np.diff(x[:, -1, 0]) ** 2 + P[1:, -1, -1] + P[:-1, -1, -1] - 2 * np.array(both)
+    assert_allclose(jumps, expected, rtol=1e-4)
 
 
 def test_the_noise_of_both_channels_is_estimated_from_the_recording():
