@@ -41,7 +41,8 @@ DECADES = {ORDER: np.arange(-2.0, 16.0), SMOOTH: np.arange(-2.0, 23.0, 2.0)}
 @dataclass(frozen=True)
 class Force:
     """u (n,) smoothed force [N], slope (n,) [N/s], std (n,) its standard deviation [N]; intensity (n - 1,) [N2/s3] of
-    the noise that drives the slope; noise [N] of the samples; likeliest (n,) [N] : smoothed as is likeliest.
+    the noise that drives the slope; noise [N] of the samples; likelihood of two integrals : logarithm, but for a
+    constant.
     """
 
     u: Array
@@ -49,7 +50,7 @@ class Force:
     std: Array
     intensity: Array
     noise: float
-    likeliest: Array
+    likelihood: float
 
 
 @functools.cache
@@ -64,31 +65,20 @@ def estimate_force(t: Array, u: Array, noise: float) -> Force:
 
     The standard deviations hold within about a tenth on forces made of ramps, sines and steps.
     """
-    one, other = (_chain(t, u, noise, order) for order in (ORDER, SMOOTH))
-    best = other if other.likelihood > one.likelihood else one
-    slope = np.ascontiguousarray(one.mean[:, 1])
-    return Force(one.u, slope, one.std, one.intensity, noise, best.u)
+    mean, std, intensity, likelihood = _chain(t, u, noise, ORDER)
+    return Force(mean[:, 0].copy(), mean[:, 1].copy(), std, intensity, noise, likelihood)
 
 
-@dataclass(frozen=True)
-class _Chain:
-    """A force as so many integrals of white noise. mean (n, order) : the force and its derivatives; the rest as in
-    `Force`; likelihood : logarithm, but for a constant.
+def smoother(t: Array, u: Array, force: Force) -> Array | None:
+    """The force (n,) [N] by more integrals, recorded as for `estimate_force`; None where two are likelier."""
+    mean, _, _, likelihood = _chain(t, u, force.noise, SMOOTH)
+    return mean[:, 0].copy() if likelihood > force.likelihood else None
+
+
+def _chain(t: Array, u: Array, noise: float, order: int) -> tuple[Array, Array, Array, float]:
+    """The force by so many integrals: it and its derivatives (n, order), its standard deviation (n,), the intensity
+    (n - 1,) of the noise that drives it, and the likelihood.
     """
-
-    mean: Array
-    std: Array
-    intensity: Array
-    likelihood: float
-
-    @property
-    def u(self) -> Array:
-        """The force (n,) [N]."""
-        return np.ascontiguousarray(self.mean[:, 0])
-
-
-def _chain(t: Array, u: Array, noise: float, order: int) -> _Chain:
-    """The force by so many integrals."""
     mean, variance, jumps = np.empty((len(t), order)), np.empty(len(t)), np.empty(len(t) - 1)
     r, dt = noise**2, np.diff(t)
 
@@ -102,7 +92,7 @@ def _chain(t: Array, u: Array, noise: float, order: int) -> _Chain:
         smooth(intensity)
         intensity = np.maximum(_updated(intensity, dt, np.diff(mean[:, -1]) ** 2, jumps), least)
     likelihood = smooth(intensity)
-    return _Chain(mean, np.sqrt(np.maximum(variance, 1e-12 * r)), intensity, likelihood)
+    return mean, np.sqrt(np.maximum(variance, 1e-12 * r)), intensity, likelihood
 
 
 def _updated(intensity: Array, dt: Array, steps: Array, jumps: Array) -> Array:

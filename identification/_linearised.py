@@ -8,6 +8,7 @@ path that fits the measurements best (Bell, SIAM J. Optim. 4(3), 1994; Bryson an
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 
 from identification._coordinates import Coordinates
 from identification._experiment import Segment
-from identification._force import Force, estimate_force, loops
+from identification._force import Force, estimate_force, loops, smoother
 from simulator import Kernel
 
 Array = NDArray[np.float64]
@@ -57,10 +58,17 @@ class Scene:
         scene = cls(np.ascontiguousarray(segment.t), y, segment.u, force, noise_y, motion)
         return scene.divided(int(np.ceil(segment.dt / WIDEST_NODES - 1e-9)))
 
+    @functools.cached_property
+    def free_force(self) -> Array:
+        """The force (n,) [N] for free runs of the whole: smoothed as is likeliest."""
+        seen = np.isfinite(self.u)
+        found = smoother(self.t[seen], self.u[seen], self.force)
+        return self.force.u if found is None else np.interp(self.t, self.t[seen], found)
+
     def part(self, first: int, last: int) -> Scene:
         """The nodes [first, last)."""
         f, s = self.force, slice(first, last)
-        force = Force(f.u[s], f.slope[s], f.std[s], f.intensity[first : last - 1], f.noise, f.likeliest[s])
+        force = Force(f.u[s], f.slope[s], f.std[s], f.intensity[first : last - 1], f.noise, f.likelihood)
         t, motion = np.ascontiguousarray(self.t[s]), np.ascontiguousarray(self.motion[s])
         lead = self.part(0, first + 1) if first else self.lead
         return Scene(t, self.y[s], self.u[s], force, self.noise_y, motion, lead)
@@ -80,7 +88,7 @@ class Scene:
         f = self.force
         force = replace(
             f, u=np.interp(t, self.t, f.u), slope=np.interp(t, self.t, f.slope), std=np.interp(t, self.t, f.std),
-            intensity=np.repeat(f.intensity, between), likeliest=np.interp(t, self.t, f.likeliest),
+            intensity=np.repeat(f.intensity, between),
         )  # fmt: skip
         motion = np.column_stack([np.interp(t, self.t, column) for column in self.motion.T])
         return Scene(t, spread(self.y), spread(self.u), force, self.noise_y, motion, self.lead)

@@ -175,38 +175,14 @@ def chained(h: float, w: float, unit: float, F: Any, Q: Any) -> None:
     w; states are derivatives times powers of `unit` [s], which keeps them of one size.
     """
     last = F.shape[0] - 1
+    driven = w * h * unit ** (2 * last)
     for i in range(last + 1):
         F[i, i] = 1.0
         for j in range(i + 1, last + 1):
             F[i, j] = F[i, j - 1] * h / (unit * (j - i))
     for i in range(last + 1):
         for j in range(last + 1):
-            Q[i, j] = w * h * unit ** (2 * last) * F[i, last] * F[j, last] / (2 * last - i - j + 1)
-
-
-@native
-def carried(F: Any, X: Any, T: Any) -> None:
-    """X = F X F', by way of T."""
-    s = F.shape[0]
-    for i in range(s):
-        for j in range(s):
-            T[i, j] = 0.0
-            for k in range(s):
-                T[i, j] += F[i, k] * X[k, j]
-    for i in range(s):
-        for j in range(s):
-            X[i, j] = 0.0
-            for k in range(s):
-                X[i, j] += T[i, k] * F[j, k]
-
-
-@native
-def times(A: Any, x: Any, y: Any) -> None:
-    """y = A x."""
-    for i in range(A.shape[0]):
-        y[i] = 0.0
-        for j in range(A.shape[1]):
-            y[i] += A[i, j] * x[j]
+            Q[i, j] = driven * F[i, last] * F[j, last] / (2 * last - i - j + 1)
 
 
 @native
@@ -222,19 +198,18 @@ def given(row: Any, own: float, pull: Any, N: Any) -> tuple[float, float]:
 
 
 @native
-def before(F: Any, gain: Any, pull: Any, N: Any, b: Any, T: Any) -> None:
-    """Take the adjoint and its covariance from the states at a sample to those at the one before, whose measurement
-    moved them by `gain` (s,); b (s,), T (s, s) : room.
+def behind(gain: Any, e: float, v: float, pull: Any, N: Any, b: Any) -> None:
+    """Take the adjoint, of covariance N, back over a measurement of the first state that found it off by e, of variance
+    v, and moved the states by `gain` (s,) of that; b (s,) : room.
     """
-    times(F.T, pull, b)
-    pull[:] = b
-    carried(F.T, N, T)
-    times(N, gain, b)
-    along, twice = 0.0, 0.0
+    along, twice = e / v, 1.0 / v
     for i in range(gain.shape[0]):
-        along += gain[i] * pull[i]
+        b[i] = 0.0
+        for j in range(gain.shape[0]):
+            b[i] += N[i, j] * gain[j]
+        along -= gain[i] * pull[i]
         twice += gain[i] * b[i]
-    pull[0] -= along
+    pull[0] += along
     for i in range(gain.shape[0]):
         N[0, i] -= b[i]
         N[i, 0] -= b[i]
@@ -251,36 +226,30 @@ def smoothed_force(t: Any, u: Any, q: Any, r: float, mean: Any, variance: Any, j
     """
     n, s = mean.shape
     unit = (t[n - 1] - t[0]) / (n - 1)
-    A, P, e, v = np.zeros((n, s)), np.zeros((n, s, s)), np.empty(n), np.empty(n)
-    F, Q, T, N = np.zeros((s, s)), np.zeros((s, s)), np.zeros((s, s)), np.zeros((s, s))
-    a, p, pull, b = np.zeros(s), 1e4 * r * np.eye(s), np.zeros(s), np.zeros(s)
-    a[0], likelihood = u[0], 0.0
+    A, P, K, e, v = np.zeros((n, s)), np.zeros((n, s, s)), np.zeros((n, s)), np.empty(n), np.empty(n)
+    F, Q, T, N, still = np.zeros((s, s)), np.zeros((s, s)), np.zeros((s, s)), np.zeros((s, s)), np.zeros((s, s))
+    a, p, pull, b, first, rest = np.zeros(s), 1e4 * r * np.eye(s), np.zeros(s), np.zeros(s), np.zeros(s), np.zeros(s)
+    fixed = np.zeros((s, 0))  # no parameters
+    a[0], first[0], likelihood = u[0], 1.0, 0.0
     for k in range(n):
-        A[k], P[k] = a, p
-        v[k], e[k] = p[0, 0] + r, u[k] - a[0]
+        A[k], P[k], e[k] = a, p, u[k] - a[0]
+        v[k] = update(a, p, fixed, first, fixed[0], e[k], r, K[k])
         if k >= DIFFUSE:
             likelihood -= 0.5 * (np.log(v[k]) + e[k] ** 2 / v[k])
         if k + 1 < n:
-            for i in range(s):
-                a[i] += P[k, i, 0] / v[k] * e[k]
-                for j in range(s):
-                    p[i, j] -= P[k, i, 0] / v[k] * P[k, 0, j]
             chained(t[k + 1] - t[k], q[k], unit, F, Q)
-            times(F, a, b)
-            a[:] = b
-            carried(F, p, T)
-            p += Q
+            predict(a, p, fixed, F, fixed, rest, Q, b, T, fixed)
     for k in range(n - 1, -1, -1):
         if k + 1 < n:
             chained(t[k + 1] - t[k], q[k], unit, F, Q)
             shift, own = given(Q[s - 1], Q[s - 1, s - 1], pull, N)
             jumps[k] = max(shift**2 + own, 0.0) / unit ** (2 * s - 2)
-            before(F, P[k, 0] / v[k], pull, N, b, T)
-        pull[0] += e[k] / v[k]
-        N[0, 0] += 1.0 / v[k]
+            predict(pull, N, fixed, F.T, fixed, rest, still, b, T, fixed)
+        behind(K[k], e[k], v[k], pull, N, b)
+        _, variance[k] = given(P[k, 0], P[k, 0, 0], pull, N)
         for i in range(s):
-            shift, own = given(P[k, i], P[k, i, i], pull, N)
-            mean[k, i] = (A[k, i] + shift) / unit**i
-            if i == 0:
-                variance[k] = own
+            mean[k, i] = A[k, i]
+            for j in range(s):
+                mean[k, i] += P[k, i, j] * pull[j]
+            mean[k, i] /= unit**i
     return likelihood

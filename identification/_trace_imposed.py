@@ -44,7 +44,7 @@ class ImposedScene(Scene):
     def seen(cls, s: Segment, e: Experiment, std: float) -> ImposedScene:
         """The scene of a segment."""
         n, m = len(s.t), s.motion
-        force = Force(s.u, np.zeros(n), np.full(n, std), np.zeros(n - 1), e.noise_force, s.u)
+        force = Force(s.u, np.zeros(n), np.full(n, std), np.zeros(n - 1), e.noise_force, 0.0)
         far = np.abs(m.x - m.x[0]) > BEGINNING * np.ptp(m.x)
         counts = s.seen & (np.arange(n) >= np.argmax(far))
         driven = np.column_stack([m.x, m.crept, m.a, s.load])

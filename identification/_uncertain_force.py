@@ -54,7 +54,7 @@ def with_smooth_force(experiments: Sequence[Experiment], seen: Sequence[Scene] |
     found = []
     for e in experiments:
         pairs = [(s, next(left)) for s in e.segments]
-        smooth = [replace(s, u=np.interp(s.t, scene.t, scene.force.likeliest)) for s, scene in pairs]
+        smooth = [replace(s, u=np.interp(s.t, scene.t, scene.free_force)) for s, scene in pairs]
         found.append(e.with_segments(tuple(smooth)))
     return found
 

@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 from filterpy.kalman import KalmanFilter
 from numpy.testing import assert_allclose, assert_array_equal
+from numpy.typing import NDArray
 from seeded_valves import changed, recorded
 
 from identification import Fit, Outcome, experiment, fit, identify, uncertainty
 from identification._force import estimate_force, loops
 from identification._innovations import scenes
-from identification._linearised import first_path
+from identification._linearised import Scene, first_path
 from identification._loops import RUNAWAY
 from recordings import BadInput, Recording
 from simulator import BASE, Excitation, Sensors, kernel, random_valve, simulate
@@ -88,15 +89,21 @@ def test_a_force_at_rest_is_seen_to_rest_between_its_steps():
     assert np.max(np.abs(force.u - true)) < 6 * 1.5  # the steps themselves are followed
 
 
+def scene_of(t: NDArray[np.float64], u: NDArray[np.float64], noise: float) -> Scene:
+    """A scene of which only the force matters."""
+    return Scene(t, t, u, estimate_force(t, u, noise), 1e-6, np.zeros((len(t), 3)))
+
+
 def test_a_smooth_force_is_known_better_by_more_integrals_and_a_stepped_one_is_left_alone():
     t = np.arange(10000) / 500.0
     noise = np.random.default_rng(5).normal(0, 1.5, len(t))
     sines = 400 + sum(90 * np.sin(2 * np.pi * f * t + f) for f in (0.1, 0.27, 0.55, 0.8))
-    smooth = estimate_force(t, sines + noise, 1.5)
-    assert np.std(smooth.likeliest - sines) < 0.7 * np.std(smooth.u - sines)
+    smooth = scene_of(t, sines + noise, 1.5)
+    assert np.std(smooth.free_force - sines) < 0.7 * np.std(smooth.force.u - sines)
+    assert_allclose(smooth.divided(3).free_force[::3], smooth.free_force)
     steps = 100.0 * np.random.default_rng(3).integers(1, 9, 5)[np.minimum((t / 4).astype(int), 4)]
-    stepped = estimate_force(t, steps + noise, 1.5)
-    assert_array_equal(stepped.likeliest, stepped.u)
+    stepped = scene_of(t, steps + noise, 1.5)
+    assert_array_equal(stepped.free_force, stepped.force.u)
 
 
 @pytest.mark.parametrize("order", [2, 4])
