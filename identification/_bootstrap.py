@@ -58,7 +58,7 @@ def bootstrap(found: Fit, trials: int, seed: int = 0, progress: Callable[[], Non
     free = found.coordinates.free
     values = []
     for _ in range(trials):
-        p = _refitted(found, twin(found, rng))
+        p = _refitted(found, twin(found, rng, size=max(found.rms, 1.0)))
         progress()
         if p is not None:
             values.append(p[free])
@@ -79,8 +79,8 @@ def with_bootstrap(found: Fit, known: Uncertainty, scatter: Bootstrap) -> Uncert
     return replace(known, std=std, status=status, note=note)
 
 
-def twin(found: Fit, rng: np.random.Generator) -> list[Experiment]:
-    """The experiments as the fitted model would have given them."""
+def twin(found: Fit, rng: np.random.Generator, size: float = 1.0) -> list[Experiment]:
+    """The experiments as the fitted model would have given them. size : factor on the noise of the output."""
     assert found.problem is not None
     assert found.path is not None
     setting = replace(found.path.setting, tuning=np.inf)
@@ -91,14 +91,16 @@ def twin(found: Fit, rng: np.random.Generator) -> list[Experiment]:
         for s in e.segments:
             response = next(answers)
             predicted = s.y if response is None else response.predicted
-            segments.append(_noisy(found, e, s, predicted, rng))
+            segments.append(_noisy(found, e, s, predicted, size, rng))
         twins.append(e.with_segments(tuple(segments)))
     return twins
 
 
-def _noisy(found: Fit, e: Experiment, s: Segment, predicted: Array, rng: np.random.Generator) -> Segment:
+def _noisy(
+    found: Fit, e: Experiment, s: Segment, predicted: Array, size: float, rng: np.random.Generator
+) -> Segment:  # fmt: skip
     """A segment with a predicted output and noise on what carries noise in this fit."""
-    n, size = len(s.t), max(found.rms, 1.0)
+    n = len(s.t)
     if e.causality == "motion":
         return replace(s, u=predicted + rng.normal(0.0, size * e.noise_force, n))
     y = predicted + rng.normal(0.0, size * e.noise_position, n)

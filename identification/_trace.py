@@ -19,10 +19,12 @@ from identification._fit import check_given, obstacle
 from identification._identify import plant_constants
 from identification._innovations import Estimate
 from identification._trace_base import first_model, fit_left, held_left, settled, split, stiffened, white
+from identification._trace_begun import Begun, begun, near, refitted
 from identification._trace_exchange import exchanged, size
 from identification._trace_judge import COMPLETE, Comparison, Whiteness, compare
-from identification._trace_model import Model, apart, followed
-from identification._trace_screen import Score, screen
+from identification._trace_model import Model
+from identification._trace_screen import screen
+from identification._trace_twin import BY_CHANCE, CLEAR, chance
 from recordings import BadInput, NegativeAnswer, Recording
 from simulator import BASE, kernel
 
@@ -35,6 +37,9 @@ PROMISING = 0.1
 """Share of the best score below which a candidate is not sought; the second best always is."""
 FAR_OFF = 1.4
 """Mean loss from which scores are not to be trusted, and all candidates are sought."""
+NEAR, SEEN = 6, 8.0
+"""Where it is not: candidates that are refitted along the paths of the model, the best by score, and their score at
+least."""
 KEPT, FULLY = 0.5, 4
 """Share of the best gain on chunks below which a candidate is given up, and how many are refitted to all at most."""
 KEPT_IMPOSED, FULLY_IMPOSED = 0.2, 8
@@ -49,7 +54,8 @@ LEVEL, CLEAR_LEVEL = 5e-3, 0.05
 """Levels of the held-out test over blocks, which only candidates that clearly show in the fitted recordings reach. An
 effect that acts in a few places has few blocks to show itself in: where the held-out cost falls by `WORTH` as well, the
 second level is enough, and where it does so beside the best few blocks, none is asked: blocks that differ by hundreds
-have no normal mean. (Where the force is predicted, every block is far from noise, and such a fall says little.)"""
+have no normal mean. What gains `CLEAR` on the fitted ones may reach the second level alone, if as much is not gained by
+chance. (Where the force is predicted, every block is far from noise, and such a fall says little.)"""
 EXPLAINED, EXPLAINED_FIT = 0.8, 0.5
 """Shares of what is left over a complete model's, on held-out and on fitted recordings, that effects have to explain
 for one to be named."""
@@ -71,7 +77,8 @@ INSIGNIFICANT = 2.0
 @dataclass(frozen=True)
 class Candidate:
     """A candidate and what became of it. gain : fall of the cost on the fitted recordings, by refit or, where refit is
-    None, by score; held : against the model without it on held-out data; why : in words.
+    None, by score; held : against the model without it on held-out data; why : in words; doubtful : accepted, if as
+    much is not gained by chance.
     """
 
     effect: str
@@ -81,6 +88,7 @@ class Candidate:
     held: Comparison | None = None
     accepted: bool = False
     why: str = ""
+    doubtful: bool = False
 
 
 @dataclass(frozen=True)
@@ -159,12 +167,18 @@ def _selected(base: Model) -> tuple[Model, Model, tuple[str, ...], list[tuple[Ca
         best = rounds[-1][0]
         if not best.accepted or best.refit is None:
             break
-        earlier = added
+        before, earlier = model, added
         model, added = _pruned(settled(stiffened(best.refit)), (*added, best.effect))
         if not added:
             better = stiffened(settled(model))
             return _selected(better) if better.estimate.cost < base.estimate.cost else (base, base, (), rounds)
         if set(added) <= set(earlier):
+            break
+        p = chance(before, best.refit, best.effect, best.doubtful)
+        if p is not None and p > BY_CHANCE:
+            why = f"as much is gained where nothing is missing (p = {p:.2g})"
+            rounds[-1] = (replace(best, accepted=False, why=why), *rounds[-1][1:])
+            model, added = before, earlier
             break
     return base, model, added, rounds
 
@@ -193,80 +207,77 @@ def judged(model: Model) -> tuple[Candidate, ...]:
         if i < 2 or (i < TRIED and s.gain > PROMISING * scores[0].gain) or s.effect in imitated
     ]  # fmt: skip
     shown = [s for s in worth if far_off or s.effect in imitated or s.gain > WORTH / 2]
+    close = [] if far_off or model.bench.imposed else [s for s in scores[:NEAR] if s.gain > SEEN]
+    refits = {s.effect: near(model, s) for s in close}
+    if not left and any(_gains(model, refit) for refit in refits.values()):
+        shown = []  # new paths would only hide what the old ones show
     plain = model.sought() if shown else None
-    begun = [_begun(model, plain, s, from_here=s in scores[:TRIED] or s.effect in imitated) for s in shown]
-    begun.sort(key=lambda b: -b.gain if b.ends else np.inf)
-    promising = _promising(model, begun)
+    looked = [begun(model, plain, s, from_here=s in scores[:TRIED] or s.effect in imitated) for s in shown]
+    looked += [Begun(s, (), s.gain) for s in close if s not in shown]
+    looked = [replace(b, near=refits.get(b.score.effect)) for b in looked]
+    looked.sort(key=lambda b: -b.gain if b.ends else np.inf)
+    promising = _promising(model, looked)
     tried = [
-        _ended(model, b) if b.score.effect in promising else
-        Candidate(b.score.effect, b.gain, b.score.values, why="others explain more" if b.ends else NO_SOLUTION)
-        for b in begun
+        _ended(model, promising[b.score.effect]) if b.score.effect in promising else
+        Candidate(b.score.effect, b.gain, b.score.values, why=_given_up(b))
+        for b in looked
     ]  # fmt: skip
     ranked = sorted(tried, key=lambda c: (not c.accepted, -(c.gain + (c.held.gain if c.held else 0.0))))
     rest = [
         Candidate(s.effect, s.gain, s.values, why="others promise more" if s not in worth else
-                  "hardly shows in the fitted recordings") for s in scores if s not in shown
+                  "hardly shows in the fitted recordings") for s in scores if all(b.score is not s for b in looked)
     ]  # fmt: skip
     return tuple(_simplest_first(ranked) + rest)
 
 
-@dataclass(frozen=True)
-class _Begun:
-    """A candidate fitted to chunks. ends : the best and others not far behind it, none without a solution; gain : fall
-    of the cost by the best of them."""
-
-    score: Score
-    ends: tuple[Model, ...]
-    gain: float
+def _given_up(b: Begun) -> str:
+    """Why a candidate is not refitted to the whole."""
+    if b.ends:
+        return "others explain more"
+    return NO_SOLUTION if b.near is None else "gains too little on the fitted recordings"
 
 
-def _promising(model: Model, begun: Sequence[_Begun]) -> list[str]:
-    """Of candidates on chunks, best first, the effects worth being refitted to the whole recordings: not far behind the
-    best, and likely to gain enough there.
+def _promising(model: Model, looked: Sequence[Begun]) -> dict[str, Begun]:
+    """Of candidates on chunks, best first, those worth being refitted to the whole recordings, by effect: not far
+    behind the best, and likely to gain enough there; and those that gain enough along the paths of the model.
     """
     kept, fully = (KEPT_IMPOSED, FULLY_IMPOSED) if model.bench.imposed else (KEPT, FULLY)
-    sought = [b for b in begun if b.ends][:fully]
+    sought = [b for b in looked if b.ends][:fully]
     share = model.bench.samples / model.bench.thinned()[0].samples
     least = max(kept * sought[0].gain, LIKELY * WORTH / share) if sought else 0.0
-    return [b.score.effect for b in sought if b.gain >= least]
+    nearby = {b.score.effect: replace(b, ends=()) for b in looked if _gains(model, b.near)}
+    return nearby | {b.score.effect: b for b in sought if b.gain >= least}
 
 
-def _begun(model: Model, plain: Model | None, s: Score, from_here: bool) -> _Begun:
-    """A candidate with its ends on chunks, held against the model without it there."""
-    ends = followed(model.looks(s.effect, values=s.values, from_here=from_here))
-    if plain is None or not ends:
-        return _Begun(s, (), s.gain)
-    gain = [plain.estimate.cost - end.estimate.cost for end in ends]
-    others = [
-        end for end, g in zip(ends[1:], gain[1:], strict=True) if g > KEPT * gain[0] and apart(s.effect, end, ends[0])
-    ]
-    return _Begun(s, (ends[0], *others), gain[0])
+def _gains(model: Model, refit: Model | None) -> bool:
+    """Whether a refit is worth being judged."""
+    return refit is not None and model.estimate.cost - refit.estimate.cost > WORTH
 
 
-def _refitted(model: Model, b: _Begun) -> Model | None:
-    """The best refit of a candidate to the whole recordings: on chunks a worse end may look better."""
-    refits = [end.carried(model.bench) for end in b.ends]
-    return min((r for r in refits if r is not None), key=lambda r: r.estimate.cost, default=None)
-
-
-def _ended(model: Model, b: _Begun) -> Candidate:
+def _ended(model: Model, b: Begun) -> Candidate:
     """A candidate refitted to the whole recordings and judged."""
-    effect, refit = b.score.effect, _refitted(model, b)
+    effect, refit = b.score.effect, refitted(model, b)
     if refit is None or refit.held is None or model.held is None:
         return Candidate(effect, b.gain, b.score.values, why=NO_SOLUTION)
     fitted = compare(model.estimate, refit.estimate, model.bench.fitted)
     held = compare(model.held, refit.held, model.bench.held)
     values = {name: value for name, value in refit.values.items() if name in b.score.values}
-    level = CLEAR_LEVEL if held.gain > WORTH else LEVEL
     shows = fitted.gain > _least(model, model.estimate)
-    steady = held.p_value < level or (held.elsewhere > WORTH and not model.bench.imposed)
-    enough = shows and held.gain > _least(model, model.held) - WORTH and steady
+    steady = _steady(model, held)
+    clear = fitted.gain > CLEAR and held.p_value < CLEAR_LEVEL and not model.bench.imposed
+    enough = shows and held.gain > _least(model, model.held) - WORTH and (steady or clear)
     why = (
         f"explains held-out data (t = {held.t:.1f})" if enough
         else "gains too little on the fitted recordings" if not shows
         else f"does not explain held-out data (t = {held.t:.1f})"
     )  # fmt: skip
-    return Candidate(effect, fitted.gain, values, refit, held, enough, why)
+    return Candidate(effect, fitted.gain, values, refit, held, enough, why, doubtful=not steady)
+
+
+def _steady(model: Model, held: Comparison) -> bool:
+    """Whether a held-out gain is one by itself."""
+    level = CLEAR_LEVEL if held.gain > WORTH else LEVEL
+    return held.p_value < level or (held.elsewhere > WORTH and not model.bench.imposed)
 
 
 def _least(model: Model, estimate: Estimate) -> float:

@@ -119,7 +119,10 @@ def bench_of(experiments: Sequence[Experiment], held: Sequence[Experiment], give
     fitted, other = scenes(experiments), scenes(held)
     x = np.concatenate([s.motion[:, 0] for s in fitted])
     force = np.concatenate([s.force.u for s in fitted])
-    return Bench(tuple(fitted), tuple(other), dict(given), (float(x.min()), float(x.max())), float(np.std(force)))
+    return Bench(
+        tuple(fitted), tuple(other), dict(given), (float(x.min()), float(x.max())), float(np.std(force)),
+        recorded=(tuple(experiments), tuple(held)),
+    )  # fmt: skip
 
 
 def settled(model: Model) -> Model:

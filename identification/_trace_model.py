@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification._coordinates import Coordinates, parameters
+from identification._experiment import Experiment
 from identification._innovations import Estimate, NoiseAware, lean
 from identification._linearised import Looseness, Scene
 from identification._noise_aware import tamed
@@ -42,7 +43,7 @@ class Bench:
     """What all models are tried on: scenes to fit and scenes held out, constants that are held, the travel (lowest,
     highest position seen) [m], the stiffest bristle [N/m], for one that no node resolves explains what it likes, and
     the heaviest mass [kg], which does, too; imposed : the motion is, and the force is predicted; candidates : effects
-    that can show in what is predicted.
+    that can show in what is predicted; recorded : the experiments of the scenes, fitted and held out.
     """
 
     fitted: tuple[Scene, ...]
@@ -54,6 +55,7 @@ class Bench:
     heaviest: float = float("inf")
     imposed: bool = False
     candidates: tuple[str, ...] = CATALOGUE.ids
+    recorded: tuple[tuple[Experiment, ...], tuple[Experiment, ...]] = ((), ())
 
     def kernel(self, effects: tuple[str, ...]) -> Kernel:
         """The kernel of some effects."""

@@ -1,0 +1,49 @@
+"""A candidate on its way: fitted to chunks of the recordings first, then refitted to the whole from where that led; and
+where the model without it leaves little, refitted along the paths of that."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from identification._trace_model import RESTED, Model, apart, followed
+from identification._trace_screen import Score
+
+KEPT = 0.5
+"""Share of the best gain on chunks below which another end of the same candidate is given up."""
+
+
+@dataclass(frozen=True)
+class Begun:
+    """A candidate fitted to chunks. ends : the best and others not far behind it, none without a solution; gain : fall
+    of the cost by the best of them; near : refitted to the whole along the paths of the model without it."""
+
+    score: Score
+    ends: tuple[Model, ...]
+    gain: float
+    near: Model | None = None
+
+
+def begun(model: Model, plain: Model | None, s: Score, from_here: bool) -> Begun:
+    """A candidate with its ends on chunks, held against the model without it there."""
+    ends = followed(model.looks(s.effect, values=s.values, from_here=from_here))
+    if plain is None or not ends:
+        return Begun(s, (), s.gain)
+    gain = [plain.estimate.cost - end.estimate.cost for end in ends]
+    others = [
+        end for end, g in zip(ends[1:], gain[1:], strict=True) if g > KEPT * gain[0] and apart(s.effect, end, ends[0])
+    ]
+    return Begun(s, (ends[0], *others), gain[0])
+
+
+def near(model: Model, s: Score) -> Model | None:
+    """A candidate refitted along the paths of the model without it. New paths of a complete model cost hundreds more or
+    less, in which what a weak effect gains is lost.
+    """
+    found = model.with_effect(s.effect, s.values, steps=RESTED)
+    return None if found is None else found.refitted()
+
+
+def refitted(model: Model, b: Begun) -> Model | None:
+    """The best refit of a candidate to the whole recordings: on chunks a worse end may look better."""
+    refits = [b.near, *(end.carried(model.bench) for end in b.ends)]
+    return min((r for r in refits if r is not None), key=lambda r: r.estimate.cost, default=None)
