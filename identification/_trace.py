@@ -23,7 +23,7 @@ from identification._trace_begun import Begun, begun, near, refitted
 from identification._trace_exchange import exchanged, size
 from identification._trace_judge import COMPLETE, Comparison, Whiteness, compare
 from identification._trace_model import Model
-from identification._trace_screen import screen
+from identification._trace_screen import Score, screen
 from identification._trace_twin import BY_CHANCE, CLEAR, chance
 from recordings import BadInput, NegativeAnswer, Recording
 from simulator import BASE, kernel
@@ -35,6 +35,8 @@ TRIED = 8
 are sought from here too."""
 PROMISING = 0.1
 """Share of the best score below which a candidate is not sought; the second best always is."""
+SHOWN = 30.0
+"""Score below which it is not, either."""
 FAR_OFF = 1.4
 """Mean loss from which scores are not to be trusted, and all candidates are sought."""
 NEAR, SEEN = 6, 8.0
@@ -175,12 +177,20 @@ def _selected(base: Model) -> tuple[Model, Model, tuple[str, ...], list[tuple[Ca
         if set(added) <= set(earlier):
             break
         p = chance(before, best.refit, best.effect, best.doubtful)
-        if p is not None and p > BY_CHANCE:
-            why = f"as much is gained where nothing is missing (p = {p:.2g})"
-            rounds[-1] = (replace(best, accepted=False, why=why), *rounds[-1][1:])
+        if p is None:
+            continue
+        rounds[-1] = (_held_against_twins(best, p), *rounds[-1][1:])
+        if not rounds[-1][0].accepted:
             model, added = before, earlier
             break
     return base, model, added, rounds
+
+
+def _held_against_twins(c: Candidate, p: float) -> Candidate:
+    """A candidate that was accepted, by the probability that as much is gained by chance."""
+    if p > BY_CHANCE:
+        return replace(c, accepted=False, why=f"as much is gained where nothing is missing (p = {p:.2g})")
+    return replace(c, why=f"{c.why}, and as much is hardly gained by chance (p = {p:.2g})")
 
 
 def _pruned(model: Model, added: tuple[str, ...]) -> tuple[Model, tuple[str, ...]]:
@@ -195,27 +205,11 @@ def _pruned(model: Model, added: tuple[str, ...]) -> tuple[Model, tuple[str, ...
 
 
 def judged(model: Model) -> tuple[Candidate, ...]:
-    """The candidates of one round: all by score, the best sought on chunks, and those that then explain most refitted
-    and judged on the held-out scenes.
+    """The candidates of one round: all by score, the best sought on chunks or along the paths of the model, and those
+    that then explain most refitted and judged on the held-out scenes.
     """
     scores = screen(model)
-    far_off = model.estimate.loss > FAR_OFF
-    left = not white(model)
-    imitated = [s.effect for s in scores if left and model.imitations(s.effect)]
-    worth = scores if far_off else [
-        s for i, s in enumerate(scores)
-        if i < 2 or (i < TRIED and s.gain > PROMISING * scores[0].gain) or s.effect in imitated
-    ]  # fmt: skip
-    shown = [s for s in worth if far_off or s.effect in imitated or s.gain > WORTH / 2]
-    close = [] if far_off or model.bench.imposed else [s for s in scores[:NEAR] if s.gain > SEEN]
-    refits = {s.effect: near(model, s) for s in close}
-    if not left and any(_gains(model, refit) for refit in refits.values()):
-        shown = []  # new paths would only hide what the old ones show
-    plain = model.sought() if shown else None
-    looked = [begun(model, plain, s, from_here=s in scores[:TRIED] or s.effect in imitated) for s in shown]
-    looked += [Begun(s, (), s.gain) for s in close if s not in shown]
-    looked = [replace(b, near=refits.get(b.score.effect)) for b in looked]
-    looked.sort(key=lambda b: -b.gain if b.ends else np.inf)
+    looked = sorted(_looked(model, scores), key=lambda b: -b.gain if b.ends else np.inf)
     promising = _promising(model, looked)
     tried = [
         _ended(model, promising[b.score.effect]) if b.score.effect in promising else
@@ -223,11 +217,35 @@ def judged(model: Model) -> tuple[Candidate, ...]:
         for b in looked
     ]  # fmt: skip
     ranked = sorted(tried, key=lambda c: (not c.accepted, -(c.gain + (c.held.gain if c.held else 0.0))))
-    rest = [
-        Candidate(s.effect, s.gain, s.values, why="others promise more" if s not in worth else
-                  "hardly shows in the fitted recordings") for s in scores if all(b.score is not s for b in looked)
-    ]  # fmt: skip
-    return tuple(_simplest_first(ranked) + rest)
+    rest = [s for s in scores if all(b.score is not s for b in looked)]
+    return tuple(_simplest_first(ranked) + [Candidate(s.effect, s.gain, s.values, why=_passed_over(s)) for s in rest])
+
+
+def _looked(model: Model, scores: Sequence[Score]) -> list[Begun]:
+    """The candidates that are worth a look, as far as it goes: refitted along the paths of a model that leaves little,
+    and fitted to chunks, unless the former tells enough.
+    """
+    left, far_off = not white(model), model.estimate.loss > FAR_OFF
+    close = [] if far_off or model.bench.imposed else [s for s in scores[:NEAR] if s.gain > SEEN]
+    refits = {s.effect: near(model, s) for s in close}
+    imitated = [s for s in scores if left and model.imitations(s.effect)]
+    shown = [s for i, s in enumerate(scores) if far_off or s in imitated or _promises(s, i, scores[0])]
+    if not left and any(_gains(model, refit) for refit in refits.values()):
+        shown = []  # new paths would only hide what the old ones show
+    plain = model.sought() if shown else None
+    found = [begun(model, plain, s, from_here=s in imitated or s in scores[:TRIED]) for s in shown]
+    found += [Begun(s, (), s.gain) for s in close if s not in shown]
+    return [replace(b, near=refits.get(b.score.effect)) for b in found]
+
+
+def _promises(s: Score, place: int, best: Score) -> bool:
+    """Whether a candidate promises as much as to be sought on chunks. place : by score."""
+    return s.gain > SHOWN and (place < 2 or (place < TRIED and s.gain > PROMISING * best.gain))
+
+
+def _passed_over(s: Score) -> str:
+    """Why a candidate is not looked at."""
+    return "others promise more" if s.gain > SHOWN else "hardly shows in the fitted recordings"
 
 
 def _given_up(b: Begun) -> str:

@@ -127,13 +127,13 @@ def bench_of(experiments: Sequence[Experiment], held: Sequence[Experiment], give
 
 def settled(model: Model) -> Model:
     """A model fitted on from where it is, and along new paths from the best that a search on chunks finds; the better
-    of both. One that leaves nothing is left alone.
+    of both. One that leaves nothing is only fitted on: candidates are, too, and must not gain by that.
 
     What lacks an effect has many ends that differ by hundreds in cost, by its paths alone. Candidates are sought from
     new paths, so the model that they are held against must have been, too: or any of them explains that difference.
     """
     if white(model):
-        return model
+        return min(model, model.refitted(), key=lambda m: m.estimate.cost)
     here, other = rested(model), model.sought()
     there = None if other is None else other.carried(model.bench)
     if there is None or there.estimate.cost >= here.estimate.cost or there.estimate.loss >= here.estimate.loss:

@@ -1,0 +1,52 @@
+"""Tracing of weak effects: named where the base model leaves nothing, unless as much is gained by chance."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from traced_valves import traced
+
+from identification._trace_begun import near
+from identification._trace_screen import screen
+from identification._trace_twin import BY_CHANCE, LEAST, chance, probability
+
+TRIALS = 4000
+
+
+def test_a_weak_effect_is_named_though_the_base_model_leaves_nothing():
+    found = traced("friction_drift", r=3e-4)
+    assert found.tracing.before.white
+    assert found.verdict == "friction_drift"
+    assert "hardly gained by chance" in found.candidates[0].why
+
+
+def test_what_an_effect_gains_of_a_complete_model_is_gained_on_its_twins():
+    base = traced(None).tracing.base
+    drift = next(s for s in screen(base) if s.effect == "friction_drift")
+    refit = near(base, drift)
+    assert refit is not None
+    p = chance(base, refit, "friction_drift", doubtful=True)
+    assert p is not None
+    assert p > BY_CHANCE
+
+
+def test_a_gain_beyond_doubt_asks_no_twins():
+    base = traced(None).tracing.base
+    better = replace(base, estimate=replace(base.estimate, cost=base.estimate.cost - 1e4))
+    assert chance(base, better, "hardening_spring", doubtful=False) is None
+
+
+def test_the_probability_of_a_gain_holds_for_gains_of_one_distribution():
+    rng = np.random.default_rng(5)
+    for twins in (1, 3, 6):
+        gains = rng.exponential(3 * LEAST, (TRIALS, twins + 1))
+        p = [probability(row[0], row[1:].tolist()) for row in gains]
+        for level in (0.5, 0.05):
+            assert abs(np.mean(np.array(p) < level) - level) < 4 * np.sqrt(level * (1 - level) / TRIALS)
+
+
+def test_many_twins_give_the_probability_of_their_mean():
+    assert abs(probability(30.0, [10.0] * 10000) - np.exp(-3)) < 1e-3
+    assert probability(-5.0, [10.0]) == 1.0
+    assert probability(1e6, []) == 1.0

@@ -1,0 +1,34 @@
+"""Recordings of a valve with an effect that nobody declares, and what a trace says of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+
+from identification import Trace, trace
+from recordings import Recording
+from simulator import BASE, CATALOGUE, Excitation, Sensors, random_valve, simulate
+
+SEED, RATE = 3, 250.0
+COURSES = ("staircase:14", "sine:14", "multisine:12")
+
+
+def recorded(effect: str | None = None, values: Mapping[str, float] | None = None) -> list[Recording]:
+    """Two recordings to fit and one to judge of a valve with force noise of 0.1 % of span."""
+    valve, stroke = random_valve(SEED)
+    effects = tuple(e for e in CATALOGUE.ids if e in (*BASE, effect))
+    span = valve["spring.K"] * stroke
+    sensors = Sensors(RATE, position_noise=2e-4 * stroke, force_noise=1e-3 * span)
+    return [
+        simulate(
+            {**valve, **(values or {})}, Excitation.parse(course), sensors, stroke=stroke, effects=effects, seed=i
+        )[0]
+        for i, course in enumerate(COURSES)
+    ]
+
+
+@cache
+def traced(effect: str | None, **values: float) -> Trace:
+    """A trace of recordings with an effect."""
+    first, second, held = recorded(effect, {f"{effect}.{k}": v for k, v in values.items()})
+    return trace([first, second], holdout=[held])
