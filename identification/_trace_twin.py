@@ -27,7 +27,7 @@ from simulator import BASE
 
 CLEAR, CLEAR_UNRESOLVED = 300.0, 2000.0
 """Gain beyond doubt: in the studies of docs/trace.md effects gained up to 17 where nothing was missing. Where the nodes
-do not resolve a swing on the bristles, models end beside their best by up to 1600."""
+do not resolve a swing on the bristles, models end beside their best by up to 1000."""
 TWINS = 6
 """Twins at most; fewer where they agree early."""
 BY_CHANCE = 0.05
