@@ -39,7 +39,7 @@ SHOWN = 30.0
 """Score below which it is not, either."""
 FAR_OFF = 1.4
 """Mean loss from which scores are not to be trusted, and all candidates are sought."""
-NEAR, SEEN = 6, 8.0
+NEAR, SEEN = 8, 8.0
 """Where it is not: candidates that are refitted along the paths of the model, the best by score, and their score at
 least."""
 KEPT, FULLY = 0.5, 4

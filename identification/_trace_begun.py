@@ -3,13 +3,17 @@ where the model without it leaves little, refitted along the paths of that."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from identification._trace_model import RESTED, Model, apart, followed
-from identification._trace_screen import Score
+from identification._innovations import lean
+from identification._trace_model import FINAL, IDLE, REFIT, RESTED, Model, apart, followed, problem
+from identification._trace_screen import Score, promised
 
 KEPT = 0.5
 """Share of the best gain on chunks below which another end of the same candidate is given up."""
+LIKELY = 30.0
+"""Gain, with what the next step promises, below which a refit along the paths of the model is given up: it never comes
+to twice as much."""
 
 
 @dataclass(frozen=True)
@@ -36,11 +40,19 @@ def begun(model: Model, plain: Model | None, s: Score, from_here: bool) -> Begun
 
 
 def near(model: Model, s: Score) -> Model | None:
-    """A candidate refitted along the paths of the model without it. New paths of a complete model cost hundreds more or
-    less, in which what a weak effect gains is lost.
+    """A candidate refitted along the paths of the model without it, for as long as it may come to something. New paths
+    of a complete model cost hundreds more or less, in which what a weak effect gains is lost.
     """
     found = model.with_effect(s.effect, s.values, steps=RESTED)
-    return None if found is None else found.refitted()
+    if found is None:
+        return None
+    work, now, idle = problem(found.effects, found.bench, found.bench.fitted), found.estimate, 0
+    for _ in range(REFIT):
+        before, now = now.cost, work.descend(now, FINAL, 1)
+        left, idle = promised(now.normal)[1], idle + 1 if before - now.cost < IDLE else 0
+        if left < IDLE or idle > 1 or model.estimate.cost - now.cost + left < LIKELY:
+            break
+    return replace(found, estimate=lean(now))
 
 
 def refitted(model: Model, b: Begun) -> Model | None:

@@ -114,8 +114,8 @@ def _score(base: Model, effect: str, shape: Mapping[str, float], trial: Mapping[
     old = np.array([name not in own for name in names]) & seen
     if not added.any():
         return None
-    move, gain = _gain(normal, added | old)
-    gain += base.rested_cost - model.estimate.cost if trial else -_gain(normal, old)[1]
+    move, gain = promised(normal, added | old)
+    gain += base.rested_cost - model.estimate.cost if trial else -promised(normal, old)[1]
     values = {name: value for name, value in model.values.items() if name in own}
     for i in np.flatnonzero(added):
         parameter = sizes[names[i]]
@@ -126,10 +126,11 @@ def _score(base: Model, effect: str, shape: Mapping[str, float], trial: Mapping[
     return Score(effect, max(gain, 0.0), values)
 
 
-def _gain(normal: Normal, chosen: NDArray[np.bool_]) -> tuple[Array, float]:
-    """The Gauss-Newton move in the chosen coordinates and the fall of the cost it promises."""
+def promised(normal: Normal, chosen: NDArray[np.bool_] | None = None) -> tuple[Array, float]:
+    """The Gauss-Newton move in the chosen coordinates, or in all, and the fall of the cost it promises."""
     matrix, gradient = normal.matrix, normal.gradient
-    scale = np.sqrt(np.diag(matrix)[chosen])
+    chosen = np.ones(len(gradient), np.bool_) if chosen is None else chosen
+    scale = np.sqrt(np.maximum(np.diag(matrix)[chosen], 1e-300))
     inner = matrix[np.ix_(chosen, chosen)] / np.outer(scale, scale)
     move = np.zeros(len(gradient))
     move[chosen] = -np.linalg.lstsq(inner, gradient[chosen] / scale, rcond=1e-9)[0] / scale
