@@ -230,7 +230,7 @@ def _looked(model: Model, scores: Sequence[Score]) -> list[Begun]:
     refits = {s.effect: near(model, s) for s in close}
     imitated = [s for s in scores if left and model.imitations(s.effect)]
     shown = [s for i, s in enumerate(scores) if far_off or s in imitated or _promises(s, i, scores[0])]
-    if not left and any(_gains(model, refit) for refit in refits.values()):
+    if not left and any(_gain(model, refit) > WORTH for refit in refits.values()):
         shown = []  # new paths would only hide what the old ones show
     plain = model.sought() if shown else None
     found = [begun(model, plain, s, from_here=s in imitated or s in scores[:TRIED]) for s in shown]
@@ -257,19 +257,20 @@ def _given_up(b: Begun) -> str:
 
 def _promising(model: Model, looked: Sequence[Begun]) -> dict[str, Begun]:
     """Of candidates on chunks, best first, those worth being refitted to the whole recordings, by effect: not far
-    behind the best, and likely to gain enough there; and those that gain enough along the paths of the model.
+    behind the best, and likely to gain enough there; and likewise of those along the paths of the model.
     """
     kept, fully = (KEPT_IMPOSED, FULLY_IMPOSED) if model.bench.imposed else (KEPT, FULLY)
     sought = [b for b in looked if b.ends][:fully]
     share = model.bench.samples / model.bench.thinned()[0].samples
     least = max(kept * sought[0].gain, LIKELY * WORTH / share) if sought else 0.0
-    nearby = {b.score.effect: replace(b, ends=()) for b in looked if _gains(model, b.near)}
+    most = max((_gain(model, b.near) for b in looked), default=0.0)
+    nearby = {b.score.effect: replace(b, ends=()) for b in looked if _gain(model, b.near) > max(WORTH, kept * most)}
     return nearby | {b.score.effect: b for b in sought if b.gain >= least}
 
 
-def _gains(model: Model, refit: Model | None) -> bool:
-    """Whether a refit is worth being judged."""
-    return refit is not None and model.estimate.cost - refit.estimate.cost > WORTH
+def _gain(model: Model, refit: Model | None) -> float:
+    """What a refit gains; 0 where there is none."""
+    return 0.0 if refit is None else model.estimate.cost - refit.estimate.cost
 
 
 def _ended(model: Model, b: Begun) -> Candidate:
