@@ -223,15 +223,13 @@ def judged(model: Model) -> tuple[Candidate, ...]:
 
 def _looked(model: Model, scores: Sequence[Score]) -> list[Begun]:
     """The candidates that are worth a look, as far as it goes: refitted along the paths of a model that leaves little,
-    and fitted to chunks, unless the former tells enough.
+    and fitted to chunks.
     """
     left, far_off = not white(model), model.estimate.loss > FAR_OFF
     close = [] if far_off or model.bench.imposed else [s for s in scores[:NEAR] if s.gain > SEEN]
     refits = {s.effect: near(model, s) for s in close}
     imitated = [s for s in scores if left and model.imitations(s.effect)]
     shown = [s for i, s in enumerate(scores) if far_off or s in imitated or _promises(s, i, scores[0])]
-    if not left and any(_gain(model, refit) > WORTH for refit in refits.values()):
-        shown = []  # new paths would only hide what the old ones show
     plain = model.sought() if shown else None
     found = [begun(model, plain, s, from_here=s in imitated or s in scores[:TRIED]) for s in shown]
     found += [Begun(s, (), s.gain) for s in close if s not in shown]
