@@ -19,7 +19,7 @@ from identification._fit import check_given, obstacle
 from identification._identify import plant_constants
 from identification._innovations import Estimate
 from identification._trace_base import first_model, fit_left, held_left, settled, split, stiffened, white
-from identification._trace_begun import Begun, begun, near, refitted
+from identification._trace_begun import KEPT, Begun, begun, near, refitted
 from identification._trace_exchange import exchanged, size
 from identification._trace_judge import COMPLETE, Comparison, Whiteness, compare
 from identification._trace_model import Model
@@ -42,10 +42,10 @@ FAR_OFF = 1.4
 NEAR, SEEN = 8, 8.0
 """Where it is not: candidates that are refitted along the paths of the model, the best by score, and their score at
 least."""
-KEPT, FULLY = 0.5, 4
-"""Share of the best gain on chunks below which a candidate is given up, and how many are refitted to all at most."""
+FULLY = 4
+"""How many candidates are refitted to the whole at most."""
 KEPT_IMPOSED, FULLY_IMPOSED = 0.2, 8
-"""The same where the force is predicted, which costs little."""
+"""The same, and `KEPT`, where the force is predicted, which costs little."""
 LIKELY = 0.5
 """Share of `WORTH` that a candidate must gain on chunks, for as much as they are of the recordings."""
 MOST = 3
@@ -97,7 +97,7 @@ class Candidate:
 class Tracing:
     """Everything a trace found. base, final : models; candidates : of the first round, best first; added : effects in
     the order of acceptance; same_class : effects these recordings cannot tell from the first; verdict : an effect id,
-    ``none`` or ``unlisted``; before, after : whiteness on the held-out data; experiments, held : what was used.
+    ``none`` or ``unlisted``; before, after : whiteness on the held-out data.
     """
 
     base: Model
@@ -108,8 +108,16 @@ class Tracing:
     verdict: str
     before: Whiteness
     after: Whiteness
-    experiments: tuple[Experiment, ...]
-    held: tuple[Experiment, ...]
+
+    @property
+    def experiments(self) -> tuple[Experiment, ...]:
+        """The experiments that were fitted."""
+        return self.base.bench.recorded[0]
+
+    @property
+    def held(self) -> tuple[Experiment, ...]:
+        """The experiments that were held out."""
+        return self.base.bench.recorded[1]
 
     @property
     def only_held(self) -> bool:
@@ -144,8 +152,7 @@ def select(
         first = _after_exchange(first, earlier, added)
     verdict, added, model = _verdict(base, model, added)
     return Tracing(
-        base, model, first, added, alike if added else (), verdict, held_left(base), held_left(model),
-        tuple(experiments), tuple(others),
+        base, model, first, added, alike if added else (), verdict, held_left(base), held_left(model)
     )  # fmt: skip
 
 

@@ -12,7 +12,7 @@ from identification._coordinates import Coordinates
 from identification._experiment import Experiment, Segment, imposed
 from identification._fit import Outcome
 from identification._imposed import fit_imposed
-from identification._innovations import NoiseAware, lean, resolving, scenes
+from identification._innovations import NoiseAware, lean, scenes
 from identification._noise_aware import on_chunks, sought
 from identification._trace_imposed import imposed_scenes, showing
 from identification._trace_judge import Whiteness, whiteness
@@ -63,7 +63,7 @@ def imposed_model(experiments: Sequence[Experiment], others: Sequence[Experiment
     fitted, held = (tuple(imposed_scenes(some, valve, p)) for some in (experiments, others))
     bench = Bench(
         fitted, held, dict(given), (float(x.min()), float(x.max())), float(np.std(u)) or 1.0, imposed=True,
-        candidates=showing(experiments),
+        candidates=showing(experiments), recorded=(tuple(experiments), tuple(others)),
     )  # fmt: skip
     work = problem(BASE, bench, fitted)
     found = work.follow(work.coordinates.theta(p), stages=((FINAL, REFIT),))
@@ -79,10 +79,7 @@ def base_model(experiments: Sequence[Experiment], bench: Bench) -> Model:
     if not found:
         raise NegativeAnswer(Outcome.DIVERGED.value)
     omega, guess = quickest(free, found), free.values(found[-1])
-    bench = replace(
-        bench, fitted=tuple(resolving(bench.fitted, omega)), held=tuple(resolving(bench.held, omega)),
-        heaviest=HEAVIER * guess["mass.m"], stiffest=RIGID * guess["lugre.sigma0"],
-    )  # fmt: skip
+    bench = replace(bench.resolving(omega), heaviest=HEAVIER * guess["mass.m"], stiffest=RIGID * guess["lugre.sigma0"])
     work = NoiseAware(bench.kernel(BASE), coordinates(BASE, bench), bench.fitted)
     best = sought(on_chunks(work), *found, most=WAYS)
     best = None if best is None else work.follow(best.theta, stages=((FINAL, REFIT),))

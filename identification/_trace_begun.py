@@ -10,8 +10,8 @@ from identification._trace_model import FINAL, IDLE, REFIT, RESTED, Model, apart
 from identification._trace_screen import Score, promised
 
 KEPT = 0.5
-"""Share of the best gain on chunks below which another end of the same candidate is given up."""
-LIKELY = 30.0
+"""Share of the best gain on chunks below which a candidate is given up, or another end of the same one."""
+PROSPECT = 30.0
 """Gain, with what the next step promises, below which a refit along the paths of the model is given up: it never comes
 to twice as much."""
 
@@ -50,7 +50,7 @@ def near(model: Model, s: Score) -> Model | None:
     for _ in range(REFIT):
         before, now = now.cost, work.descend(now, FINAL, 1)
         left, idle = promised(now.normal)[1], idle + 1 if before - now.cost < IDLE else 0
-        if left < IDLE or idle > 1 or model.estimate.cost - now.cost + left < LIKELY:
+        if left < IDLE or idle > 1 or model.estimate.cost - now.cost + left < PROSPECT:
             break
     return replace(found, estimate=lean(now))
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from identification._coordinates import Coordinates, parameters
 from identification._experiment import Experiment
-from identification._innovations import Estimate, NoiseAware, lean
+from identification._innovations import Estimate, NoiseAware, lean, resolving
 from identification._linearised import Looseness, Scene
 from identification._noise_aware import tamed
 from identification._trace_imposed import ImposedFit
@@ -67,6 +67,12 @@ class Bench:
             return self, [(i, slice(0, len(scene.t))) for i, scene in enumerate(self.fitted)]
         places = [(i, at) for i, scene in enumerate(self.fitted) for at in _chunks(scene)]
         return replace(self, fitted=tuple(self.fitted[i].part(at.start, at.stop) for i, at in places)), places
+
+    def resolving(self, omega: float) -> Bench:
+        """The same with nodes close enough for a swing of omega [rad/s], within reason."""
+        return replace(
+            self, fitted=tuple(resolving(self.fitted, omega)), held=tuple(resolving(self.held, omega))
+        )  # fmt: skip
 
     @property
     def samples(self) -> int:

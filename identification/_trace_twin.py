@@ -15,7 +15,7 @@ import numpy as np
 
 from identification._bootstrap import twin
 from identification._experiment import Experiment
-from identification._innovations import MOST_BETWEEN, SWING, resolving
+from identification._innovations import MOST_BETWEEN, SWING
 from identification._trace_base import bench_of, first_model, settled, white
 from identification._trace_begun import Begun, begun, near, refitted
 from identification._trace_model import Model, followed
@@ -91,15 +91,14 @@ def _gain_of_a_twin(model: Model, effect: str, values: dict[str, float], rng: np
 
 def _sought(model: Model, fitted: list[Experiment], held: list[Experiment]) -> Model | None:
     """The same effects fitted to other recordings: a base model as at first, others from usual values of the base."""
-    given, omega = model.bench.given, swing(model.values)
+    given = model.bench.given
     if model.effects == BASE:
         try:
             return first_model(fitted, held, given)
         except NegativeAnswer:
             return None
-    seen = bench_of(fitted, held, given)
-    fine, fine_held = (tuple(resolving(some, omega)) for some in (seen.fitted, seen.held))
-    bench = replace(model.bench, fitted=fine, held=fine_held, recorded=seen.recorded)
+    seen = bench_of(fitted, held, given).resolving(swing(model.values))
+    bench = replace(model.bench, fitted=seen.fitted, held=seen.held, recorded=seen.recorded)
     ends = followed(replace(model, bench=bench).looks(from_here=False))
     carried = ends[0].carried(bench) if ends else None
     return None if carried is None else settled(carried)
