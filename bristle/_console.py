@@ -50,8 +50,12 @@ def assignments(items: Sequence[str], option: str) -> dict[str, float]:
 
 def writable(path: Path | None) -> None:
     """Refuse an output path early, before the long work. Raises BadInput."""
-    if path is not None and not path.parent.is_dir():
+    if path is None:
+        return
+    if not path.parent.is_dir():
         raise BadInput(str(path), f"there is no folder {path.parent}", "create it or give another path")
+    if path.is_dir():
+        raise BadInput(str(path), "it is a folder", "give the path of a file")
 
 
 def working(what: str) -> AbstractContextManager[object]:

@@ -148,15 +148,14 @@ def rested(model: Model) -> Model:
 
 
 def split(experiments: Sequence[Experiment]) -> tuple[list[Experiment], list[Experiment]]:
-    """The first part of every recording to fit, the last to judge."""
+    """The first part of every recording to fit, the last to judge, by the positions that they hold."""
 
     def parts(e: Experiment) -> tuple[Experiment, Experiment]:
         first, last = list[Segment](), list[Segment]()
-        total = sum(len(s.t) for s in e.segments)
-        seen = 0
+        wanted = (1 - HELD_SHARE) * sum(int(s.seen.sum()) for s in e.segments)
         for s in e.segments:
-            edge = int(np.clip((1 - HELD_SHARE) * total - seen, 0, len(s.t)))
-            seen += len(s.t)
+            edge = int(np.searchsorted(np.cumsum(s.seen), wanted, side="right"))
+            wanted -= int(s.seen.sum())
             if edge > 10:
                 first.append(s.part(0, edge))
             if len(s.t) - edge > 10:

@@ -75,10 +75,10 @@ def appearing(path: Path) -> Iterator[Path]:
     BadInput
         The disk refused; `path` is as it was.
     """
-    draft = path.with_name(f".{path.name}.{secrets.token_hex(4)}.tmp")
     with writing(path):
         if path.is_dir():
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+        draft = path.with_name(f".{path.name}.{secrets.token_hex(4)}.tmp")
         try:
             yield draft
             sync(draft)

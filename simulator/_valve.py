@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from recordings import BadInput
+from recordings import BadInput, save_text
 from simulator.effects import CATALOGUE
 
 Status = Literal["identified", "weak", "at_bound", "given"]
@@ -61,17 +61,8 @@ class ValveModel(BaseModel):
         return {name: p.value for name, p in self.parameters.items()}
 
     def write(self, path: str | os.PathLike[str]) -> None:
-        """Write `model.json`, all or nothing."""
-        target = Path(path)
-        part = target.with_name(f".{target.name}.part")
-        try:
-            part.write_text(json.dumps(self.model_dump(mode="json"), indent=1, allow_nan=False) + "\n")
-            part.replace(target)
-        except OSError as error:
-            part.unlink(missing_ok=True)
-            raise BadInput(
-                str(target), f"cannot be written ({error.strerror})", "give a path in a writable folder"
-            ) from error
+        """Write `model.json`, all or nothing. Raises BadInput when it cannot be written."""
+        save_text(Path(path), json.dumps(self.model_dump(mode="json"), indent=1, allow_nan=False) + "\n")
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> ValveModel:

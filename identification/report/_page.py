@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -21,7 +20,7 @@ from identification.report._parameters import parameters
 from identification.report._residual import residual
 from identification.report._section import Section
 from identification.report._signals import signals
-from recordings import BadInput
+from recordings import save_text
 
 SECTIONS: tuple[Callable[[Identification], Section], ...] = (
     headline, parameters, signals, residual, loop, friction, crosscheck, meaning, origin,
@@ -38,19 +37,8 @@ def write_report(path: str | os.PathLike[str], identification: Identification, s
 
     Raises BadInput when the path cannot be written.
     """
-    target, text = Path(path), page(identification, story)
-    if not target.name or target.is_dir():
-        raise BadInput(str(target), "cannot be written (it is a folder)", "give the path of a file")
-    part = target.with_name(f".{target.name}.part")
-    try:
-        part.write_text(text, encoding="utf-8", errors="replace")  # file names need not be text
-        part.replace(target)
-    except OSError as error:
-        with contextlib.suppress(OSError):
-            part.unlink()
-        raise BadInput(
-            str(target), f"cannot be written ({error.strerror})", "give a path in a writable folder"
-        ) from error
+    text = page(identification, story).encode(errors="replace").decode()  # file names need not be text
+    save_text(Path(path), text)
 
 
 def page(identification: Identification, story: Sequence[Section] = ()) -> str:

@@ -183,12 +183,20 @@ def test_a_file_name_that_is_not_text_does_not_stop_the_report(short_fit, report
     assert "1: caf?.h5 (fitted)" in report(odd).sections["signals"]
 
 
-@pytest.mark.parametrize("place", ["missing/fit.html", "folder", "file/fit.html", "."])
-def test_a_path_that_cannot_be_written_is_bad_input_and_leaves_nothing(place, short_fit, tmp_path):
+@pytest.mark.parametrize(
+    ("place", "words"),
+    [
+        ("missing/fit.html", "the folder does not exist"),
+        ("folder", "it is a directory"),
+        ("file/fit.html", "its folder is a file"),
+        (".", "it is a directory"),
+    ],
+)
+def test_a_path_that_cannot_be_written_is_bad_input_and_leaves_nothing(place, words, short_fit, tmp_path):
     (tmp_path / "folder").mkdir()
     (tmp_path / "file").write_text("kept")
     before = sorted(tmp_path.rglob("*"))
-    with pytest.raises(BadInput, match="cannot be written"):
+    with pytest.raises(BadInput, match=words):
         write_report(tmp_path / place, short_fit)
     assert sorted(tmp_path.rglob("*")) == before
     assert (tmp_path / "file").read_text() == "kept"

@@ -6,11 +6,14 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from traced_valves import recorded, traced
 
 from bristle._app import run
 from identification import trace
+from identification._experiment import experiment
+from identification._trace_base import split
 from identification._trace_judge import Whiteness
 from identification._trace_left import remainder
 from recordings import Recording, Signal, write
@@ -123,6 +126,16 @@ def test_the_command_says_what_it_found(tmp_path: Path, capsys: pytest.CaptureFi
     assert "verdict: hardening_spring" in capsys.readouterr().out
     assert json.loads(out.read_text())["verdict"] == "hardening_spring"
     assert "hardening_spring" in ValveModel.read(model).effects
+
+
+def test_what_is_held_out_of_a_recording_holds_positions():
+    whole = recorded()[0]
+    half = np.where(np.arange(len(whole)) < len(whole) / 2, whole["position"].values, np.nan)
+    signals = [replace(whole[n], values=half) if n == "position" else whole[n] for n in whole]
+    seen = experiment(Recording.of(signals, source="simulated", title="half"))
+    for e in (experiment(whole), seen):
+        counts = [sum(int(s.seen.sum()) for one in part for s in one.segments) for part in split([e])]
+        assert counts[1] / sum(counts) == pytest.approx(0.25, abs=0.01)
 
 
 def imposed(recording: Recording) -> Recording:

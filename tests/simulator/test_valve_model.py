@@ -69,11 +69,20 @@ def test_writing_is_all_or_nothing(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["model.json"]
 
 
-@pytest.mark.parametrize("place", ["nowhere/model.json", "."])
-def test_a_place_that_cannot_be_written_is_named(tmp_path, place):
-    with pytest.raises(BadInput, match="cannot be written"):
+@pytest.mark.parametrize(
+    ("place", "words"),
+    [("nowhere/model.json", r"nowhere/model\.json: the folder does not exist"), (".", "it is a directory")],
+)
+def test_a_place_that_cannot_be_written_is_named(tmp_path, place, words):
+    with pytest.raises(BadInput, match=words):
         model().write(tmp_path / place)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_the_folder_that_one_is_in_is_no_file(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(BadInput, match="it is a directory"):
+        model().write(".")
 
 
 def test_a_missing_file_is_named(tmp_path):
