@@ -149,9 +149,12 @@ class NoiseAware:
             return None
         return self._judged(theta, tuple(f[0] for f in found), tuple(f[1] for f in found))
 
-    def descend(self, now: Estimate, loose: Looseness, steps: int, worth: float = 0.0) -> Estimate:
+    def descend(
+        self, now: Estimate, loose: Looseness, steps: int, worth: float = 0.0,
+        vain: Callable[[Estimate], bool] | None = None,
+    ) -> Estimate:  # fmt: skip
         """Gauss-Newton steps with adaptive damping; a step that raises the cost is taken back. worth : fall of the cost
-        below which two steps in a row are the last.
+        below which two steps in a row are the last; vain : whether to go on from an estimate is.
 
         A step moves parameters and paths together to first order, and where something breaks away that is not enough:
         the cost rises by thousands until the paths have come to rest at the new parameters. So only then it is judged;
@@ -178,7 +181,7 @@ class NoiseAware:
                 damping, failures = max(20 * damping, 1e-3), failures + 1
                 settled = (small and self.dense) or failures > MOST_FAILURES
             idle = idle + 1 if before - now.cost < worth else 0
-            if settled or idle > 1:
+            if settled or idle > 1 or (vain is not None and vain(now)):
                 break
         return replace(now, settled=settled)
 

@@ -19,9 +19,10 @@ from identification._fit import check_given, obstacle
 from identification._identify import plant_constants
 from identification._innovations import Estimate
 from identification._trace_base import first_model, fit_left, held_left, settled, split, stiffened, white
-from identification._trace_begun import KEPT, Begun, begun, near, refitted
+from identification._trace_begun import KEPT, Begun, gain_of, refitted
 from identification._trace_exchange import exchanged, size
 from identification._trace_judge import COMPLETE, Comparison, Whiteness, compare
+from identification._trace_looks import SHOWN, looked
 from identification._trace_model import Model
 from identification._trace_screen import Score, screen
 from identification._trace_twin import BY_CHANCE, CLEAR, chance
@@ -30,18 +31,6 @@ from simulator import BASE, kernel
 
 Array = NDArray[np.float64]
 
-TRIED = 8
-"""Candidates that are sought in a round, the best by score; where all are, those (and what a base model imitates) that
-are sought from here too."""
-PROMISING = 0.1
-"""Share of the best score below which a candidate is not sought; the second best always is."""
-SHOWN = 30.0
-"""Score below which it is not, either."""
-FAR_OFF = 1.4
-"""Mean loss from which scores are not to be trusted, and all candidates are sought."""
-NEAR, SEEN = 8, 8.0
-"""Where it is not: candidates that are refitted along the paths of the model, the best by score, and their score at
-least."""
 FULLY = 4
 """How many candidates are refitted to the whole at most."""
 KEPT_IMPOSED, FULLY_IMPOSED = 0.2, 8
@@ -216,36 +205,16 @@ def judged(model: Model) -> tuple[Candidate, ...]:
     that then explain most refitted and judged on the held-out scenes.
     """
     scores = screen(model)
-    looked = sorted(_looked(model, scores), key=lambda b: -b.gain if b.ends else np.inf)
-    promising = _promising(model, looked)
+    seen = sorted(looked(model, scores), key=lambda b: -b.gain if b.ends else np.inf)
+    promising = _promising(model, seen)
     tried = [
         _ended(model, promising[b.score.effect]) if b.score.effect in promising else
         Candidate(b.score.effect, b.gain, b.score.values, why=_given_up(b))
-        for b in looked
+        for b in seen
     ]  # fmt: skip
     ranked = sorted(tried, key=lambda c: (not c.accepted, -(c.gain + (c.held.gain if c.held else 0.0))))
-    rest = [s for s in scores if all(b.score is not s for b in looked)]
+    rest = [s for s in scores if all(b.score is not s for b in seen)]
     return tuple(_simplest_first(ranked) + [Candidate(s.effect, s.gain, s.values, why=_passed_over(s)) for s in rest])
-
-
-def _looked(model: Model, scores: Sequence[Score]) -> list[Begun]:
-    """The candidates that are worth a look, as far as it goes: refitted along the paths of a model that leaves little,
-    and fitted to chunks.
-    """
-    left, far_off = not white(model), model.estimate.loss > FAR_OFF
-    close = [] if far_off or model.bench.imposed else [s for s in scores[:NEAR] if s.gain > SEEN]
-    refits = {s.effect: near(model, s) for s in close}
-    imitated = [s for s in scores if left and model.imitations(s.effect)]
-    shown = [s for i, s in enumerate(scores) if far_off or s in imitated or _promises(s, i, scores[0])]
-    plain = model.sought() if shown else None
-    found = [begun(model, plain, s, from_here=s in imitated or s in scores[:TRIED]) for s in shown]
-    found += [Begun(s, (), s.gain) for s in close if s not in shown]
-    return [replace(b, near=refits.get(b.score.effect)) for b in found]
-
-
-def _promises(s: Score, place: int, best: Score) -> bool:
-    """Whether a candidate promises as much as to be sought on chunks. place : by score."""
-    return s.gain > SHOWN and (place < 2 or (place < TRIED and s.gain > PROMISING * best.gain))
 
 
 def _passed_over(s: Score) -> str:
@@ -260,22 +229,17 @@ def _given_up(b: Begun) -> str:
     return NO_SOLUTION if b.near is None else "gains too little on the fitted recordings"
 
 
-def _promising(model: Model, looked: Sequence[Begun]) -> dict[str, Begun]:
+def _promising(model: Model, seen: Sequence[Begun]) -> dict[str, Begun]:
     """Of candidates on chunks, best first, those worth being refitted to the whole recordings, by effect: not far
     behind the best, and likely to gain enough there; and likewise of those along the paths of the model.
     """
     kept, fully = (KEPT_IMPOSED, FULLY_IMPOSED) if model.bench.imposed else (KEPT, FULLY)
-    sought = [b for b in looked if b.ends][:fully]
+    sought = [b for b in seen if b.ends][:fully]
     share = model.bench.samples / model.bench.thinned()[0].samples
     least = max(kept * sought[0].gain, LIKELY * WORTH / share) if sought else 0.0
-    most = max((_gain(model, b.near) for b in looked), default=0.0)
-    nearby = {b.score.effect: replace(b, ends=()) for b in looked if _gain(model, b.near) > max(WORTH, kept * most)}
+    most = max((gain_of(model, b.near) for b in seen), default=0.0)
+    nearby = {b.score.effect: replace(b, ends=()) for b in seen if gain_of(model, b.near) > max(WORTH, kept * most)}
     return nearby | {b.score.effect: b for b in sought if b.gain >= least}
-
-
-def _gain(model: Model, refit: Model | None) -> float:
-    """What a refit gains; 0 where there is none."""
-    return 0.0 if refit is None else model.estimate.cost - refit.estimate.cost
 
 
 def _ended(model: Model, b: Begun) -> Candidate:

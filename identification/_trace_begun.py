@@ -5,8 +5,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from identification._innovations import lean
-from identification._trace_model import FINAL, IDLE, REFIT, RESTED, Model, apart, followed, problem
+from identification._innovations import Estimate, NoiseAware, lean
+from identification._trace_model import FINAL, IDLE, REFIT, RESTED, Model, apart, followed
 from identification._trace_screen import Score, promised
 
 KEPT = 0.5
@@ -14,6 +14,9 @@ KEPT = 0.5
 PROSPECT = 30.0
 """Gain, with what the next step promises, below which a refit along the paths of the model is given up: it never comes
 to twice as much."""
+AHEAD, SLOW = 4.0, 0.02
+"""How many times as much as the next step promises a refit may still gain, where a shape is not right yet, and share of
+what another gains that two steps must not stay below, where one does explain all."""
 
 
 @dataclass(frozen=True)
@@ -39,23 +42,29 @@ def begun(model: Model, plain: Model | None, s: Score, from_here: bool) -> Begun
     return Begun(s, (ends[0], *others), gain[0])
 
 
-def near(model: Model, s: Score) -> Model | None:
-    """A candidate refitted along the paths of the model without it, for as long as it may come to something. New paths
-    of a complete model cost hundreds more or less, in which what a weak effect gains is lost.
+def near(model: Model, s: Score, beside: float = 0.0) -> Model | None:
+    """A candidate refitted along the paths of the model without it, for as long as it may come to something, beside
+    another that gains so much. New paths of a complete model cost hundreds more or less, in which what a weak effect
+    gains is lost.
     """
     found = model.with_effect(s.effect, s.values, steps=RESTED)
     if found is None:
         return None
-    work, now, idle = problem(found.effects, found.bench, found.bench.fitted), found.estimate, 0
-    for _ in range(REFIT):
-        before, now = now.cost, work.descend(now, FINAL, 1)
-        left, idle = promised(now.normal)[1], idle + 1 if before - now.cost < IDLE else 0
-        if left < IDLE or idle > 1 or model.estimate.cost - now.cost + left < PROSPECT:
-            break
-    return replace(found, estimate=lean(now))
+
+    def vain(now: Estimate) -> bool:
+        left, gain = promised(now.normal)[1], model.estimate.cost - now.cost
+        return left < IDLE or gain + left < PROSPECT or gain + AHEAD * left < KEPT * beside
+
+    work = NoiseAware(found.kernel, found.coordinates, found.bench.fitted)
+    return replace(found, estimate=lean(work.descend(found.estimate, FINAL, REFIT, max(IDLE, SLOW * beside), vain)))
 
 
 def refitted(model: Model, b: Begun) -> Model | None:
     """The best refit of a candidate to the whole recordings: on chunks a worse end may look better."""
     refits = [b.near, *(end.carried(model.bench) for end in b.ends)]
     return min((r for r in refits if r is not None), key=lambda r: r.estimate.cost, default=None)
+
+
+def gain_of(model: Model, refit: Model | None) -> float:
+    """What a refit gains over the model without an effect; 0 where there is none."""
+    return 0.0 if refit is None else model.estimate.cost - refit.estimate.cost

@@ -1,0 +1,32 @@
+"""Which candidates a round looks at: more than refits along the model's paths only where those leave it open."""
+
+from __future__ import annotations
+
+from traced_valves import traced
+
+from identification._trace_begun import KEPT, gain_of, near
+from identification._trace_looks import imitated, looked
+from identification._trace_screen import screen
+
+
+def test_where_nothing_is_left_and_nothing_gains_none_is_sought_that_can_be_refitted():
+    base = traced(None).tracing.base
+    seen = looked(base, screen(base))
+    assert all(imitated(base, b.score) for b in seen if b.ends)
+
+
+def test_beside_what_explains_all_only_that_is_sought_which_gains_about_as_much():
+    base = traced("hardening_spring", k3=3e6).tracing.base
+    seen = {b.score.effect: b for b in looked(base, screen(base))}
+    most = max(gain_of(base, b.near) for b in seen.values())
+    sought = {effect for effect, b in seen.items() if b.ends}
+    assert "hardening_spring" in sought
+    assert len(sought) < len(seen)
+    assert all(gain_of(base, seen[effect].near) > KEPT * most for effect in sought)
+
+
+def test_a_refit_ends_early_beside_one_that_gains_far_more():
+    base = traced("hardening_spring", k3=3e6).tracing.base
+    spring = next(s for s in screen(base) if s.effect == "hardening_spring")
+    whole, short = near(base, spring), near(base, spring, beside=1e9)
+    assert gain_of(base, whole) > gain_of(base, short) + 100
