@@ -3,11 +3,12 @@ where the model without it leaves little, refitted along the paths of that."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from identification._innovations import Estimate, NoiseAware, lean
 from identification._trace_model import FINAL, IDLE, REFIT, RESTED, Model, apart, followed
-from identification._trace_screen import Score, promised
+from identification._trace_screen import Score, promised, strengths
 
 KEPT = 0.5
 """Share of the best gain on chunks below which a candidate is given up, or another end of the same one."""
@@ -46,8 +47,22 @@ def near(model: Model, s: Score, beside: float = 0.0) -> Model | None:
     """A candidate refitted along the paths of the model without it, for as long as it may come to something, beside
     another that gains so much. New paths of a complete model cost hundreds more or less, in which what a weak effect
     gains is lost.
+
+    Where it can it starts from nothing: at the strength that the score promises, paths may already lead elsewhere. If
+    that does not come to what the score says, it starts there, too.
     """
-    found = model.with_effect(s.effect, s.values, steps=RESTED)
+    sizes = strengths(s.effect)
+    neutral = {n: p.neutral for n, p in sizes.items() if p.neutral is not None and p.lower < p.neutral}
+    first = _along(model, s.effect, {**s.values, **neutral}, beside)
+    if not neutral or gain_of(model, first) > s.gain:
+        return first
+    second = _along(model, s.effect, s.values, beside)
+    return first if gain_of(model, first) > gain_of(model, second) else second
+
+
+def _along(model: Model, effect: str, values: Mapping[str, float], beside: float) -> Model | None:
+    """A refit along the paths of the model from some values; None where they have no solution."""
+    found = model.with_effect(effect, values, steps=RESTED)
     if found is None:
         return None
 

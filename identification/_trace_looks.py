@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from identification._trace_base import white
+from identification._trace_base import fit_left, white
 from identification._trace_begun import KEPT, PROSPECT, Begun, begun, gain_of, near
+from identification._trace_judge import COMPLETE
 from identification._trace_model import Model
 from identification._trace_screen import Score
 from identification._trace_twin import CLEAR
@@ -29,8 +30,8 @@ Refits = Mapping[str, Model | None]
 def looked(model: Model, scores: Sequence[Score]) -> list[Begun]:
     """The candidates that are worth a look, as far as it goes."""
     close = [] if model.bench.imposed else [s for s in scores[:NEAR] if s.gain > SEEN]
-    refits, enough = _refits(model, close)
-    shown = _shown(model, scores, refits, enough)
+    refits, all_of_it = _refits(model, close)
+    shown = _shown(model, scores, refits, all_of_it)
     plain = model.sought() if shown else None
     usual = [s.effect for s in scores[:TRIED]]
     found = [begun(model, plain, s, from_here=s.effect in usual or imitated(model, s)) for s in shown]
@@ -43,31 +44,37 @@ def imitated(model: Model, s: Score) -> bool:
     return bool(model.imitations(s.effect))
 
 
-def _refits(model: Model, close: Sequence[Score]) -> tuple[Refits, float]:
-    """Candidates refitted along the paths of the model, and the gain of one that explains all that it leaves, where
-    that is much; 0 without one. Others are then of interest only that explain about as much: what it should not have
-    explained shows in the next round. Those that are imitated well imitate each other, and do not count.
+def _refits(model: Model, close: Sequence[Score]) -> tuple[Refits, Model | None]:
+    """Candidates refitted along the paths of the model, and the one that explains all that it leaves, where that is
+    much. Others are then of interest only that explain about as much: what it should not have explained shows in the
+    next round. Those that are imitated well imitate each other, and do not count.
     """
-    refits, enough = dict[str, Model | None](), 0.0
+    refits, all_of_it = dict[str, Model | None](), None
     for s in close:
-        refits[s.effect] = refit = near(model, s, enough)
-        if refit is not None and gain_of(model, refit) > max(CLEAR, enough) and not imitated(model, s) and white(refit):
-            enough = gain_of(model, refit)
-    return refits, enough
+        most = gain_of(model, all_of_it)
+        refits[s.effect] = refit = near(model, s, most)
+        if refit is None or gain_of(model, refit) < max(CLEAR, most) or imitated(model, s) or not fit_left(refit).white:
+            continue
+        refits[s.effect] = refit = refit if white(refit) else refit.refitted()
+        all_of_it = refit if white(refit) else all_of_it
+    return refits, all_of_it
 
 
-def _shown(model: Model, scores: Sequence[Score], refits: Refits, enough: float) -> list[Score]:
+def _shown(model: Model, scores: Sequence[Score], refits: Refits, all_of_it: Model | None) -> list[Score]:
     """The candidates that are sought on chunks. What can be refitted along the paths of a model that leaves nothing,
     or of one that another explains, is sought only where that gains something, or about as much.
     """
-    if enough:
-        return [s for s in scores if gain_of(model, refits.get(s.effect)) > KEPT * enough]
+    gain = {s.effect: gain_of(model, refits.get(s.effect)) for s in scores}
     promising = [s for i, s in enumerate(scores) if _promises(s, i, scores[0])]
-    if white(model) and not model.bench.imposed:
-        return [s for s in promising if imitated(model, s) or gain_of(model, refits.get(s.effect)) > PROSPECT]
-    if model.estimate.loss > FAR_OFF:
-        return list(scores)
-    return [s for s in scores if s in promising or imitated(model, s)]
+    left = model.bench.imposed or not white(model)
+    if all_of_it is not None:
+        most = gain_of(model, all_of_it)
+        alike = [s for s in promising if max(s.gain, gain[s.effect]) > KEPT * most]  # a refit may have failed
+        little = model.estimate.loss - all_of_it.estimate.loss < COMPLETE - 1  # as much may still be left unseen
+        return [s for s in scores if s in alike or (left and little and imitated(model, s))]
+    if not left:
+        return [s for s in promising if imitated(model, s) or gain[s.effect] > PROSPECT]
+    return [s for s in scores if s in promising or imitated(model, s) or model.estimate.loss > FAR_OFF]
 
 
 def _promises(s: Score, place: int, best: Score) -> bool:
