@@ -55,7 +55,7 @@ def writable(path: Path | None) -> None:
     if not path.parent.is_dir():
         raise BadInput(str(path), f"there is no folder {path.parent}", "create it or give another path")
     if path.is_dir():
-        raise BadInput(str(path), "it is a folder", "give the path of a file")
+        raise BadInput(str(path), "it is a directory", "name one file inside it")
 
 
 def working(what: str) -> AbstractContextManager[object]:

@@ -104,7 +104,7 @@ def test_data_that_teach_nothing_end_with_1_and_the_sentence(console, folder, na
         (["bundled:step", "--area", "-1"], "diaphragm_area_m2"),
         (["bundled:step", "--out", "nowhere/m.json"], "no folder"),
         (["bundled:step", "--report", "nowhere/m.html"], "no folder"),
-        (["bundled:step", "--out", "."], "it is a folder"),
+        (["bundled:step", "--out", "."], "it is a directory"),
         (["bundled:step", "--profile", "lugre.qq"], "--profile lugre.qq"),
         (["bundled:step", "--given", "mass.m=2", "--profile", "mass.m"], "--profile mass.m"),
         (["bundled:step", "--holdout", "nowhere.h5"], "nowhere.h5"),
