@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 from rich.console import Console
 
 from bristle._console import load
 from bristle._tracing import candidate_table
 from identification import Trace, trace
 from identification.report import write_trace_report
-from recordings import NegativeAnswer
+from recordings import NegativeAnswer, Recording
 
 
 def trace_stage(recorded: Sequence[Path], out: Path, console: Console) -> Path:
@@ -19,7 +21,7 @@ def trace_stage(recorded: Sequence[Path], out: Path, console: Console) -> Path:
 
     Raises NegativeAnswer when none is found, or it does not explain the held-out recording better.
     """
-    *fitted, held = load([str(path) for path in recorded])
+    *fitted, held = [_to_the_nanosecond(one) for one in load([str(path) for path in recorded])]
     console.print("Tracing: the model of spring and friction is fitted, and what it leaves is tested for every effect.")
     found = trace(fitted, holdout=[held])
     console.print(candidate_table(found))
@@ -35,6 +37,12 @@ def trace_stage(recorded: Sequence[Path], out: Path, console: Console) -> Path:
     if not after < before:
         raise NegativeAnswer("the traced effect does not explain the held-out recording better")
     return out / "traced.json"
+
+
+def _to_the_nanosecond(recording: Recording) -> Recording:
+    """The recording without the last digits of the machine's clock in its times: every run shall trace the same."""
+    time = replace(recording["time"], values=np.round(recording.time, 9))
+    return replace(recording, signals={**recording.signals, "time": time})
 
 
 def held_out_mm(found: Trace, side: str) -> float:

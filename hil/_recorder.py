@@ -23,11 +23,6 @@ from recordings import BadInput, Event
 MOST_WAITING = 10_000
 """Samples that may wait in memory; then the source has to wait for the disk."""
 
-NANOSECOND = 9
-"""Decimals of recorded times [s]. The clock that they are differences of has counted since the machine was started, and
-what that leaves of its last digits must not make two recordings of the same plant time different.
-"""
-
 
 @dataclass
 class ValveReport:
@@ -70,7 +65,7 @@ class _Lane:
     events: list[LinkEvent] = field(default_factory=list)
 
     def take(self, sample: Sample, origin: float) -> None:
-        moment, report = round(sample.time - origin, NANOSECOND), self.report
+        moment, report = sample.time - origin, self.report
         self.rows.append((moment, *[sample.readings[name].usable for name in self.names]))
         report.bad += not sample.good
         report.first = report.first if report.samples else moment
@@ -78,7 +73,7 @@ class _Lane:
 
     def batch(self, origin: float) -> tuple[list[Row], list[Event]]:
         rows, events, self.rows, self.events = self.rows, self.events, [], []
-        return rows, [Event(round(event.time - origin, NANOSECOND), event.kind, event.text) for event in events]
+        return rows, [Event(event.time - origin, event.kind, event.text) for event in events]
 
 
 class Recorder:

@@ -6,7 +6,6 @@ import asyncio
 import shutil
 import threading
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import h5py
@@ -108,16 +107,6 @@ def recorded(source: Script, to: Path, **settings: object) -> RecorderReport:
         return await within(Recorder(source, RecorderSettings(to, **settings)).run(asyncio.Event()))
 
     return asyncio.run(story())
-
-
-def test_recorded_times_do_not_depend_on_how_long_the_clock_has_run(tmp_path: Path) -> None:
-    times = []
-    for start in (3.3, 54321.7):
-        samples = [replace(sample(k), time=start + 0.02 * k) for k in range(800)]
-        recorded(Script(samples), tmp_path / f"{start}.h5")
-        times.append(read(tmp_path / f"{start}.h5").time)
-    np.testing.assert_array_equal(*times)
-    np.testing.assert_array_equal(times[0], np.round(0.02 * np.arange(800), 9))
 
 
 def test_samples_become_a_recording_with_its_own_clock(tmp_path):
