@@ -70,9 +70,7 @@ class Bench:
 
     def resolving(self, omega: float) -> Bench:
         """The same with nodes close enough for a swing of omega [rad/s], within reason."""
-        return replace(
-            self, fitted=tuple(resolving(self.fitted, omega)), held=tuple(resolving(self.held, omega))
-        )  # fmt: skip
+        return replace(self, fitted=tuple(resolving(self.fitted, omega)), held=tuple(resolving(self.held, omega)))
 
     @property
     def samples(self) -> int:

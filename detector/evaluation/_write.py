@@ -8,7 +8,7 @@ from pathlib import Path
 from detector.evaluation._page import page
 from detector.evaluation._study import Outcome
 from detector.evaluation._tables import Table, tables
-from recordings import BadInput
+from recordings import save_text
 
 
 def write(outcome: Outcome, out: Path, more: Sequence[Table] = ()) -> list[Path]:
@@ -23,8 +23,5 @@ def write(outcome: Outcome, out: Path, more: Sequence[Table] = ()) -> list[Path]
     files = {out / f"{table.name}.csv": table.csv() for table in made}
     files |= {out / "evaluation.md": text, out / "evaluation.html": page(outcome, made)}
     for path, content in files.items():
-        try:
-            path.write_text(content, encoding="utf-8")
-        except OSError as error:
-            raise BadInput(str(path), f"it cannot be written ({error.strerror})", "give a writable folder") from None
+        save_text(path, content)
     return list(files)
