@@ -235,8 +235,7 @@ def _promising(model: Model, seen: Sequence[Begun]) -> dict[str, Begun]:
     """
     kept, fully = (KEPT_IMPOSED, FULLY_IMPOSED) if model.bench.imposed else (KEPT, FULLY)
     sought = [b for b in seen if b.ends][:fully]
-    share = model.bench.samples / model.bench.thinned()[0].samples
-    least = max(kept * sought[0].gain, LIKELY * WORTH / share) if sought else 0.0
+    least = max(kept * sought[0].gain, LIKELY * WORTH * model.bench.in_chunks) if sought else 0.0
     most = max((gain_of(model, b.near) for b in seen), default=0.0)
     nearby = {b.score.effect: replace(b, ends=()) for b in seen if gain_of(model, b.near) > max(WORTH, kept * most)}
     return nearby | {b.score.effect: b for b in sought if b.gain >= least}

@@ -75,8 +75,11 @@ def _along(model: Model, effect: str, values: Mapping[str, float], beside: float
 
 
 def refitted(model: Model, b: Begun) -> Model | None:
-    """The best refit of a candidate to the whole recordings: on chunks a worse end may look better."""
-    refits = [b.near, *(end.carried(model.bench) for end in b.ends)]
+    """The best refit of a candidate to the whole recordings: on chunks a worse end may look better. The one along the
+    paths of the model is enough where it gains what chunks promise for the whole.
+    """
+    enough = gain_of(model, b.near) * model.bench.in_chunks > b.gain
+    refits = [b.near] if enough else [b.near, *(end.carried(model.bench) for end in b.ends)]
     return min((r for r in refits if r is not None), key=lambda r: r.estimate.cost, default=None)
 
 

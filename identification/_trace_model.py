@@ -78,6 +78,11 @@ class Bench:
         return sum(len(scene.t) for scene in self.fitted)
 
     @property
+    def in_chunks(self) -> float:
+        """Share of those nodes that lies in the chunks of a first look."""
+        return self.thinned()[0].samples / self.samples
+
+    @property
     def stroke(self) -> float:
         """Length of the travel [m]."""
         return self.travel[1] - self.travel[0]

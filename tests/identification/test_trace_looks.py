@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from traced_valves import traced
 
-from identification._trace_begun import KEPT, gain_of, near
+from identification._trace_begun import KEPT, Begun, gain_of, near, refitted
 from identification._trace_looks import imitated, looked
 from identification._trace_screen import screen
 
@@ -30,3 +30,12 @@ def test_a_refit_ends_early_beside_one_that_gains_far_more():
     spring = next(s for s in screen(base) if s.effect == "hardening_spring")
     whole, short = near(base, spring), near(base, spring, beside=1e9)
     assert gain_of(base, whole) > gain_of(base, short) + 100
+
+
+def test_what_gains_enough_along_the_models_paths_is_not_refitted_along_others():
+    base = traced("hardening_spring", k3=3e6).tracing.base
+    spring = next(s for s in screen(base) if s.effect == "hardening_spring")
+    elsewhere, short = near(base, spring), near(base, spring, beside=1e9)
+    promised = gain_of(base, short) * base.bench.in_chunks
+    assert refitted(base, Begun(spring, (elsewhere,), 0.9 * promised, near=short)) is short
+    assert gain_of(base, refitted(base, Begun(spring, (elsewhere,), 1.1 * promised, near=short))) > gain_of(base, short)
