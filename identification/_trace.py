@@ -58,8 +58,9 @@ EXPLAINED_IMPOSED = 0.25
 its noise, and no free run amplifies what is left; the rest is reported beside the name."""
 NOTABLE = 0.05
 """Share of what is left there that an effect has to explain, fitted and held out, to be added."""
-ALIKE = 0.03
-"""Candidates whose held-out gains differ by less than this share, or insignificantly, are one class."""
+ALIKE = 0.05
+"""Candidates whose gains differ by less than this share, or insignificantly, are one class: what a valve has is never
+quite of the form that a candidate has, which costs as much."""
 NO_SOLUTION = "the refit has no solution"
 INSIGNIFICANT = 2.0
 """Student's t below which two candidates explain held-out data alike."""
@@ -134,7 +135,7 @@ def select(
     _check(experiments, held)
     base = first_model(experiments, others, held)
     base, model, added, rounds = _selected(base)
-    first, alike = rounds[0], same_class(rounds[0]) if added else ()
+    first, alike = _alone(rounds[0], added[0]) if len(added) == 1 else (rounds[0], ())
     if len(added) > 1:
         beside, earlier = {r[0].effect: [c for c in r[1:] if c.refit is not None] for r in rounds}, added
         model, added, alike = exchanged(model, added, beside, WORTH)
@@ -289,14 +290,24 @@ def _simplest_first(ranked: list[Candidate]) -> list[Candidate]:
     return [first, *others]
 
 
+def _alone(candidates: Sequence[Candidate], effect: str) -> tuple[tuple[Candidate, ...], tuple[str, ...]]:
+    """The candidates of the first round where one effect is left, and what cannot be told from it. It may have been
+    found beside the one that was taken first, which is then not needed.
+    """
+    first = candidates[0].effect
+    alike = (first, *same_class(candidates))
+    others = tuple(e for e in alike if e != effect) if effect in alike else ()
+    return _after_exchange(candidates, (first,), (effect,)), others
+
+
 def _after_exchange(
     candidates: Sequence[Candidate], earlier: tuple[str, ...], added: tuple[str, ...]
 ) -> tuple[Candidate, ...]:
-    """The candidates of the first round as the exchange of effects left them, those that were taken first."""
+    """The candidates of the first round as later ones left them, those that were taken first."""
     left = [
-        replace(c, accepted=False, why="another does as well or better beside the other effects")
+        replace(c, accepted=False, why="another does as well or better in the end")
         if c.accepted and c.effect not in added
-        else replace(c, accepted=True, why="does best beside the other effects")
+        else replace(c, accepted=True, why="does best in the end")
         if c.effect in added and c.effect not in earlier
         else c
         for c in candidates

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
 
 import pytest
+from traced_valves import traced
 
+from identification._trace import _alone
 from identification._trace_exchange import exchanged
 
 
@@ -49,3 +51,15 @@ def test_the_simplest_of_those_that_explain_alike_stays(cost, added, alike):
     assert names == added
     assert same == alike
     assert model is (spring if "hardening_spring" in added else bump)
+
+
+def test_an_effect_found_beside_the_first_one_stands_first_where_it_alone_is_left():
+    first = traced("hardening_spring", k3=3e6).tracing.candidates[0]
+    alike = replace(first, effect="flow_force", accepted=False)
+    worse = replace(first, effect="quadratic_drag", accepted=False, gain=0.5 * first.gain)
+    assert _alone((first, alike, worse), first.effect) == ((first, alike, worse), ("flow_force",))
+    candidates, others = _alone((first, alike, worse), "flow_force")
+    assert ([c.effect for c in candidates if c.accepted], candidates[0].effect) == (["flow_force"], "flow_force")
+    assert others == ("hardening_spring",)
+    candidates, others = _alone((first, alike, worse), "quadratic_drag")
+    assert (candidates[0].effect, others) == ("quadratic_drag", ())
