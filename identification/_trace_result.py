@@ -16,6 +16,7 @@ from identification._experiment import Experiment, imposed
 from identification._result import Identification, error_of
 from identification._second_opinion import SecondOpinion, second_opinion
 from identification._trace import Candidate, Tracing, select
+from identification._trace_judge import COMPLETE
 from identification._trace_left import Remainder, remainder
 from identification._trace_model import Model
 from identification._trace_runs import holdout_rmse, identification_of, position_error
@@ -116,6 +117,7 @@ class Trace:
             out.append("Something is missing, and the recordings that were fitted do not show what.")
         elif t.verdict == "unlisted":
             out.append("Something is missing, and it is none of the effects known here.")
+            out += self._nearest()
         for effect in t.added:
             out.append(f"The model lacked {effect}: {CATALOGUE[effect].sentence}. Check {CATALOGUE[effect].check}.")
         if t.same_class:
@@ -129,6 +131,17 @@ class Trace:
                 f"{100 * self.closed:.0f} % of the held-out gap between the error and the noise floor is closed."
             )
         return out
+
+    def _nearest(self) -> list[str]:
+        """What comes nearest where no name is given, in words; empty where nothing explains held-out data."""
+        before = self.tracing.before.loss - COMPLETE
+        accepted = [(c.effect, c.refit.held) for c in self.tracing.candidates if c.accepted and c.refit is not None]
+        return [
+            f"{effect} comes nearest ({CATALOGUE[effect].sentence}): it explains "
+            f"{100 * (1 - max(held.loss - COMPLETE, 0.0) / before):.0f} % of what the held-out recordings hold beside "
+            "the model, and too much is left with it for a name."
+            for effect, held in accepted[:1] if held is not None and 0 < before > held.loss - COMPLETE
+        ]  # fmt: skip
 
 
 def trace(

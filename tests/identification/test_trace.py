@@ -39,6 +39,17 @@ def test_what_only_held_out_recordings_show_is_said_so():
     assert said[0] == "Something is missing, and the recordings that were fitted do not show what."
 
 
+def test_where_no_name_is_given_the_answer_says_what_comes_nearest():
+    found = traced("hardening_spring", k3=3e6)
+    said = replace(found, tracing=replace(found.tracing, verdict="unlisted", added=(), same_class=())).sentences()
+    assert said[0] == "Something is missing, and it is none of the effects known here."
+    assert said[1].startswith("hardening_spring comes nearest (the spring stiffens along the stroke")
+    assert "too much is left" in said[1]
+    complete = traced(None)
+    nothing = replace(complete, tracing=replace(complete.tracing, verdict="unlisted")).sentences()
+    assert not any("comes nearest" in line for line in nothing)
+
+
 def test_recordings_of_an_exact_force_lack_nothing(capsys: pytest.CaptureFixture[str]):
     assert run(["trace", "bundled:step", "bundled:sine", "--holdout", "bundled:mixed"]) == 0
     assert "verdict: none" in capsys.readouterr().out
