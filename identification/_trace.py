@@ -135,11 +135,13 @@ def select(
     _check(experiments, held)
     base = first_model(experiments, others, held)
     base, model, added, rounds = _selected(base)
-    first, alike = _alone(rounds[0], added[0]) if len(added) == 1 else (rounds[0], ())
-    if len(added) > 1:
+    first, alike = rounds[0], tuple[str, ...]()
+    if len(added) == 1:
+        first, alike = _alone(first, added[0])
+    elif added:
         beside, earlier = {r[0].effect: [c for c in r[1:] if c.refit is not None] for r in rounds}, added
         model, added, alike = exchanged(model, added, beside, WORTH)
-        first = _after_exchange(first, earlier, added)
+        first = _in_the_end(first, earlier, added)
     verdict, added, model = _verdict(base, model, added)
     return Tracing(
         base, model, first, added, alike if added else (), verdict, held_left(base), held_left(model)
@@ -297,10 +299,10 @@ def _alone(candidates: Sequence[Candidate], effect: str) -> tuple[tuple[Candidat
     first = candidates[0].effect
     alike = (first, *same_class(candidates))
     others = tuple(e for e in alike if e != effect) if effect in alike else ()
-    return _after_exchange(candidates, (first,), (effect,)), others
+    return _in_the_end(candidates, (first,), (effect,)), others
 
 
-def _after_exchange(
+def _in_the_end(
     candidates: Sequence[Candidate], earlier: tuple[str, ...], added: tuple[str, ...]
 ) -> tuple[Candidate, ...]:
     """The candidates of the first round as later ones left them, those that were taken first."""

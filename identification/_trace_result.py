@@ -134,14 +134,20 @@ class Trace:
 
     def _nearest(self) -> list[str]:
         """What comes nearest where no name is given, in words; empty where nothing explains held-out data."""
-        before = self.tracing.before.loss - COMPLETE
-        accepted = [(c.effect, c.refit.held) for c in self.tracing.candidates if c.accepted and c.refit is not None]
+        t = self.tracing
+        accepted = (
+            (c.effect, c.refit.held.loss)
+            for c in t.candidates if c.accepted and c.refit is not None and c.refit.held is not None
+        )  # fmt: skip
+        effect, loss = next(accepted, ("", np.inf))
+        missing = t.before.loss - COMPLETE
+        if missing <= 0 or loss >= t.before.loss:
+            return []
+        share = 1 - max(loss - COMPLETE, 0.0) / missing
         return [
-            f"{effect} comes nearest ({CATALOGUE[effect].sentence}): it explains "
-            f"{100 * (1 - max(held.loss - COMPLETE, 0.0) / before):.0f} % of what the held-out recordings hold beside "
-            "the model, and too much is left with it for a name."
-            for effect, held in accepted[:1] if held is not None and 0 < before > held.loss - COMPLETE
-        ]  # fmt: skip
+            f"{effect} comes nearest ({CATALOGUE[effect].sentence}): it explains {100 * share:.0f} % of what the "
+            "held-out recordings hold beside the model, and too much is left with it for a name."
+        ]
 
 
 def trace(
