@@ -10,8 +10,15 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from identification._innovations import NoiseAware
-from identification._linearised import Linearised, Looseness, Scene, _filtered, _first_variances, _Model
+from identification.estimators.noise_aware.estimator import NoiseAware
+from identification.estimators.noise_aware.linearised_model import (
+    Linearised,
+    Looseness,
+    Scene,
+    _filtered,
+    _first_variances,
+    _Model,
+)
 
 Array = NDArray[np.float64]
 

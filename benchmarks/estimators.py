@@ -19,11 +19,11 @@ from numpy.typing import NDArray
 from benchmarks._innovation_form import InnovationForm
 from benchmarks._machine import machine
 from identification import Estimator, Experiment, Fit, experiment, fit, uncertainty
-from identification._coordinates import Coordinates
-from identification._innovations import STRICT, NoiseAware, resolving, scenes
-from identification._linearised import Linearised
-from identification._noise_aware import fit_noise_aware
-from identification._uncertain_force import first_values, quickest, with_smooth_force
+from identification.estimators.coordinates import Coordinates
+from identification.estimators.noise_aware.estimator import STRICT, NoiseAware, resolving, scenes
+from identification.estimators.noise_aware.force_noise import first_values, quickest, with_smooth_force
+from identification.estimators.noise_aware.linearised_model import Linearised
+from identification.estimators.noise_aware.search import fit_noise_aware
 from simulator import BASE, Excitation, Sensors, kernel, random_valve, simulate
 
 Array = NDArray[np.float64]

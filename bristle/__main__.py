@@ -1,5 +1,6 @@
 """`python -m bristle` is the console script `bristle`."""
 
-from bristle import main
+from bristle.cli import main
 
-main()
+if __name__ == "__main__":
+    main()

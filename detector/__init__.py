@@ -3,18 +3,18 @@
 `learn` makes from fault-free data the detector to use, a `Watch`; the `Observer` is the method as published.
 """
 
-from detector._approximators import Approximator, HighOrder, RadialBasis, ShiftedSigmoids, regressors
-from detector._calibration import Calibration, calibrate
-from detector._decision import Rule
-from detector._false_alarms import Blocks, FalseAlarms, strokes_of
-from detector._fleet import Fleet, FleetDecisions
-from detector._learning import described, learn
-from detector._measurements import USED, Measurements, Row
-from detector._observer import Bounds, Observer, Start
-from detector._sample import Quality, Sample, Samples, Screening, Verdict
-from detector._state import Decision, Decisions, State
-from detector._velocity import HighPass, Kalman, Measured, Motion, SteadyKalman, Velocity
-from detector._watch import KINDS, Judgement, Watch, WatchState
+from detector.alarms.rates import Blocks, FalseAlarms, strokes_of
+from detector.observer.approximators import Approximator, HighOrder, RadialBasis, ShiftedSigmoids, regressors
+from detector.observer.calibration import Calibration, calibrate
+from detector.observer.decision import Rule
+from detector.observer.fleet import Fleet, FleetDecisions
+from detector.observer.observer import Bounds, Observer, Start
+from detector.observer.sample import Quality, Sample, Samples, Screening, Verdict
+from detector.observer.state import Decision, Decisions, State
+from detector.observer.velocity import HighPass, Kalman, Measured, Motion, SteadyKalman, Velocity
+from detector.watch.learning import described, learn
+from detector.watch.measurements import USED, Measurements, Row
+from detector.watch.watch import KINDS, Judgement, Watch, WatchState
 
 __all__ = [
     "KINDS",

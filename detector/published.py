@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from math import sqrt
 
-from detector._decision import Rule
-from detector._observer import Observer, Start
-from detector._velocity import HighPass
+from detector.observer.decision import Rule
+from detector.observer.observer import Observer, Start
+from detector.observer.velocity import HighPass
 
 
 def section_4_4(k2: float = 200.0) -> Observer:

@@ -16,7 +16,7 @@ from typing import Literal
 
 import numpy as np
 
-from detector._native import Array
+from detector.arithmetic.native import Array
 from recordings import BadInput
 
 Form = Literal["corrected", "printed"]

@@ -1,15 +1,15 @@
 """What does a recording teach us? Fit, uncertainty, cross-check and report."""
 
-from identification._crosscheck import Crosscheck, Row, crosscheck
-from identification._experiment import Experiment, Segment, experiment
-from identification._fit import Estimator, Fit, Outcome, fit
-from identification._identify import identify
-from identification._noise import noise_std
-from identification._profile import Profile, profile
-from identification._result import Identification, Trajectory
-from identification._trace import Candidate
-from identification._trace_result import Trace, trace
-from identification._uncertainty import Uncertainty, uncertainty
+from identification.data.experiment import Experiment, Segment, experiment
+from identification.data.noise import noise_std
+from identification.estimators.fit import Estimator, Fit, Outcome, fit
+from identification.procedure import identify
+from identification.result import Identification, Trajectory
+from identification.sparse_regression import Crosscheck, Row, crosscheck
+from identification.tracing.algorithm import Candidate
+from identification.tracing.result import Trace, trace
+from identification.uncertainty.covariance import Uncertainty, uncertainty
+from identification.uncertainty.profile import Profile, profile
 
 __all__ = [
     "Candidate",

@@ -4,23 +4,23 @@
 >>> read("nowhere.h5")
 Traceback (most recent call last):
     ...
-recordings._errors.BadInput: nowhere.h5: there is no such file; check the path
+recordings.errors.BadInput: nowhere.h5: there is no such file; check the path
 """
 
-from recordings._describe import describe
-from recordings._errors import BadInput, NegativeAnswer
-from recordings._files import save_text
-from recordings._header import Header, Source
-from recordings._live import RecordingWriter
-from recordings._picture import picture
-from recordings._plant import Event, Plant
-from recordings._reader import RecordingFile, open_recording, read, validate
-from recordings._recording import Recording
-from recordings._recover import Recovery, recover
-from recordings._signal import UNDERSTOOD, Array, Role, Signal, SignalSpec
-from recordings._units import UNITS, Unit, convert, find_unit, unit
-from recordings._writer import read_truth, write
+from recordings.description import describe
+from recordings.errors import BadInput, NegativeAnswer
+from recordings.files import save_text
+from recordings.hdf5.header import Header, Source
+from recordings.hdf5.live import RecordingWriter
+from recordings.hdf5.reader import RecordingFile, open_recording, read, validate
+from recordings.hdf5.recover import Recovery, recover
+from recordings.hdf5.writer import read_truth, write
 from recordings.library import bundled, bundled_names, bundled_path
+from recordings.plant import Event, Plant
+from recordings.plots import picture
+from recordings.recording import Recording
+from recordings.signal import UNDERSTOOD, Array, Role, Signal, SignalSpec
+from recordings.units import UNITS, Unit, convert, find_unit, unit
 
 __all__ = [
     "UNDERSTOOD",

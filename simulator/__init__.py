@@ -1,15 +1,15 @@
 """What is the plant? Effects, the compiled physics, excitations and simulated recordings."""
 
-from simulator._cache import artefact, machine
-from simulator._effect import Catalogue, Effect, Memory, Parameter, Quantities, Site
-from simulator._excitation import Excitation
-from simulator._kernel import Causality, Kernel, kernel, shows_imposed
-from simulator._native import native_module
-from simulator._relaxation import Lag, Relaxation
-from simulator._scan import Recurrence, Scan, Scanner
-from simulator._simulate import Sensors, random_valve, simulate
-from simulator._valve import FittedTo, Status, Value, ValveModel
+from simulator.compile.cache import artefact, machine
+from simulator.compile.kernel import Causality, Kernel, kernel, shows_imposed
+from simulator.compile.native import native_module
+from simulator.compile.scan import Recurrence, Scan, Scanner
+from simulator.effect import Catalogue, Effect, Memory, Parameter, Quantities, Site
 from simulator.effects import BASE, CATALOGUE
+from simulator.excitation import Excitation
+from simulator.relaxation import Lag, Relaxation
+from simulator.simulation import Sensors, random_valve, simulate
+from simulator.valve import FittedTo, Status, Value, ValveModel
 
 __all__ = [
     "BASE",

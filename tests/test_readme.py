@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bristle._app import run
+from bristle.cli.app import run
 from recordings import bundled
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -21,7 +21,6 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import h5py
-import numpy as np
 
 SEEDS = (11, 12, 13, 14, 15)
 """Seeds of the noisy sets; each is a valve, an excitation and noise of its own."""
@@ -92,7 +91,9 @@ def watched(bristle: Bristle) -> None:
     """A detector that learns on a recording and then sees another, of which it knows the fault."""
     given = ("--excite", "positioner:60", "--rate", "100", "--seed", "7", *NOISE)
     bristle("healthy-simulate", "simulate", "--to", "healthy.h5", *given)
-    bristle("worn-simulate", "simulate", "--to", "worn.h5", *given, "--given", "lugre.fc=140", "--given", "lugre.fs=160")
+    bristle(
+        "worn-simulate", "simulate", "--to", "worn.h5", *given, "--given", "lugre.fc=140", "--given", "lugre.fs=160"
+    )
     bristle("watched-fit", "fit", "healthy.h5", "--out", "watched-model.json")
     known = ("--model", "watched-model.json", "--calibrate", "healthy.h5")
     bristle("replay", "replay", "worn.h5", *known, "--events", "events.jsonl")

@@ -1,19 +1,19 @@
 """All detectors on the benchmark's scenarios, at one rate of false alarms; which fault it is; what nobody can see."""
 
-from detector.evaluation._alarm import Levels, alarms, calibrate, largest
-from detector.evaluation._detectors import DETECTORS, Detector, Seen
-from detector.evaluation._diagnosis import Diagnosis, learn_diagnosis, portrait
-from detector.evaluation._examples import Example, examples
-from detector.evaluation._indices import Indices, Zone, chance, indices, misisolation
-from detector.evaluation._plan import BENCHMARK, MAIN, SMOKE, VARIANTS, Plan, smoke
-from detector.evaluation._plant import RATES, SIGNALS, Setting, elsewhere, healthy, simulate, with_fault
-from detector.evaluation._plant_hour import count_alarms, plant_hour
-from detector.evaluation._structure import groups as structural_groups
-from detector.evaluation._structure import signatures as structural_signatures
-from detector.evaluation._study import Outcome, evaluate
-from detector.evaluation._symptoms import Symptoms, learn_symptoms
-from detector.evaluation._tables import Table, detected, isolation_words, plant_table, right, tables
-from detector.evaluation._write import write
+from detector.alarms.levels import Levels, alarms, calibrate, largest
+from detector.evaluation.benchmark.fault_examples import Example, examples
+from detector.evaluation.benchmark.measured_hour import count_alarms, plant_hour
+from detector.evaluation.benchmark.runs import RATES, SIGNALS, Setting, elsewhere, healthy, simulate, with_fault
+from detector.evaluation.detectors import DETECTORS, Detector, Seen
+from detector.evaluation.isolation.diagnosis import Diagnosis, learn_diagnosis, portrait
+from detector.evaluation.isolation.structure import groups as structural_groups
+from detector.evaluation.isolation.structure import signatures as structural_signatures
+from detector.evaluation.isolation.symptoms import Symptoms, learn_symptoms
+from detector.evaluation.performance import Indices, Zone, chance, indices, misisolation
+from detector.evaluation.plan import BENCHMARK, MAIN, SMOKE, VARIANTS, Plan, smoke
+from detector.evaluation.results.files import write
+from detector.evaluation.results.rows import Table, detected, isolation_words, plant_table, right, tables
+from detector.evaluation.study import Outcome, evaluate
 
 __all__ = [
     "BENCHMARK",

@@ -7,7 +7,7 @@
 [0.0]
 """
 
-from detector.generators._contract import Generator, Reading
+from detector.generators.contract import Generator, Reading
 from detector.generators.estimation import Estimation, learn_estimation
 from detector.generators.fault_tree import FaultTree, Rule, explain
 from detector.generators.flow import Flow, learn_flow

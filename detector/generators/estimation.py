@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from detector._native import native
-from detector.generators._contract import Array, Generator
+from detector.arithmetic.native import native
+from detector.generators.contract import Array, Generator
 from recordings import BadInput
 
 

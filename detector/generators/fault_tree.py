@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from detector.generators._contract import Array, Generator
+from detector.generators.contract import Array, Generator
 from recordings import BadInput
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from detector.generators._contract import Array, Generator
+from detector.generators.contract import Array, Generator
 from recordings import BadInput
 
 _FLAT = 1e-6

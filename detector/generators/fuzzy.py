@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from detector.generators._contract import Array, Generator
+from detector.generators.contract import Array, Generator
 from recordings import BadInput
 
 Term = Literal["negative", "normal", "positive", "off"]

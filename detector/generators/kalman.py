@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from detector._native import native
-from detector.generators._contract import Array, Generator, windows, with_past
+from detector.arithmetic.native import native
+from detector.generators.contract import Array, Generator, windows, with_past
 from detector.generators.plant import LinearPlant
 from recordings import BadInput
 

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from detector._native import native
-from detector.generators._contract import Array, Generator
+from detector.arithmetic.native import native
+from detector.generators.contract import Array, Generator
 from detector.generators.parity import null_rows
 from detector.generators.plant import LinearPlant
 from recordings import BadInput

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from detector.generators._contract import Array, Generator, windows, with_past
+from detector.generators.contract import Array, Generator, windows, with_past
 from recordings import BadInput
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from detector.generators._contract import Array
+from detector.generators.contract import Array
 from recordings import BadInput
 
 _NONE: Array = np.zeros((0, 0))

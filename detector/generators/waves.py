@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from detector._native import native
-from detector.generators._contract import Array
+from detector.arithmetic.native import native
+from detector.generators.contract import Array
 from recordings import BadInput
 
 PARTS = 10

@@ -20,22 +20,22 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from recordings._errors import BadInput
-from recordings._files import writing
-from recordings._hdf5 import being_written, check_vacant, journal_path
-from recordings._header import RESERVED
-from recordings._reader import read
-from recordings._recover import Recovery, recover
-from recordings._writer import write
-from recordings.importers._assemble import Imported, assemble, text_columns
-from recordings.importers._clock import first_date
-from recordings.importers._csv import read_text
-from recordings.importers._kind import kind_of
-from recordings.importers._mapping import ImportMapping, load_mapping, mapping_names, mapping_of, with_changes
-from recordings.importers._mat import read_mat, read_mat73
-from recordings.importers._options import clock_of, plant_of, signals_of
-from recordings.importers._parquet import read_parquet
-from recordings.importers._table import Table
+from recordings.errors import BadInput
+from recordings.files import writing
+from recordings.hdf5.header import RESERVED
+from recordings.hdf5.items import being_written, check_vacant, journal_path
+from recordings.hdf5.reader import read
+from recordings.hdf5.recover import Recovery, recover
+from recordings.hdf5.writer import write
+from recordings.importers.assemble import Imported, assemble, text_columns
+from recordings.importers.clock import first_date
+from recordings.importers.kind import kind_of
+from recordings.importers.mapping import ImportMapping, load_mapping, mapping_names, mapping_of, with_changes
+from recordings.importers.matlab import read_mat, read_mat73
+from recordings.importers.options import clock_of, plant_of, signals_of
+from recordings.importers.parquet import read_parquet
+from recordings.importers.table import Table
+from recordings.importers.text import read_text
 
 __all__ = [
     "ImportMapping",

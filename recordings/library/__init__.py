@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from recordings._errors import BadInput
-from recordings._reader import read
-from recordings._recording import Recording
+from recordings.errors import BadInput
+from recordings.hdf5.reader import read
+from recordings.recording import Recording
 
 _FOLDER = Path(__file__).parent
 

@@ -4,9 +4,9 @@ After the source document, section 2.2. They serve studies and tests; what a ker
 `backlash`.
 """
 
-from simulator.backlash._backlash import Backlash
-from simulator.backlash._inverse import BacklashInverse
-from simulator.backlash._play import GeneralisedPlay
-from simulator.backlash._smooth import SmoothBacklash
+from simulator.backlash.inverse import BacklashInverse
+from simulator.backlash.lines import Backlash
+from simulator.backlash.play import GeneralisedPlay
+from simulator.backlash.smooth import SmoothBacklash
 
 __all__ = ["Backlash", "BacklashInverse", "GeneralisedPlay", "SmoothBacklash"]

@@ -8,17 +8,17 @@
 (11, True)
 """
 
-from simulator.damadics._actuator import COLUMN, FORMS, Actuator, Form, State
-from simulator.damadics._inputs import INPUTS
-from simulator.damadics._outputs import SIGNALS
-from simulator.damadics._parameters import STEP, Parameters
-from simulator.damadics._record import HIDDEN, Truth
-from simulator.damadics._run import run, run_scenario
-from simulator.damadics._transmitters import SPANS, measured
+from simulator.damadics.actuator.inputs import INPUTS
+from simulator.damadics.actuator.machine import COLUMN, FORMS, Actuator, Form, State
+from simulator.damadics.actuator.outputs import SIGNALS
+from simulator.damadics.actuator.parameters import STEP, Parameters
 from simulator.damadics.faults import FAULTS, LEVELS, Fault, FaultKind, limited, strengths
 from simulator.damadics.noise import CHANNELS, Noise
+from simulator.damadics.records import HIDDEN, Truth
+from simulator.damadics.runs import run, run_scenario
 from simulator.damadics.scenarios import SCENARIOS, Scenario, scenario
 from simulator.damadics.stimuli import Stimulus
+from simulator.damadics.transmitters import SPANS, measured
 
 __all__ = [
     "CHANNELS",

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from recordings import BadInput
-from simulator.damadics._parameters import STEP
+from simulator.damadics.actuator.parameters import STEP
 
 Array = NDArray[np.float64]
 

@@ -5,9 +5,9 @@ fits are the effects `actuator_hysteresis` and `nonlocal_presliding`, in which a
 their place.
 """
 
-from simulator.hysteresis._leuven import LeuvenStack
-from simulator.hysteresis._maxwell_slip import MaxwellSlip
-from simulator.hysteresis._preisach import Preisach
-from simulator.hysteresis._quadrilateral import Quadrilateral, QuadrilateralInverse
+from simulator.hysteresis.leuven import LeuvenStack
+from simulator.hysteresis.maxwell_slip import MaxwellSlip
+from simulator.hysteresis.preisach import Preisach
+from simulator.hysteresis.quadrilateral import Quadrilateral, QuadrilateralInverse
 
 __all__ = ["LeuvenStack", "MaxwellSlip", "Preisach", "Quadrilateral", "QuadrilateralInverse"]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from bristle._app import run
+from bristle.cli.app import run
 
 
 @dataclass(frozen=True)

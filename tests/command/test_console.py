@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from bristle._app import COMMANDS
+from bristle.cli.app import COMMANDS
 from recordings import BadInput, NegativeAnswer
 
 HOUSE = Path(__file__).resolve().parents[2]

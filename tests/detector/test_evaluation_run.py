@@ -14,8 +14,8 @@ from dataclasses import replace
 
 import pytest
 
-from bristle._app import run
-from bristle._evaluating import plan_of
+from bristle.cli.app import run
+from bristle.cli.evaluating import plan_of
 from detector.evaluation import BENCHMARK, detected, evaluate, smoke, tables, write
 from simulator.damadics import scenario
 
@@ -119,7 +119,7 @@ def test_tables_are_rectangular(small):
 
 
 def test_published_row_is_31_of_44():
-    from detector.evaluation._published import R2
+    from detector.evaluation.benchmark.published import R2
 
     assert len(R2) == len(BENCHMARK)
     assert sum(said == "yes" for said in R2.values()) == 31

@@ -9,8 +9,8 @@ import pytest
 from watched_valve import MODEL, seen
 
 from detector import Measurements, learn
-from detector._innovation import DIRECTIONS, SUBSTEP
-from detector._model_learning import innovations, prepared, trimmed
+from detector.watch.innovation import DIRECTIONS, SUBSTEP
+from detector.watch.model_learning import innovations, prepared, trimmed
 from simulator import BASE, CATALOGUE, Value, ValveModel, kernel
 
 EXTRA = [effect for effect in CATALOGUE.effects if effect.id not in BASE]

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from hil import Send
-from hil._checks import crc16
+from hil.modbus.messages import crc16
 
 Result = TypeVar("Result")
 

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bristle._demo_valve import controller, moving
+from bristle.cli.demo.valve import controller, moving
 from hil import LiveSource, Polling, RegisterMap, Sample, open_source, valves_of
 from recordings import Signal, write
 from simulator import Value, ValveModel

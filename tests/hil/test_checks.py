@@ -7,8 +7,7 @@ from random import Random
 
 import pytest
 
-from hil._checks import Fault, Reply, Request, check_pdu, crc16
-from hil._link_frames import (
+from hil.modbus.framing import (
     Frame,
     check_rtu,
     check_tcp,
@@ -18,6 +17,7 @@ from hil._link_frames import (
     tcp_frame,
     transactions,
 )
+from hil.modbus.messages import Fault, Reply, Request, check_pdu, crc16
 
 READ = Request(unit=1, function=3, address=0x10, count=2)
 BITS = Request(unit=1, function=2, address=0, count=10)

@@ -11,10 +11,10 @@ import pytest
 from link_peers import TcpPeer, within
 
 from hil import BackOff, LinkState, parse_address
-from hil._checks import Fault, Request
-from hil._link import DEAF_AFTER_S, OPEN_WITHIN_S, Link
-from hil._link_state import REOPEN, REST, TRANSITIONS, Input, Phase
-from hil._link_tcp import TcpWire
+from hil.client.link import DEAF_AFTER_S, OPEN_WITHIN_S, Link
+from hil.client.state import REOPEN, REST, TRANSITIONS, Input, Phase
+from hil.client.tcp import TcpWire
+from hil.modbus.messages import Fault, Request
 
 READ = Request(unit=1, function=3, address=0, count=2)
 

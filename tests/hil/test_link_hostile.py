@@ -19,9 +19,9 @@ from pymodbus import ModbusException
 from pymodbus.client import AsyncModbusSerialClient, AsyncModbusTcpClient
 
 from hil import FaultInjector, FaultSchedule, Send, parse_address
-from hil._checks import Fault, Reply, Request
-from hil._link import Link
-from hil._link_rtu import RtuWire
+from hil.client.link import Link
+from hil.client.rtu import RtuWire
+from hil.modbus.messages import Fault, Reply, Request
 
 
 class Pace(NamedTuple):

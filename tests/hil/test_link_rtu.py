@@ -15,10 +15,10 @@ import pytest
 from link_peers import Device, MemoryLine, PtyPeer, in_virtual_time, within
 
 from hil import Send, parse_address
-from hil._checks import Fault, Reply, Request, crc16
-from hil._link import Link
-from hil._link_rtu import RtuWire
-from hil._link_state import Input
+from hil.client.link import Link
+from hil.client.rtu import RtuWire
+from hil.client.state import Input
+from hil.modbus.messages import Fault, Reply, Request, crc16
 from recordings import BadInput
 
 TIMEOUT, QUIET, TRAVEL = 0.05, 0.1, 0.002

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bristle._app import run
+from bristle.cli.app import run
 from detector import Watch, learn
 from hil import LinkEvent, Monitor, MonitorEvent, Reading, Sample, load_state, open_source, save_state
 from recordings import BadInput, Recording, Signal, SignalSpec, read, write

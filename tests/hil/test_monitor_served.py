@@ -8,7 +8,7 @@ import signal
 
 from monitor_rig import MonitorProcess, moved, passed, serve
 
-from bristle._app import run
+from bristle.cli.app import run
 from hil import make_test_authority
 
 

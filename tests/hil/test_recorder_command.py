@@ -19,9 +19,9 @@ from link_peers import PtyPeer, TcpPeer, within
 from link_rig import Rig
 
 import hil
-from bristle._app import run
+from bristle.cli.app import run
 from hil import make_test_authority
-from hil._link_frames import split_frames
+from hil.modbus.framing import split_frames
 from recordings import read, recover
 
 MAP_TEXT = """
@@ -132,8 +132,8 @@ def test_a_signal_ends_it_cleanly_and_everything_acknowledged_is_there(tmp_path,
 
 LAUNCHER = """
 import json, os, signal, sys
-import hil, bristle.commands.record
-from bristle._app import run
+import hil, bristle.cli.commands.record
+from bristle.cli.app import run
 signal.signal(signal.SIGCHLD, signal.SIG_IGN)
 for line in sys.stdin:
     output, arguments = json.loads(line)

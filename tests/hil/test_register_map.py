@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bristle._app import run
+from bristle.cli.app import run
 from hil import Point, RegisterMap, Ring, WriteMap, decode, describe_register_map, encode
 from recordings import BadInput
 

@@ -11,7 +11,7 @@ import sys
 import pytest
 from served_ramp import port_of
 
-from bristle._app import run
+from bristle.cli.app import run
 from hil import Polling, RegisterMap, Sample, Valve, open_source
 
 COMMAND = [sys.executable, "-m", "bristle", "serve"]

@@ -7,7 +7,7 @@ from random import Random
 import pytest
 
 from hil import Point, ReadBlock, decode
-from hil._source_decoder import BlockDecoder
+from hil.source.decoder import BlockDecoder
 
 
 @pytest.mark.parametrize("kind", ["int16", "uint16", "int32", "uint32", "float32", "float64"])

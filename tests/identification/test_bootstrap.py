@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from seeded_valves import recorded
 
-from bristle._app import run
+from bristle.cli.app import run
 from identification import Identification, identify
 from recordings import BadInput
 

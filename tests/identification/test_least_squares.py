@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from identification._least_squares import Descent, Normal, descend, weighted
+from identification.estimators.least_squares import Descent, Normal, descend, weighted
 
 MISRA1A = (
     [77.6, 114.9, 141.1, 190.8, 239.9, 289.0, 332.8, 378.4, 434.8, 477.3, 536.8, 593.1, 689.1, 760.0],

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from seeded_valves import changed, recorded
 
 from identification import Fit, Outcome, experiment, fit, identify, uncertainty
-from identification._force import estimate_force, loops
-from identification._innovations import scenes
-from identification._linearised import Scene, first_path
-from identification._loops import RUNAWAY
+from identification.data.force import estimate_force, loops
+from identification.estimators.noise_aware.estimator import scenes
+from identification.estimators.noise_aware.linearised_model import Scene, first_path
+from identification.estimators.noise_aware.recursions import RUNAWAY
 from recordings import BadInput, Recording
 from simulator import BASE, Excitation, Sensors, kernel, random_valve, simulate
 

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from traced_valves import recorded, traced
 
-from bristle._app import run
+from bristle.cli.app import run
 from identification import trace
-from identification._experiment import experiment
-from identification._trace_base import split
-from identification._trace_judge import Whiteness
-from identification._trace_left import remainder
+from identification.data.experiment import experiment
+from identification.tracing.base import split
+from identification.tracing.judge import Whiteness
+from identification.tracing.residual import remainder
 from recordings import Recording, Signal, write
 from simulator import BASE, CATALOGUE, ValveModel
 

@@ -9,8 +9,8 @@ from types import SimpleNamespace
 import pytest
 from traced_valves import traced
 
-from identification._trace import _alone
-from identification._trace_exchange import exchanged
+from identification.tracing.algorithm import _alone
+from identification.tracing.swap import exchanged
 
 
 @dataclass

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from traced_valves import traced
 
-from identification._trace_begun import KEPT, Begun, gain_of, near, refitted
-from identification._trace_looks import imitated, looked
-from identification._trace_screen import screen
+from identification.tracing.refine import KEPT, Begun, gain_of, near, refitted
+from identification.tracing.screen import screen
+from identification.tracing.shortlist import imitated, looked
 
 
 def test_where_nothing_is_left_and_nothing_gains_none_is_sought_that_can_be_refitted():

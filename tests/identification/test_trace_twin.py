@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 from traced_valves import traced
 
-from identification._trace_begun import near
-from identification._trace_screen import screen
-from identification._trace_twin import BY_CHANCE, LEAST, chance, probability
+from identification.tracing.null_bootstrap import BY_CHANCE, LEAST, chance, probability
+from identification.tracing.refine import near
+from identification.tracing.screen import screen
 
 TRIALS = 4000
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bristle._app import run
+from bristle.cli.app import run
 from identification import identify
 from recordings import Plant, Recording, Signal, read
 from recordings.importers import import_to

@@ -9,7 +9,7 @@ from tempfile import TemporaryDirectory
 
 import pytest
 
-from bristle._app import run
+from bristle.cli.app import run
 from identification import Trace, trace
 from recordings import read
 from recordings.importers import import_to

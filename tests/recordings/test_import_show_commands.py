@@ -11,7 +11,7 @@ from _page import Page
 from dying_writer import values
 from recording_samples import SPECS, contract_file
 
-from bristle._app import run
+from bristle.cli.app import run
 from recordings import RecordingWriter, read, write
 from recordings.importers import import_file
 

@@ -14,7 +14,7 @@ import pytest
 from dying_writer import values
 from recording_samples import SPECS
 
-from bristle._app import run
+from bristle.cli.app import run
 from recordings import UNITS, RecordingWriter, read, validate
 from recordings.importers import import_file, mapping_names, mapping_of
 

@@ -9,8 +9,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from simulator import _arithmetic
-from simulator._translate import python_source
+from simulator.compile import arithmetic
+from simulator.compile.translate import python_source
 
 X, Y = ca.SX.sym("x"), ca.SX.sym("y")
 OPERATIONS = {
@@ -34,9 +34,9 @@ def both():
     """All operations in one function: by CasADi, and translated and compiled by numba."""
     function = ca.Function("f", [X, Y], [ca.SX(expression) for expression in OPERATIONS.values()], ["x", "y"],
                            [f"r{i}" for i in range(len(OPERATIONS))])  # fmt: skip
-    namespace = {"np": np, **vars(math), **{name: getattr(_arithmetic, name) for name in _arithmetic.__all__}}
+    namespace = {"np": np, **vars(math), **{name: getattr(arithmetic, name) for name in arithmetic.__all__}}
     exec(python_source(function, scalars=("x", "y"), returned=True), namespace)
-    return function, _arithmetic.native(namespace["f"])
+    return function, arithmetic.native(namespace["f"])
 
 
 @pytest.mark.parametrize("values", list(itertools.product(VALUES, VALUES)), ids=str)

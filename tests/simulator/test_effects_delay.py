@@ -11,8 +11,9 @@ from lugre_reference import STROKE, Valve, slow_force
 
 from recordings import BadInput
 from simulator import BASE, CATALOGUE, Effect, Parameter, Site, kernel
-from simulator.damadics import COLUMN, Actuator, _past
-from simulator.damadics._parameters import STEP
+from simulator.damadics import COLUMN, Actuator
+from simulator.damadics.actuator import past as recall
+from simulator.damadics.actuator.parameters import STEP
 
 VALVE = Valve()
 REST = (slow_force(0.0) - VALVE.F0) / VALVE.K
@@ -99,12 +100,12 @@ def test_there_is_one_dead_time():
 
 @pytest.mark.parametrize("delay", [0.0, 2e-4, 1e-3, 2.5e-3, 0.0317, 0.1])
 def test_the_past_of_the_actuator_is_that_of_a_straight_force(delay):
-    substep, way, count = STEP / 5, STEP / 10, len(_past.names(kernel((*BASE, "dead_time")).layout))
+    substep, way, count = STEP / 5, STEP / 10, len(recall.names(kernel((*BASE, "dead_time")).layout))
     t, now, then, past = ca.SX.sym("t"), ca.SX.sym("now"), ca.SX.sym("then"), ca.SX.sym("past", count)
     held = ca.vertsplit(past)
     function = ca.Function(
         "past", [t, now, then, past],
-        [ca.vertcat(*_past.kept(t, now, held, substep)), _past.earlier(t, now, then, way, held, delay, substep)],
+        [ca.vertcat(*recall.kept(t, now, held, substep)), recall.earlier(t, now, then, way, held, delay, substep)],
     )  # fmt: skip
     state = np.zeros(count)
     for k in range(5 * count):

@@ -24,7 +24,7 @@ from sample_effects import (
 
 from recordings import BadInput
 from simulator import BASE, CATALOGUE, Effect, Lag, Memory, Parameter, Recurrence, Scanner, Site, kernel
-from simulator._step import force_driven
+from simulator.compile.step import force_driven
 
 T = np.linspace(0.0, 1.2, 601)
 VALVE = Valve()
@@ -125,7 +125,7 @@ def test_effects_run_without_a_compiler(monkeypatch):
 
     compiled = run(sensitivities=True)
     monkeypatch.setenv("BRISTLE_NO_COMPILER", "1")
-    monkeypatch.setattr("simulator._native.LARGE", 0)  # derivatives in a module of their own
+    monkeypatch.setattr("simulator.compile.native.LARGE", 0)  # derivatives in a module of their own
     plain, full = run(sensitivities=False), run(sensitivities=True)
     assert plain.outputs == pytest.approx(compiled.outputs, rel=1e-12)
     assert full.outputs == pytest.approx(compiled.outputs, rel=1e-12)

@@ -7,7 +7,7 @@ import pytest
 
 from recordings import BadInput
 from simulator import Excitation, Sensors, random_valve, simulate
-from simulator._excitation import HIGH, LOW, MIXED, SHAPES, force_demand
+from simulator.excitation import HIGH, LOW, MIXED, SHAPES, force_demand
 
 DURATION = 20.0
 T = np.linspace(0.0, DURATION, 10001)

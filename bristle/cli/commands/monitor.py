@@ -1,0 +1,46 @@
+"""`bristle monitor`: live detection."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from typer import Option
+
+
+def command(
+    source: Annotated[
+        str, Option(help="tcp://HOST:PORT, tls://HOST:PORT?ca=..&cert=..&key=.., rtu:DEVICE?baud=.., replay:REC")
+    ],
+    model: Annotated[Path, Option(help="Model of the valve, from bristle fit or trace.")],
+    map_: Annotated[str | None, Option("--map", help="Register map: a file, or a shipped one by name.")] = None,
+    rate: Annotated[float, Option(help="Polls (with --ring: looks) per second.", min=1e-4, max=1e4)] = 10.0,
+    learn: Annotated[float | None, Option(help="Learn from the first so many seconds.", min=1.0, max=1e9)] = None,
+    calibrate: Annotated[list[Path] | None, Option(help="Learn from this healthy recording (repeat).")] = None,
+    state: Annotated[Path | None, Option(help="What was learned; MODEL.state.json otherwise.")] = None,
+    false_alarms: Annotated[float, Option(help="Allowed false alarms a month.", min=1e-3, max=1e4)] = 1.0,
+    events: Annotated[Path | None, Option(help="Append events to this file instead of printing them.")] = None,
+    record: Annotated[Path | None, Option(help="Record everything into this directory.")] = None,
+    duration: Annotated[float | None, Option(help="Stop after so many seconds.", min=0.0, max=1e9)] = None,
+    unit: Annotated[str | None, Option(help="Device ids of equal valves on one line: 1,2,5-7.")] = None,
+    valve: Annotated[str | None, Option(help="Names of the valves, one for each device id: A,B,C.")] = None,
+    ring: Annotated[bool, Option("--ring", help="Fetch every sample that the device keeps in its ring.")] = False,
+) -> None:
+    """Watch valves until --duration is over, or Ctrl-C or SIGTERM comes. Exit code 1 when there was an alarm.
+
+    What is learned is kept and taken up again at the next start; --learn learns anew. Nothing is written to the plant.
+
+    Example: bristle monitor --map damadics --source tcp://127.0.0.1:5020 --model model.json --learn 300
+    """
+    from bristle.cli import monitoring
+    from bristle.cli.sources import valves_from
+    from hil import Polling, RecorderSettings, RingReading, open_source
+
+    plan = RingReading(rate) if ring else Polling(rate)
+    live = open_source(source, valves_from(map_, unit, valve) if map_ else (), plan, name=valve)
+    recorded = None if record is None else RecorderSettings(to=record)
+    kept = state or model.with_name(f"{model.stem}.state.json")
+    wishes = monitoring.Wishes(
+        model, learn, calibrate or (), kept, false_alarms, events, duration, recorded, source.startswith("replay:")
+    )
+    monitoring.watch(live, wishes)

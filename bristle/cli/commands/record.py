@@ -1,0 +1,120 @@
+"""`bristle record`: a live source into recordings."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from hil import LinkEvent, RecorderReport
+    from recordings import Plant
+
+
+def command(
+    source: Annotated[
+        str, typer.Option(help="tcp://HOST:PORT, tls://HOST:PORT?ca=..&cert=..&key=.., rtu:DEVICE?baud=.., replay:REC")
+    ],
+    to: Annotated[Path, typer.Option(help="Directory, or a new file ending in .h5 for one valve.")],
+    map_: Annotated[str | None, typer.Option("--map", help="Register map: a file, or a shipped one by name.")] = None,
+    rate: Annotated[float, typer.Option(help="Polls (with --ring: looks) per second.", min=1e-4, max=1e4)] = 10.0,
+    duration: Annotated[float | None, typer.Option(help="Stop after so many seconds.", min=0.0, max=1e9)] = None,
+    unit: Annotated[str | None, typer.Option(help="Device ids of equal valves on one line: 1,2,5-7.")] = None,
+    valve: Annotated[str | None, typer.Option(help="Names of the valves, one for each device id: A,B,C.")] = None,
+    ring: Annotated[bool, typer.Option("--ring", help="Fetch every sample that the device keeps in its ring.")] = False,
+    heartbeat: Annotated[str | None, typer.Option(help="Point that must change, instead of the map's own.")] = None,
+    heartbeat_s: Annotated[float, typer.Option(help="How many seconds it may stand still.", min=1e-3, max=1e6)] = 2.0,
+    rotate_mb: Annotated[float | None, typer.Option(help="Begin a new file at so many MB.", min=0.01, max=1e6)] = None,
+    rotate_minutes: Annotated[
+        float | None, typer.Option(help="Begin a new file after so many minutes.", min=1e-3, max=1e6)
+    ] = None,
+    batch: Annotated[
+        float, typer.Option(help="How many seconds samples may wait for the disk.", min=0.01, max=60.0)
+    ] = 0.5,
+    plant: Annotated[list[str] | None, typer.Option(help="What is known of the plant: stroke_m=0.0381, ...")] = None,
+    title: Annotated[str | None, typer.Option(help="One line for plots and reports.")] = None,
+    acknowledge: Annotated[bool, typer.Option("--acknowledge", help="Print FILE SAMPLES once they are safe.")] = False,
+) -> None:
+    """Record live values into crash-safe recordings until --duration is over, or Ctrl-C or SIGTERM comes.
+
+    Values that are not good are missing (NaN) and an event says why. Nothing is ever written to the plant.
+
+    Example: bristle record --source tcp://127.0.0.1:5020 --map damadics --to runs/ --rate 10 --duration 60
+    """
+    import asyncio
+
+    from bristle.cli.sources import valves_from
+    from hil import Polling, PollingDied, RecorderSettings, RingReading, open_source, record_session
+    from recordings import NegativeAnswer
+
+    settings = RecorderSettings(
+        to=to,
+        rotate_mb=rotate_mb,
+        rotate_s=None if rotate_minutes is None else 60.0 * rotate_minutes,
+        batch_s=batch,
+        title=title,
+        plant=_plant(plant or []),
+        acknowledge=_acknowledge if acknowledge else None,
+        tell=_tell,
+    )
+    plan = RingReading(rate) if ring else Polling(rate, heartbeat, heartbeat_s)
+    live = open_source(source, valves_from(map_, unit, valve) if map_ else (), plan, name=valve)
+    try:
+        end = asyncio.run(record_session(live, settings, duration, _show if sys.stderr.isatty() else None))
+    except PollingDied as death:
+        raise NegativeAnswer(f"{death}; what was recorded until then is in {to}") from death
+    print(_summary(end.report))
+    if end.interrupted:
+        raise KeyboardInterrupt
+    if not end.report.samples:
+        raise NegativeAnswer(f"{source}: no sample came in {end.seconds:.1f} s, nothing was recorded")
+
+
+def _plant(items: Sequence[str]) -> Plant:
+    from recordings import BadInput, Plant
+
+    known: dict[str, Any] = {}
+    for item in items:
+        name, equals, value = item.partition("=")
+        if not equals or name not in Plant.__dataclass_fields__:
+            remedy = f"write NAME=VALUE with one of {', '.join(Plant.__dataclass_fields__)}"
+            raise BadInput("--plant", f"'{item}' says nothing about a plant", remedy)
+        try:
+            known[name] = value if name == "tag" else float(value)
+        except ValueError:
+            raise BadInput("--plant", f"'{value}' is not a number", f"write {name}=NUMBER") from None
+    return Plant(**known)
+
+
+def _acknowledge(path: Path, n_samples: int) -> None:
+    with suppress(BrokenPipeError):  # whoever listened has gone; the recording goes on
+        print(path, n_samples, flush=True)
+
+
+def _tell(event: LinkEvent) -> None:
+    print(f"\r{event.valve}: {event.kind}: {event.text}", file=sys.stderr, flush=True)
+
+
+def _show(report: RecorderReport, seconds: float) -> None:
+    late, missed = report.statistics.lateness, report.statistics.missed
+    text = f"\r{seconds:6.0f} s  {report.samples} samples  {report.samples / seconds:.1f} Hz  {missed} deadlines missed"
+    print(f"{text}  late p99 {1e3 * late.quantile(0.99):.1f} ms ", end="", file=sys.stderr, flush=True)
+
+
+def _summary(report: RecorderReport) -> str:
+    lines = []
+    for one in report.valves:
+        about = f"{one.samples} samples, {one.rate:.2f} Hz, {one.bad} with a value that is not good"
+        lines += [f"{one.valve}: {about}", *(f"  {path}" for path in one.files)]
+    statistics = report.statistics
+    late = " ".join(f"{word} {1e3 * statistics.lateness.quantile(q):.2f}" for word, q in (("p50", 0.5), ("p99", 0.99)))
+    longest = 1e3 * statistics.lateness.maximum
+    deadlines = f"{statistics.missed} of {statistics.polls + statistics.missed} deadlines missed"
+    lines.append(f"lateness [ms]: {late} max {longest:.2f}; {deadlines}")
+    if statistics.faults:
+        lines.append("refused: " + ", ".join(f"{n} x {fault}" for fault, n in statistics.faults.most_common()))
+    return "\n".join(lines)

@@ -1,0 +1,31 @@
+"""`bristle replay`: the detector over a recording."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from typer import Argument, Option
+
+
+def command(
+    recording: Annotated[Path, Argument(help="The recording to watch (.h5).")],
+    model: Annotated[Path, Option(help="Model of the valve, from bristle fit or trace.")],
+    learn: Annotated[float | None, Option(help="Learn from the first so many seconds.", min=1.0, max=1e9)] = None,
+    calibrate: Annotated[list[Path] | None, Option(help="Learn from this healthy recording (repeat).")] = None,
+    state: Annotated[Path | None, Option(help="Take up what was learned from here, and save it here.")] = None,
+    false_alarms: Annotated[float, Option(help="Allowed false alarms a month.", min=1e-3, max=1e4)] = 1.0,
+    events: Annotated[Path | None, Option(help="Append events to this file instead of printing them.")] = None,
+    valve: Annotated[str | None, Option(help="Name of the valve; the recording's own otherwise.")] = None,
+    pace: Annotated[float | None, Option(help="Times real time; as fast as possible otherwise.", min=1e-3)] = None,
+) -> None:
+    """Watch a recording as if it were live: the same detector, the same events. Exit code 1 when there was an alarm.
+
+    Example: bristle replay runs/LC74_20-001.h5 --model model.json --learn 300
+    """
+    from bristle.cli import monitoring
+    from hil import open_source
+
+    address = f"replay:{recording}" + (f"?pace={pace:g}" if pace else "")
+    wishes = monitoring.Wishes(model, learn, calibrate or (), state, false_alarms, events, own_clock=True)
+    monitoring.watch(open_source(address, name=valve), wishes)

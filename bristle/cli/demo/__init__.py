@@ -1,0 +1,1 @@
+"""`bristle demo`: the main job end to end, on a simulated valve."""

@@ -1,0 +1,50 @@
+"""The demo traces what the model of its valve lacks, in what it has recorded."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+
+from bristle.cli.console import load
+from bristle.cli.tracing import candidate_table
+from identification import Trace, trace
+from identification.report import write_trace_report
+from recordings import NegativeAnswer, Recording
+
+
+def trace_stage(recorded: Sequence[Path], out: Path, console: Console) -> Path:
+    """Trace the effect that nobody declared; the last recording judges. The file of the traced model.
+
+    Raises NegativeAnswer when none is found, or it does not explain the held-out recording better.
+    """
+    *fitted, held = [_to_the_nanosecond(one) for one in load([str(path) for path in recorded])]
+    console.print("Tracing: the model of spring and friction is fitted, and what it leaves is tested for every effect.")
+    found = trace(fitted, holdout=[held])
+    console.print(candidate_table(found))
+    for sentence in found.sentences():
+        console.print(sentence)
+    found.write(out / "trace.json")
+    found.model.write(out / "traced.json")
+    write_trace_report(out / "trace.html", found)
+    if not found.effects_added:
+        raise NegativeAnswer(f"tracing ended with '{found.verdict}': no effect was named")
+    before, after = (held_out_mm(found, side) for side in ("before", "after"))
+    console.print(f"Held-out error: {before:.3f} mm before, {after:.3f} mm after {found.verdict} was added.")
+    if not after < before:
+        raise NegativeAnswer("the traced effect does not explain the held-out recording better")
+    return out / "traced.json"
+
+
+def _to_the_nanosecond(recording: Recording) -> Recording:
+    """The recording without the last digits of the machine's clock in its times: every run shall trace the same."""
+    time = replace(recording["time"], values=np.round(recording.time, 9))
+    return replace(recording, signals={**recording.signals, "time": time})
+
+
+def held_out_mm(found: Trace, side: str) -> float:
+    """Free-run error on the held-out recording [mm]."""
+    return 1e3 * float(found.error[side]["holdout"]["rmse_m"])

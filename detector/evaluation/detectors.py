@@ -1,0 +1,313 @@
+"""The detectors that are compared: each learns from fault-free runs, then makes channels of a run.
+
+A channel is any number that grows in size when something is wrong; levels and threshold are set for all alike
+(`detector.alarms.levels`). A new detector is one function here and one line in `DETECTORS`.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy.signal import lfilter
+
+from detector.evaluation.benchmark.runs import CV, P1, P2, T1, Array, F, X
+from detector.evaluation.isolation.symptoms import MEMORIES, SCORES, Symptoms
+from detector.evaluation.linear import linearise
+from detector.generators import (
+    FaultTree,
+    Fuzzy,
+    MatchedFilters,
+    Rule,
+    Voting,
+    dfd,
+    dfi,
+    full_order,
+    functional,
+    learn_estimation,
+    learn_limits,
+    learn_neural,
+    learn_spectrum,
+    settled,
+    temporal,
+)
+from detector.generators.contract import Generator
+from detector.generators.fuzzy import Term
+from detector.observer.sample import Samples
+from detector.observer.velocity import SteadyKalman
+from detector.published import chapter_5
+from detector.watch.learning import learn as calibrated
+from detector.watch.measurements import Measurements
+from simulator.damadics import SPANS, Parameters
+
+_STROKE = Parameters().stroke
+_SETTLE = 100
+"""What is learned from readings after a start's first [s] is tried on such readings only."""
+_LENIENT = 360.0
+"""False alarms a month that the calibrated observer is learned for: its level is set anew, as everyone's."""
+
+
+class Seen:
+    """A run (n, 6) and its symptoms, worked out once for all detectors that use them."""
+
+    def __init__(self, run: Array, symptoms: Symptoms) -> None:
+        self.run, self.learned = run, symptoms
+
+    @cached_property
+    def symptoms(self) -> Array:
+        """As `Symptoms.of`."""
+        return self.learned.of(self.run)
+
+
+Channels = Callable[[Seen], Array]
+"""From a run (n, 6) to channels (n, n_channels)."""
+
+
+@dataclass(frozen=True)
+class Detector:
+    """name : on the command line; text : what it is; learn : from a fault-free run and its learned symptoms."""
+
+    name: str
+    text: str
+    learn: Callable[[Seen], Channels]
+
+
+def _alone(generator: Generator, y: Array) -> Array:
+    return generator.run(generator.initial(), np.zeros((len(y), 0)), y)[1]
+
+
+def _smoothed(residuals: Array, memory: float) -> Array:
+    """Exponential means over a memory [s], of unit spread for white residuals of unit spread."""
+    a = np.exp(-1.0 / memory)
+    kept = np.clip(np.nan_to_num(residuals), -30, 30)
+    return lfilter([np.sqrt(1 - a * a)], [1.0, -a], kept, axis=0)
+
+
+def _with_means(residuals: Array) -> Array:
+    """Residuals and their means over 30 s."""
+    return np.hstack([residuals, _smoothed(residuals, 30.0)])
+
+
+def _limits(healthy: Seen) -> Channels:
+    checked = learn_limits(_checked(healthy.run[100:]))
+    return lambda seen: _alone(checked, _checked(seen.run))
+
+
+def _checked(run: Array) -> Array:
+    return np.column_stack([run[:, [P1, P2, T1, X, F]], run[:, X] - run[:, CV]])
+
+
+def _voting(healthy: Seen) -> Channels:
+    learned = _thrice(healthy.run, healthy.learned)[100:]
+    middle = np.median(learned, axis=1, keepdims=True)
+    voting = Voting(tuple((np.std(learned - middle, axis=0) + 1e-3).tolist()))
+    return lambda seen: _alone(voting, _thrice(seen.run, seen.learned))
+
+
+def _thrice(run: Array, symptoms: Symptoms) -> Array:
+    """The position three times: from its sensor, from the servo's model, and from the flow."""
+    x = run[:, X]
+    model = x - symptoms.residuals(run)[0] * symptoms.servo.noise
+    drop = (run[:, P1] - run[:, P2]) / symptoms.drop
+    grid = np.linspace(0.0, 1.0, 401)
+    flow, _ = symptoms.flow.expected(np.ones(len(grid)), grid)
+    relative = run[:, F] / np.sqrt(np.maximum(drop, 1e-6))
+    seen = np.interp(-relative, -flow, grid)
+    usable = (run[:, F] > 0.02) & (run[:, F] < 0.97)
+    return np.column_stack([x, model, np.where(usable, seen, model)])
+
+
+def _spectrum(healthy: Seen) -> Channels:
+    def signals(run: Array) -> Array:
+        return np.column_stack([run[:, X] - run[:, CV], np.clip(run[:, F], 0, 0.95), run[:, P1], run[:, P2]])
+
+    learned = learn_spectrum(signals(healthy.run[100:7300]))
+    return lambda seen: _alone(learned, signals(seen.run))
+
+
+def _full_order(healthy: Seen) -> Channels:
+    model = linearise(healthy.run[100:7300])
+    watch = full_order(model.plant, np.linspace(0.3, 0.6, model.plant.order))
+    return lambda seen: _with_means(10 * watch.run(watch.initial(), model.inputs(seen.run), model.outputs(seen.run))[1])
+
+
+def _functional(healthy: Seen) -> Channels:
+    model = linearise(healthy.run[100:7300])
+    order = model.plant.observability_index
+    watches = [functional(model.plant, np.linspace(0.3, 0.5, order), which) for which in (0, 1)]
+
+    def channels(seen: Seen) -> Array:
+        u, y = model.inputs(seen.run), model.outputs(seen.run)
+        return _with_means(10 * np.hstack([watch.run(watch.initial(), u, y)[1] for watch in watches]))
+
+    return channels
+
+
+def _parity(healthy: Seen) -> Channels:
+    model = linearise(healthy.run[100:7300])
+    relations = temporal(model.plant, model.plant.order)
+    ways = relations.directions()
+
+    def channels(seen: Seen) -> Array:
+        r = relations.run(relations.initial(), model.inputs(seen.run), model.outputs(seen.run))[1]
+        return np.column_stack([np.sqrt(dfd(r)), dfi(_smoothed(10 * r, 30.0), ways)])
+
+    return channels
+
+
+def _kalman(healthy: Seen) -> Channels:
+    model = linearise(healthy.run[100:7300])
+    watch = settled(model.plant, model.Q, model.R)
+    responses = {name: watch.response(fault, 30) for fault, name in enumerate(("X sensor", "F sensor", "set point"))}
+    bank = MatchedFilters(responses)
+
+    def channels(seen: Seen) -> Array:
+        r = watch.run(watch.initial(), model.inputs(seen.run), model.outputs(seen.run))[1]
+        return np.hstack([r, _alone(bank, r)])
+
+    return channels
+
+
+def _estimation(healthy: Seen) -> Channels:
+    def rows(run: Array) -> tuple[Array, Array]:
+        x, cv, drop = run[:, X], run[:, CV], run[:, P1] - run[:, P2]
+        late = [np.concatenate([column[:1], column[:-1]]) for column in (x, cv, drop)]
+        return np.column_stack([late[0], cv, late[1], drop, late[2], np.ones(len(x))]), x
+
+    regressors, x = rows(healthy.run[_SETTLE:7300])
+    learned = learn_estimation(regressors, x, memory=200.0)
+
+    def channels(seen: Seen) -> Array:
+        # The run-in of a valve that starts at rest is no small error: the estimates would remember it for minutes.
+        u, y = rows(seen.run[_SETTLE:])
+        return np.vstack([np.zeros((_SETTLE, len(learned.usual))), learned.run(learned.initial(), u, y[:, None])[1]])
+
+    return channels
+
+
+def _neural(healthy: Seen) -> Channels:
+    def signals(run: Array) -> tuple[Array, Array]:
+        return run[:, [CV, P1, P2]], np.column_stack([run[:, X], np.clip(run[:, F], 0, 0.97)])
+
+    learned = learn_neural(*signals(healthy.run[100:10_000]))
+    return lambda seen: _with_means(learned.run(learned.initial(), *signals(seen.run))[1])
+
+
+RULES: Mapping[str, Mapping[int, Term]] = {
+    "position": {0: "off", 1: "normal"},
+    "flow": {0: "normal", 1: "off"},
+    "both": {0: "off", 1: "off"},
+    "process": {2: "off"},
+}
+"""Conclusions from the mean residuals of servo and flow and the outlet pressure."""
+
+
+def _fuzzy(healthy: Seen) -> Channels:
+    places = [SCORES.index("servo.power"), SCORES.index("flow.mean"), SCORES.index("outlet")]
+    columns = [MEMORIES.index(10.0) * len(SCORES) + place for place in places]
+    usual = np.abs(healthy.symptoms[100:, columns]).max(axis=0)
+    watch = Fuzzy(tuple((5 * usual).tolist()), RULES)
+    harm = np.array([1.0, 1.0, 1.0, 1.0])
+    return lambda seen: watch.score(_alone(watch, seen.symptoms[:, columns]), harm)[:, None]
+
+
+TREE = (
+    Rule("process changed", ("outlet",)),
+    Rule("process changed", ("inlet",)),
+    Rule("flow disturbed", ("flow.mean",), ("process changed",)),
+    Rule("drive disturbed", ("servo.power",), ("process changed",)),
+    Rule("valve or bypass or flow sensor", ("flow disturbed",), ("drive disturbed",)),
+    Rule("position sensor or plug", ("flow disturbed", "drive disturbed")),
+    Rule("servo or positioner", ("drive disturbed",), ("flow disturbed",)),
+)
+"""What an expert would say of the relations of the plant, symptoms taken over a minute."""
+
+
+def _tree(healthy: Seen) -> Channels:
+    names = ("flow.mean", "servo.power", "inlet", "outlet")
+    columns = [MEMORIES.index(60.0) * len(SCORES) + SCORES.index(name) for name in names]
+    usual = np.abs(healthy.symptoms[100:, columns]).max(axis=0)
+    # Every limit in steps: the statistic is the highest one at which some rule still fires.
+    steps = np.geomspace(0.5, 50.0, 25)
+    trees = [FaultTree(names, TREE, limit=float(step)) for step in steps]
+
+    def channels(seen: Seen) -> Array:
+        shares = seen.symptoms[:, columns] / usual
+        fired = np.column_stack([_alone(tree, shares).max(axis=1) for tree in trees])
+        return (fired * steps).max(axis=1, keepdims=True)
+
+    return channels
+
+
+def _published(healthy: Seen) -> Channels:
+    """The observer of Chapter 5, its velocity from a Kalman filter: there is noise, and a second between samples."""
+    observer = replace(chapter_5(), velocity=SteadyKalman(noise=1.5e-3 * _STROKE, jerk=1e-5, dt_s=1.0))
+
+    def channels(seen: Seen) -> Array:
+        t, run = np.arange(len(seen.run), dtype=float), seen.run
+        said = observer.run(observer.initial(), Samples.of(t, _STROKE * run[:, X], run[:, CV]))[1]
+        return np.nan_to_num(np.abs(said.xi2) / np.maximum(said.rho, 1e-12), posinf=0.0)[:, None]
+
+    return channels
+
+
+def _watch(healthy: Seen) -> Channels:
+    """The calibrated observer with its relations of flow and pressures, as `detector.learn` makes it."""
+    watch = calibrated(_measurements(healthy.run[300:]), per_month=_LENIENT)
+
+    def channels(seen: Seen) -> Array:
+        state, loads = watch.initial(), np.empty((len(seen.run), 1))
+        for k, row in enumerate(_measurements(seen.run)):
+            state, judgement = watch.step(state, row)
+            loads[k] = judgement.load
+        return loads
+
+    return channels
+
+
+def _measurements(run: Array) -> Measurements:
+    columns = {
+        "position": _STROKE * run[:, X], "setpoint": run[:, CV], "upstream_pressure": SPANS["P1"] * run[:, P1],
+        "downstream_pressure": SPANS["P2"] * run[:, P2], "mass_flow": SPANS["F"] / 3.6 * run[:, F],
+    }  # fmt: skip
+    return Measurements(np.arange(len(run), dtype=float), columns)
+
+
+def _random(healthy: Seen) -> Channels:
+    """Looks at nothing: numbers drawn anew for every run, whose largest values are Gumbel's by construction."""
+
+    def channels(seen: Seen) -> Array:
+        seed = zlib.crc32(np.ascontiguousarray(seen.run).tobytes())
+        return np.random.default_rng(seed).exponential(size=(len(seen.run), 1))
+
+    return channels
+
+
+def _bank(healthy: Seen) -> Channels:
+    return lambda seen: seen.symptoms
+
+
+DETECTORS: Mapping[str, Detector] = {
+    one.name: one
+    for one in (
+        Detector("bank", "all symptoms of the learned plant, over five memories", _bank),
+        Detector("limits", "limit checking of the measurements", _limits),
+        Detector("voting", "position by sensor, model and flow, voting", _voting),
+        Detector("spectrum", "power in bands of frequency", _spectrum),
+        Detector("luenberger", "full-order Luenberger generator, linear plant", _full_order),
+        Detector("functional", "functional Luenberger generators, linear plant", _functional),
+        Detector("parity", "parity relations, linear plant: DFD and DFI", _parity),
+        Detector("kalman", "Kalman innovations and matched filters, linear plant", _kalman),
+        Detector("estimation", "recursive parameter estimation, ARX", _estimation),
+        Detector("neural", "neural observer, linear in the weights", _neural),
+        Detector("fuzzy", "fuzzy evaluation of servo and flow residuals", _fuzzy),
+        Detector("tree", "fault tree over servo, flow and process symptoms", _tree),
+        Detector("random", "an alarm at random, at the same rate", _random),
+        Detector("watch", "the calibrated observer with flow and pressure relations", _watch),
+        Detector("published", "the observer of Chapter 5, slow samples", _published),
+    )
+}
+"""All detectors by name; the random alarm is the floor under all of them."""

@@ -1,0 +1,1 @@
+"""An evaluation on paper: tables, one HTML page, and the files."""

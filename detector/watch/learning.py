@@ -1,0 +1,80 @@
+"""Learning the detector of a valve from fault-free data, with the false-alarm rate of everything together."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from detector.alarms.rates import Blocks, strokes_of
+from detector.observer.calibration import SETTLE_SAMPLES, Calibration, calibrate
+from detector.watch.levels import learned_flow, learned_level
+from detector.watch.measurements import Measurements
+from detector.watch.model_learning import SKIPPED
+from detector.watch.model_watch import learned_model
+from detector.watch.watch import Watch
+from recordings import BadInput
+from simulator import ValveModel
+
+LEVELS = ("supply_pressure", "upstream_pressure", "downstream_pressure")
+
+SHARES = {"observer": 0.3, "model": 0.5, "flow": 0.2}
+"""How the allowed rate of false alarms is divided."""
+
+
+MOST_RAISED = 4.0
+"""Limits that have to be raised further than this to keep to the rate mean that the data do not support it."""
+
+
+def learn(data: Measurements, model: ValveModel | None = None, per_month: float = 1.0) -> Watch:
+    """The detector for a valve from fault-free data in which it moves.
+
+    model : of `bristle fit` or `trace`, used where force or pressure are measured; per_month : false alarms a month
+    that the upper end of the 95 % interval may reach. The rate of the result is measured on the same data.
+    Raises BadInput when the data cannot support a rate: too few, no motion, or nothing that drives the valve.
+    """
+    if not per_month > 0:
+        raise BadInput("false alarms", f"{per_month:g} a month is no rate", "give a positive number, for example 1")
+    calibration = calibrate(data, SHARES["observer"] * per_month)
+    by_model = learned_model(model, data, SHARES["model"] * per_month) if model is not None else None
+    by_flow = learned_flow(data, SHARES["flow"] * per_month)
+    levels = tuple(level for name in LEVELS if (level := learned_level(data, name)) is not None)
+    rows = [calibration.scores(data)]
+    if by_model is not None:
+        rows.append(by_model[1].max(axis=1))
+    if by_flow is not None:
+        rows.append(by_flow[1])
+    blocks = Blocks.of(
+        np.max(rows, axis=0)[max(SKIPPED, SETTLE_SAMPLES) :], calibration.dt_s, strokes_of(data.values["position"])
+    )
+    raised = max(blocks.limit(per_month), 1.0)
+    if raised > MOST_RAISED:
+        found = f"{blocks.seconds:.0f} s of data do not support {per_month:g} false alarms a month"
+        remedy = f"learn from more data; these support {blocks.rate(MOST_RAISED).upper:.2g} a month"
+        raise BadInput("false-alarm rate", found, remedy)
+    return Watch(
+        replace(calibration, b1=calibration.b1 * raised),
+        None if by_model is None else by_model[0].raised(raised),
+        None if by_flow is None else replace(by_flow[0], limit=by_flow[0].limit * raised),
+        levels,
+        blocks.rate(raised),
+    )
+
+
+def described(watch: Watch) -> str:
+    """What was learned, in words: a line each."""
+    c: Calibration = watch.calibration
+    rho = c.b1 / c.observer.k2 * c.position_span
+    lines = [f"observer: input {c.input}, sampling time {c.dt_s:.4g} s, threshold {rho:.3g} m/s"]
+    if watch.model is None:
+        lines.append("model: not used, because no force (or pressure with a diaphragm area in the model) is measured")
+    else:
+        values = watch.model.filter.values
+        friction, spring = (100 * size for size in watch.model.test.sizes[:2])
+        lines.append(
+            f"model: trimmed to friction {values['lugre.fc']:.4g} N, spring {values['spring.K']:.5g} N/m; it is tested "
+            f"for changes of {friction:.0f} % of the friction and {spring:.0f} % of the spring"
+        )
+    lines.append(f"flow: {'not used' if watch.flow is None else f'{watch.flow.flow} against the opening'}")
+    lines.append(watch.false_alarms.sentence)
+    return "\n".join(lines)

@@ -1,0 +1,144 @@
+"""The second residual generator as one part: filter, tests and balance of a valve, with what they remember."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from detector.arithmetic.native import Array
+from detector.watch.balance import Balance, BalanceTest
+from detector.watch.innovation import DIRECTIONS, FilterState, ModelFilter
+from detector.watch.measurements import Measurements, Row
+from detector.watch.model_learning import SKIPPED, learned_test, prepared, trimmed
+from detector.watch.sequential import ChangeTest, Evidence
+from recordings import BadInput
+from simulator import ValveModel
+
+TESTS = (*DIRECTIONS, "energy")
+"""Names of the scores."""
+
+BEYOND = 0.25
+"""How far the stem may leave the positions it was learned in, as a share of their range."""
+
+
+class ModelState(NamedTuple):
+    """What is remembered: of the filter, the tests and the balance; n_samples : since the start."""
+
+    filter: FilterState
+    evidence: Evidence
+    balance: Balance
+    n_samples: int
+
+
+@dataclass(frozen=True)
+class ModelWatch:
+    """Filter, change test and balance of one valve. low, high : positions between which the model was learned [m], a
+    quarter of their distance more on either side; beyond, on a stop above all, it knows nothing of the forces.
+    """
+
+    filter: ModelFilter
+    test: ChangeTest
+    balance: BalanceTest
+    low: float
+    high: float
+
+    def step(self, before: ModelState | None, row: Row, fresh: bool, alarmed: bool) -> ModelState | None:
+        """One sample. fresh : start anew here, as beyond the learned positions; the evidence for a kind is kept then.
+        None until the force is known.
+        """
+        if not np.isfinite(self.filter.force(row)):
+            return before
+        if before is None:
+            start = self.balance.start(self.filter, row)
+            return ModelState(self.filter.start(row), self.test.start(), start, 1)
+        if fresh or not self.low <= row.values["position"] <= self.high:
+            return ModelState(self.filter.start(row), before.evidence, before.balance, 1)
+        inner, seen = self.filter.step(before.filter, row)
+        count = min(before.n_samples + 1, SKIPPED + 1)
+        shows = count > SKIPPED and not seen.resting
+        evidence = self.test.step(before.evidence, seen) if shows else before.evidence
+        return ModelState(inner, evidence, self.balance.step(before.balance, self.filter, row, alarmed), count)
+
+    def raised(self, factor: float) -> ModelWatch:
+        """The same with all limits times a factor."""
+        limits = tuple(factor * limit for limit in self.test.limits)
+        return replace(self, test=replace(self.test, limits=limits))
+
+    def scores(self, state: ModelState) -> Array:
+        """The scores of `TESTS`; above 1 means alarm."""
+        return self.test.scores(state.evidence)
+
+    def kind(self, state: ModelState) -> str | None:
+        """The direction of change that the balance of forces names."""
+        return self.balance.kind(self.filter, state.balance)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain numbers, for JSON."""
+        balance = asdict(self.balance)
+        parts = {"filter": self.filter.as_dict(), "test": self.test.as_dict(), "balance": balance}
+        return parts | {"low": self.low, "high": self.high}
+
+    @classmethod
+    def from_dict(cls, parts: Mapping[str, Any]) -> ModelWatch:
+        """What `as_dict` gave."""
+        filter, test = ModelFilter.from_dict(parts["filter"]), ChangeTest.from_dict(parts["test"])
+        return cls(filter, test, BalanceTest(**parts["balance"]), parts["low"], parts["high"])
+
+
+def learned_model(model: ValveModel, data: Measurements, per_month: float) -> tuple[ModelWatch, Array] | None:
+    """The watch on fault-free data, with its scores (n_samples, n_tests); None without force or pressure and area.
+
+    Raises BadInput as `prepared` does, and when the data do not support the rate.
+    """
+    filter = prepared(model, data)
+    if filter is None:
+        return None
+    test, scores = learned_test(filter, data, per_month)
+    filter = trimmed(filter, data)
+    if not np.isfinite(scores).all():
+        raise BadInput("model", "it cannot follow the data", "fit it to recordings of this valve: bristle fit")
+    x = data.values["position"]
+    low, high = np.nanmin(x), np.nanmax(x)
+    margin = BEYOND * (high - low)
+    return ModelWatch(filter, test, _usual(filter, data), float(low - margin), float(high + margin)), scores
+
+
+def _usual(filter: ModelFilter, data: Measurements) -> BalanceTest:
+    """The balance's mean square without a fault."""
+    test, state, seen = BalanceTest(filter.dt_s, filter.smoothing_s), None, []
+    for row in data:
+        if not np.isfinite(row.values["position"] + filter.force(row)):
+            continue
+        state = test.start(filter, row) if state is None else test.step(state, filter, row, False)
+        if state.weight > 3.0:
+            seen.append(state.energy / state.weight)
+    return replace(test, usual=float(np.median(seen)) if seen else 0.0)
+
+
+def model_state_as_dict(state: ModelState) -> dict[str, Any]:
+    """Plain numbers and lists, for JSON."""
+    return {
+        name: {key: _plain(value) for key, value in getattr(state, name)._asdict().items()}
+        for name in ("filter", "evidence", "balance")
+    } | {"n_samples": state.n_samples}
+
+
+def model_state_from_dict(parts: Mapping[str, Any]) -> ModelState:
+    """What `model_state_as_dict` gave."""
+
+    def arrays(name: str) -> dict[str, Any]:
+        return {key: np.array(v, float) if isinstance(v, list) else float(v) for key, v in parts[name].items()}
+
+    return ModelState(
+        FilterState(**arrays("filter")),
+        Evidence(**arrays("evidence")),
+        Balance(**arrays("balance")),
+        int(parts["n_samples"]),
+    )
+
+
+def _plain(value: Any) -> Any:
+    return value.tolist() if isinstance(value, np.ndarray) else float(value)

@@ -1,0 +1,221 @@
+"""The detector to use: everything that watches one valve, as one step from state and sample to state and judgement."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from detector.alarms.rates import FalseAlarms
+from detector.observer.calibration import Calibration
+from detector.observer.sample import Verdict
+from detector.observer.state import State
+from detector.watch.levels import FlowRelation, Level
+from detector.watch.measurements import Row
+from detector.watch.model_watch import (
+    TESTS,
+    ModelState,
+    ModelWatch,
+    model_state_as_dict,
+    model_state_from_dict,
+)  # fmt: skip
+from recordings import BadInput
+
+KINDS = ("friction", "spring", "sensor", "supply", "flow")
+"""What an alarm can be named; None stands for an unknown kind."""
+
+HOLD_S = 30.0
+"""An alarm stands until nothing was above its limit for so long [s]."""
+
+OBSERVER, FLOW = "observer", "flow relation"
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """What the detector says of one sample.
+
+    alarm : whether there is an alarm now; began, ended, renamed : what happened to it at this sample; kind : one of
+    `KINDS`, or None; test : the one closest to its limit; residual, threshold : its statistic and limit, in m/s for
+    the observer, without unit else; load : the larger of all scores, 1 at the limit; verdict : on the sample.
+    """
+
+    time_s: float
+    alarm: bool
+    began: bool
+    ended: bool
+    renamed: bool
+    kind: str | None
+    test: str
+    residual: float
+    threshold: float
+    load: float
+    verdict: Verdict
+    gap_s: float = 0.0
+
+
+@dataclass(frozen=True)
+class WatchState:
+    """What the detector remembers of a valve. levels : a sum for each pressure; flow : the two sums of the flow;
+    over_s : time of the last score above its limit [s]; kind : name of the alarm so far; last_s : last used time [s].
+    """
+
+    observer: State
+    model: ModelState | None
+    levels: tuple[float, ...]
+    flow: tuple[float, float]
+    alarm: bool = False
+    over_s: float = 0.0
+    kind: str | None = None
+    last_s: float = 0.0
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain numbers and lists, for JSON."""
+        model = None if self.model is None else model_state_as_dict(self.model)
+        rest = {name: getattr(self, name) for name in ("alarm", "over_s", "kind", "last_s")}
+        levels, flow = list(self.levels), list(self.flow)
+        return {"observer": self.observer.as_dict(), "model": model, "levels": levels, "flow": flow} | rest
+
+
+@dataclass(frozen=True)
+class Watch:
+    """The detector of one valve: observer, and where they can be had model, flow relation and pressure levels.
+
+    `learn` makes one. Holds no socket, file, clock or state.
+    """
+
+    calibration: Calibration
+    model: ModelWatch | None
+    flow: FlowRelation | None
+    levels: tuple[Level, ...]
+    false_alarms: FalseAlarms
+
+    @property
+    def signals(self) -> tuple[str, ...]:
+        """Names of the signals that a sample has to bring."""
+        names = {"position", self.calibration.input, *(level.signal for level in self.levels)}
+        if self.model is not None:
+            names |= {"force" if self.model.filter.area is None else "pressure"}
+            names |= {load.signal for load in self.model.filter.loads}
+        if self.flow is not None:
+            names |= {self.flow.flow} | ({"upstream_pressure", "downstream_pressure"} if self.flow.drop else set())
+        return tuple(sorted(names))
+
+    def initial(self) -> WatchState:
+        """The state before the first sample."""
+        return WatchState(self.calibration.observer.initial(), None, (0.0,) * len(self.levels), (0.0, 0.0))
+
+    def resumed(self, state: WatchState) -> WatchState:
+        """A state of an earlier session, whose clock means nothing any more: it goes on with the next sample."""
+        observer = self.calibration.observer
+        screening = observer.initial().screening
+        return replace(state, observer=replace(state.observer, screening=screening), over_s=-HOLD_S, last_s=0.0)
+
+    def step(self, state: WatchState, row: Row) -> tuple[WatchState, Judgement]:
+        """One sample."""
+        inner, said = self.calibration.observer.step(state.observer, self.calibration.sample(row))
+        if not said.verdict.used:
+            return replace(state, observer=inner), Judgement(
+                row.time_s,
+                state.alarm,
+                False,
+                False,
+                False,
+                state.kind,
+                OBSERVER,
+                said.xi2,
+                said.rho,
+                0.0,
+                said.verdict,
+            )
+        fresh = said.verdict is not Verdict.USED
+        model = self.model.step(state.model, row, fresh, state.alarm) if self.model else None
+        levels = tuple(level.step(s, row) for level, s in zip(self.levels, state.levels, strict=True))
+        flow = self.flow.step(state.flow, row) if self.flow else state.flow
+        scores = self._scores(model, levels, flow)
+        last = state.observer
+        ratio = min(abs(said.xi2) / max(said.rho, 1e-300), abs(last.xi2) / max(last.rho, 1e-300))  # two running
+        scores[OBSERVER] = max(ratio, 1.0 + 1e-9) if said.alarm else min(ratio, 1.0)
+        after = self._alarmed(replace(state, observer=inner, model=model, levels=levels, flow=flow), row.time_s, scores)
+        gap = row.time_s - state.last_s if said.verdict is Verdict.GAP else 0.0
+        return after, self._judged(state, after, scores, said.xi2, said.rho, said.verdict, gap)
+
+    def _scores(
+        self, model: ModelState | None, levels: tuple[float, ...], flow: tuple[float, float]
+    ) -> dict[str, float]:
+        """Every score but the observer's, by name of its test."""
+        scores: dict[str, float] = {}
+        if self.model is not None and model is not None:
+            scores |= zip(TESTS, self.model.scores(model).tolist(), strict=True)
+        scores |= {level.signal: level.score(s) for level, s in zip(self.levels, levels, strict=True)}
+        if self.flow is not None:
+            scores[FLOW] = self.flow.score(flow)
+        return scores
+
+    def _alarmed(self, state: WatchState, now: float, scores: Mapping[str, float]) -> WatchState:
+        over = max(scores.values()) > 1.0
+        over_s = now if over else state.over_s
+        alarm = over or (state.alarm and now - over_s < HOLD_S)
+        kind = (self._kind(state.model, scores) or state.kind) if alarm else None
+        return replace(state, alarm=alarm, over_s=over_s, kind=kind, last_s=now)
+
+    def _kind(self, model: ModelState | None, scores: Mapping[str, float]) -> str | None:
+        """The name for what is above its limit. Pressures speak first: what they do to the valve is no fault of it."""
+        if scores.get("supply_pressure", 0.0) > 1.0:
+            return "supply"
+        if max(scores.get("upstream_pressure", 0.0), scores.get("downstream_pressure", 0.0)) > 1.0:
+            return "flow"
+        by_model = max((scores.get(name, 0.0) for name in TESTS), default=0.0) > 1.0
+        if scores.get(FLOW, 0.0) > 1.0:
+            return "sensor" if by_model else "flow"
+        found = self.model.kind(model) if self.model and model and by_model else None
+        return found if found in KINDS else None
+
+    def _judged(
+        self, before: WatchState, after: WatchState, scores: Mapping[str, float], xi2: float, rho: float,
+        verdict: Verdict, gap: float,
+    ) -> Judgement:  # fmt: skip
+        test = max(scores, key=lambda name: scores[name])
+        span = abs(self.calibration.position_span)
+        pair = (abs(xi2) * span, rho * span) if test == OBSERVER else (scores[test], 1.0)
+        began, ended = after.alarm and not before.alarm, before.alarm and not after.alarm
+        renamed = after.alarm and before.alarm and after.kind != before.kind
+        return Judgement(
+            after.last_s, after.alarm, began, ended, renamed, after.kind, test, *pair, scores[test], verdict, gap
+        )
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain numbers, for JSON; `Watch.from_dict` gives the same back."""
+        return {
+            "calibration": self.calibration.as_dict(),
+            "model": None if self.model is None else self.model.as_dict(),
+            "flow": None if self.flow is None else self.flow.as_dict(),
+            "levels": [[level.signal, level.middle, level.half] for level in self.levels],
+            "false_alarms": self.false_alarms.as_dict(),
+        }
+
+    @classmethod
+    def from_dict(cls, parts: Mapping[str, Any]) -> Watch:
+        """What `as_dict` gave. Raises BadInput for anything else."""
+        try:
+            return cls(
+                Calibration.from_dict(parts["calibration"]),
+                None if parts["model"] is None else ModelWatch.from_dict(parts["model"]),
+                None if parts["flow"] is None else FlowRelation.from_dict(parts["flow"]),
+                tuple(Level(*level) for level in parts["levels"]),
+                FalseAlarms.from_dict(parts["false_alarms"]),
+            )
+        except (KeyError, TypeError, ValueError, AttributeError) as error:
+            raise BadInput("learned detector", f"it cannot be read ({error!r})", "learn anew") from None
+
+    def state_from_dict(self, parts: Mapping[str, Any]) -> WatchState:
+        """The state that `WatchState.as_dict` wrote for this watch. Raises BadInput for anything else."""
+        try:
+            model = None if parts["model"] is None else model_state_from_dict(parts["model"])
+            levels, flow = tuple(map(float, parts["levels"])), tuple(map(float, parts["flow"]))
+            rest = {name: parts[name] for name in ("alarm", "over_s", "kind", "last_s")}
+            observer = State.from_dict(parts["observer"])
+        except (KeyError, TypeError, ValueError, AttributeError) as error:
+            raise BadInput("state of the detector", f"it cannot be read ({error!r})", "learn anew") from None
+        if len(levels) != len(self.levels) or len(flow) != 2 or (model is not None and self.model is None):
+            raise BadInput("state of the detector", "it belongs to another detector", "learn anew")
+        return WatchState(observer, model, levels, flow, **rest)

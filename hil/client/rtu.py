@@ -1,0 +1,228 @@
+"""Requests on a Modbus RTU line, told apart by silence.
+
+RTU has no transaction ids: a late or repeated reply looks like the answer to the next request, and silence is the only
+proof that there is none. Let `quiet` be longer than any reply is late (counted from the timeout) and longer than any
+repetition lags behind its original. Then:
+
+1. A request is sent only into silence. After a timeout or any other fault the line is left alone until nothing has come
+   for `quiet`; bytes that came while nobody waited are such a fault, they are never skipped.
+2. A reply counts only if the line stays silent behind it. If a stray frame took its place, the true reply follows
+   within the device's usual time to answer, and both are dropped. So the silence is awaited until the longest usual
+   time to the first byte and a quarter more has passed since the request, and at least for the 3.5 characters of the
+   standard: no loss of time where a reply takes longer than that anyway.
+3. On a line that is new or has seen anything stray or broken, and of a unit that has been silent, the silence behind a
+   reply lasts longer, until twenty replies in a row were clean: ten times the unit's usual time to answer, at least
+   50 ms and at most `quiet`. No stray frame that is due by then can reach the request after its own.
+
+What remains is a repetition that comes after twenty clean replies, lags by more than the usual time to answer, and
+meets a request whose own reply is lost. A heartbeat register among the values shows even that.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import os
+from collections import Counter
+from dataclasses import dataclass
+from typing import cast
+
+from pymodbus.transport.serialtransport import SerialTransport
+
+from hil.client.wire import GONE, Lost
+from hil.modbus.framing import check_rtu, rtu_frame
+from hil.modbus.messages import Fault, Reply, Request
+
+CLEAN_REPLIES = 20
+MARGIN = 1.25
+SHORTEST_WATCH_S = 0.05
+
+
+@dataclass
+class _Unit:
+    """What is known of one unit: its longest usual time to a first byte [s], and its replies since it was silent."""
+
+    first_byte: float = 0.0
+    clean: int = CLEAN_REPLIES
+
+    def learn(self, first_byte: float) -> None:
+        self.first_byte = max(first_byte, 0.95 * self.first_byte)
+
+
+class _SerialLine(SerialTransport):
+    """pymodbus' serial transport, reading the descriptor itself.
+
+    pyserial asks `select` first, which knows no descriptor above 1023: with many connections in the process a line
+    would be deaf, and its reader called again and again for ever.
+    """
+
+    def intern_read_ready(self) -> None:
+        """Called by the event loop when there are bytes, or the device has gone."""
+        try:
+            data = os.read(self.sync_serial.fileno(), 4096)
+        except (BlockingIOError, InterruptedError):
+            return
+        except OSError as error:
+            self.close(exc=error)
+            return
+        if data:
+            self.intern_protocol.data_received(data)  # type: ignore[attr-defined]
+        else:
+            self.close(exc=OSError("the device has gone"))
+
+
+class RtuWire(asyncio.Protocol):
+    """Requests on a serial line.
+
+    timeout : s to wait for a reply; quiet : s of silence that no stray reply exceeds; gap : s, the 3.5 characters of
+    the standard; tally, lost : as in `TcpWire`.
+    """
+
+    def __init__(self, timeout: float, quiet: float, gap: float, tally: Counter[str], lost: Lost) -> None:
+        self._timeout, self._quiet, self._gap, self._tally, self._lost = timeout, quiet, gap, tally, lost
+        self._loop = asyncio.get_running_loop()
+        self._transport: SerialTransport | None = None
+        self._line, self._request = b"", cast("Request | None", None)
+        self._answer: asyncio.Future[Reply]
+        self._silent_from = self._first_byte_at = 0.0  # the line may speak until then; when a reply began
+        self._units: dict[int, _Unit] = {}
+        self._clean = 0  # replies since anything on the line was stray or broken; nothing is trusted at first
+        self._ready = asyncio.Event()
+        self._strayed = False  # since the request under way was sent
+
+    async def open(self, device: str, baud: int, parity: str, stop: int) -> None:
+        """Open the line. Raises OSError or termios.error."""
+        line = _SerialLine(self._loop, self, device, baud, 8, parity, stop, 0)
+        try:
+            self._loop.call_soon(line.setup)
+            await self._ready.wait()
+        except BaseException:
+            line.close()
+            raise
+
+    async def exchange(self, request: Request) -> Reply:
+        """Send one request and return the verdict on its reply, once the line has been silent behind it."""
+        unit = self._units.setdefault(request.unit, _Unit())
+        if not await self._silence():
+            return Reply(fault=Fault.FRAMING, text="the line is never silent") if self._transport else GONE
+        reply = GONE
+        try:
+            reply = await self._ask(request, unit)
+        finally:  # a cancelled exchange leaves a reply behind, like one that failed
+            self._draw_conclusions(reply.fault, unit)
+        return reply
+
+    def close(self) -> None:
+        """Close the line."""
+        if self._transport is not None:
+            self._transport.close()
+            self._end(GONE)
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """Called by the event loop. What the line held before is not ours: it must fall silent first."""
+        self._transport = cast(SerialTransport, transport)
+        self._hush()
+        self._ready.set()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Called by the transport when the device has gone."""
+        if self._transport is not None:
+            self._end(Reply(fault=Fault.LOST, text=f"serial line lost ({exc})"))
+            self._lost(exc)
+
+    def data_received(self, data: bytes) -> None:
+        """Called by the transport."""
+        if self._request is None:
+            self._tally["stray bytes on the line"] += len(data)
+            self._strayed, self._clean = True, 0
+            self._hush()
+            return
+        if not self._line:
+            self._first_byte_at = self._loop.time()
+        self._line += data
+        reply = check_rtu(self._request, self._line)
+        if reply is not None:
+            self._settle(reply)
+
+    async def _ask(self, request: Request, unit: _Unit) -> Reply:
+        if self._transport is None:
+            return GONE
+        self._line, self._strayed = b"", False
+        self._request, self._answer = request, self._loop.create_future()
+        sent, timer = self._loop.time(), self._loop.call_later(self._timeout, self._expire)
+        self._transport.write(rtu_frame(request))
+        try:
+            reply = await self._answer
+        finally:
+            timer.cancel()
+            self._request = None
+        if reply.fault not in (None, Fault.EXCEPTION):
+            return reply
+        return await self._confirmed(reply, sent, unit)
+
+    async def _confirmed(self, reply: Reply, sent: float, unit: _Unit) -> Reply:
+        """The reply itself if the line stays silent behind it."""
+        behind = self._silence_behind(unit)
+        unit.learn(self._first_byte_at - sent)
+        until = max(self._loop.time() + behind, sent + MARGIN * unit.first_byte)
+        await asyncio.sleep(until - self._loop.time())
+        if self._strayed or self._waiting():
+            return Reply(fault=Fault.SURPLUS, text="more bytes came behind the reply: it may belong to another request")
+        return reply
+
+    def _silence_behind(self, unit: _Unit) -> float:
+        """How long the line must be silent behind a reply [s]."""
+        if unit.first_byte == 0.0:
+            return self._quiet
+        if min(self._clean, unit.clean) >= CLEAN_REPLIES:
+            return self._gap
+        return max(self._gap, min(self._quiet, max(10 * unit.first_byte, SHORTEST_WATCH_S)))
+
+    def _draw_conclusions(self, fault: Fault | None, unit: _Unit) -> None:
+        if fault in (None, Fault.EXCEPTION):
+            self._clean, unit.clean = self._clean + 1, unit.clean + 1
+            return
+        unit.clean = 0
+        if fault is not Fault.SILENCE:  # a dead unit says nothing about its neighbours
+            self._clean = 0
+        self._hush()
+
+    async def _silence(self) -> bool:
+        """Wait until the line has been silent for as long as it must be; False when it never is or is gone."""
+        give_up = self._loop.time() + 4 * (self._timeout + self._quiet)
+        while self._transport is not None:
+            if self._waiting():
+                self._hush()
+            remaining = self._silent_from - self._loop.time()
+            if remaining <= 0:
+                return True
+            if self._loop.time() > give_up:
+                return False
+            await asyncio.sleep(remaining)
+        return False
+
+    def _waiting(self) -> bool:
+        """Whether bytes lie in the driver that the event loop has not delivered yet."""
+        try:
+            return self._transport is not None and self._transport.sync_serial.in_waiting > 0
+        except OSError:
+            return False  # the device has gone; the transport reports it
+
+    def _hush(self) -> None:
+        """Let nothing be sent until the line has been silent for long enough."""
+        self._silent_from = self._loop.time() + self._quiet
+
+    def _expire(self) -> None:
+        if self._line:
+            text = f"the reply stopped half way, {len(self._line)} bytes came within {self._timeout:g} s"
+            self._settle(Reply(fault=Fault.LENGTH, text=text))
+        else:
+            self._settle(Reply(fault=Fault.SILENCE, text=f"no reply within {self._timeout:g} s"))
+
+    def _settle(self, reply: Reply) -> None:
+        if self._request is not None and not self._answer.done():
+            self._answer.set_result(reply)
+            self._request = None
+
+    def _end(self, reply: Reply) -> None:
+        self._transport = None
+        self._settle(reply)

@@ -1,0 +1,122 @@
+"""Requests on a Modbus TCP or TLS stream, told apart by transaction ids.
+
+The stream is never cleared, so it stays in step: a late or repeated reply is a whole frame with an old transaction id
+and is dropped for that. Whenever the step itself is in doubt the connection is closed, which ends every doubt:
+
+- the stream cannot be followed: a header that is not Modbus;
+- a reply stopped half way, and what comes next would be taken for its end;
+- bytes lie behind a reply that are no whole frame: its end may belong to another one;
+- the end of a reply is itself a whole reply to an earlier request: its own end is missing.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections import Counter, deque
+from collections.abc import Iterator
+from typing import cast
+
+from hil.client.wire import GONE, Lost
+from hil.modbus.framing import Frame, check_tcp, ends_in_frame, split_frames, tcp_frame
+from hil.modbus.messages import Fault, Reply, Request
+
+RECENT = 32
+"""Transaction ids that are remembered."""
+
+
+class TcpWire(asyncio.Protocol):
+    """Requests on a TCP or TLS stream.
+
+    timeout : s to wait for a reply; transactions : the ids to use; tally : counts what was dropped; lost : see `Lost`.
+    """
+
+    def __init__(self, timeout: float, transactions: Iterator[int], tally: Counter[str], lost: Lost) -> None:
+        self._timeout, self._transactions, self._tally, self._lost = timeout, transactions, tally, lost
+        self._loop = asyncio.get_running_loop()
+        self._transport: asyncio.Transport | None = None
+        self._stream, self._transaction = b"", 0
+        self._recent: deque[int] = deque(maxlen=RECENT)
+        self._request: Request | None = None
+        self._answer: asyncio.Future[Reply]
+        self._deadline, self._timer = 0.0, cast("asyncio.TimerHandle | None", None)
+
+    async def exchange(self, request: Request) -> Reply:
+        """Send one request and return the verdict on its reply."""
+        if self._transport is None:
+            return GONE
+        self._transaction = next(self._transactions)
+        self._recent.append(self._transaction)
+        self._request, self._answer = request, self._loop.create_future()
+        self._deadline = self._loop.time() + self._timeout
+        if self._timer is None:
+            self._timer = self._loop.call_at(self._deadline, self._on_time)
+        self._transport.write(tcp_frame(request, self._transaction))
+        try:
+            return await self._answer
+        finally:
+            self._request = None
+
+    def close(self) -> None:
+        """Close the connection."""
+        self._end(GONE)
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """Called by the event loop."""
+        self._transport = cast(asyncio.Transport, transport)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Called by the event loop."""
+        if self._transport is not None:
+            self._end(Reply(fault=Fault.LOST, text=f"connection lost ({exc or 'closed by the peer'})"))
+            self._lost(exc)
+
+    def data_received(self, data: bytes) -> None:
+        """Called by the event loop."""
+        frames, self._stream, broken = split_frames(self._stream + data)
+        if broken:
+            self._doubt(f"the stream is not Modbus any more: {broken}")
+        for frame in frames:
+            self._judge(frame)
+
+    def _judge(self, frame: Frame) -> None:
+        reply = check_tcp(self._request, self._transaction, frame) if self._request else None
+        if reply is None or reply.fault is Fault.TRANSACTION:
+            self._tally["dropped frame: late, repeated or unasked"] += 1
+        elif self._stream:
+            self._doubt("bytes behind the reply")
+        elif ends_in_frame(frame.pdu, self._recent):
+            self._doubt("an earlier reply inside the reply")
+        else:
+            self._settle(reply)
+
+    def _on_time(self) -> None:
+        """One timer for many requests: it moves on to the deadline of the request that waits now."""
+        self._timer = None
+        if self._request is None:
+            return
+        if self._loop.time() < self._deadline:
+            self._timer = self._loop.call_at(self._deadline, self._on_time)
+            return
+        if self._stream:
+            self._doubt(f"the reply stopped half way for {self._timeout:g} s")
+        else:
+            self._settle(Reply(fault=Fault.SILENCE, text=f"no reply within {self._timeout:g} s"))
+
+    def _doubt(self, text: str) -> None:
+        if self._transport is not None:
+            self._tally[Fault.FRAMING] += self._request is None  # else the verdict is counted
+            self._end(Reply(fault=Fault.FRAMING, text=text))
+            self._lost(ConnectionError(text))
+
+    def _settle(self, reply: Reply) -> None:
+        if self._request is not None and not self._answer.done():
+            self._answer.set_result(reply)
+            self._request = None
+
+    def _end(self, reply: Reply) -> None:
+        transport, self._transport = self._transport, None
+        if transport is not None:
+            transport.abort()
+        if self._timer is not None:
+            self._timer.cancel()
+        self._settle(reply)

@@ -1,0 +1,1 @@
+"""Modbus on the line: requests and replies, framing, TLS, and serial lines."""

@@ -1,0 +1,182 @@
+"""What a reply must be before a value is taken from it: bytes in, verdicts out.
+
+No socket, no clock and no wire library here, so that every rule can be tried with a bytes literal. A reply is accepted
+only when everything that the protocol lets us compare is right:
+
+    Modbus TCP, TLS   transaction id (never 0), protocol id, length, unit, function, byte count
+    Modbus RTU        unit, function, byte count, CRC, and not one byte before or behind the frame
+
+and a value only when it is finite, in its valid range and not one of its invalid values (`hil.registers.codec.decode`).
+
+Bytes that arrive one by one get the same verdict as bytes that arrive at once. Whatever arrives, these functions
+return: they never raise.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import NamedTuple
+
+READ_BITS = (1, 2)
+READ_REGISTERS = (3, 4)
+WRITE_COILS, WRITE_REGISTERS = 15, 16
+MOST = {1: 2000, 2: 2000, 3: 125, 4: 125, WRITE_COILS: 1968, WRITE_REGISTERS: 123}
+"""The protocol's limit of items in one request, by function code."""
+
+EXCEPTIONS = {
+    1: "illegal function",
+    2: "illegal data address",
+    3: "illegal data value",
+    4: "device failure",
+    5: "acknowledge",
+    6: "device busy",
+    8: "memory parity error",
+    10: "gateway path unavailable",
+    11: "gateway target does not answer",
+}
+BEHIND_GATEWAY = (10, 11)
+"""Exceptions by which a gateway says that the device behind it is silent."""
+
+
+class Fault(StrEnum):
+    """Why a request has no answer that can be used; the value is the word for statistics."""
+
+    SILENCE = "timeout"
+    LOST = "connection lost"
+    EXCEPTION = "exception"
+    TRANSACTION = "wrong transaction id"
+    UNIT = "wrong unit"
+    FUNCTION = "wrong function"
+    LENGTH = "wrong length"
+    CHECKSUM = "wrong checksum"
+    FRAMING = "not Modbus"
+    SURPLUS = "stray bytes"
+
+
+class Reply(NamedTuple):
+    """The verdict on one request.
+
+    words : registers 0..65535 or bits 0/1, as many as asked for; fault, text : why there are none; exception : the
+    code by which the device refused, else 0.
+    """
+
+    words: tuple[int, ...] = ()
+    fault: Fault | None = None
+    text: str = ""
+    exception: int = 0
+
+    @property
+    def device_silent(self) -> bool:
+        """Whether the device itself said nothing: no reply at all, or a gateway that says so."""
+        return self.fault is Fault.SILENCE or self.exception in BEHIND_GATEWAY
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """One read or write of neighbouring registers or bits.
+
+    unit : device id 0..255; function : code; address : from 0; count : of items; words : what a write carries, empty
+    for a read; pdu : function code and data as they go out; data_bytes : the byte count that the reply to a read must
+    declare; reply_length : bytes of a right reply, from the function code to the end of its data.
+
+    Raises ValueError for what the protocol cannot say.
+    """
+
+    unit: int
+    function: int
+    address: int
+    count: int
+    words: tuple[int, ...] = ()
+    pdu: bytes = field(init=False, repr=False, compare=False)
+    data_bytes: int = field(init=False, repr=False, compare=False)
+    reply_length: int = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        most = MOST.get(self.function)
+        if most is None or not 1 <= self.count <= most:
+            raise ValueError(f"function {self.function} cannot ask for {self.count} items")
+        if not (0 <= self.unit <= 255 and 0 <= self.address <= 0x10000 - self.count):
+            raise ValueError(f"unit {self.unit}, address {self.address}..{self.address + self.count - 1} do not exist")
+        if len(self.words) != (self.count if self.writes else 0):
+            raise ValueError(f"function {self.function} of {self.count} items carries {len(self.words)} values")
+        # Worked out once: a poll sends the same request again and again.
+        n_bytes = 2 * self.count if self.function in READ_REGISTERS else (self.count + 7) // 8
+        object.__setattr__(self, "data_bytes", n_bytes)
+        object.__setattr__(self, "reply_length", 5 if self.writes else 2 + n_bytes)
+        object.__setattr__(self, "pdu", _pdu(self))
+
+    @property
+    def writes(self) -> bool:
+        """Whether it changes something in the device."""
+        return self.function in (WRITE_COILS, WRITE_REGISTERS)
+
+
+def _pdu(request: Request) -> bytes:
+    head = struct.pack(">BHH", request.function, request.address, request.count)
+    if request.function == WRITE_REGISTERS:
+        return head + struct.pack(f">B{request.count}H", 2 * request.count, *request.words)
+    if request.function == WRITE_COILS:
+        packed = sum(bool(bit) << k for k, bit in enumerate(request.words))
+        return head + bytes([request.data_bytes]) + packed.to_bytes(request.data_bytes, "little")
+    return head
+
+
+def check_pdu(request: Request, pdu: bytes) -> Reply:
+    """The verdict on a reply, from its function code to the end of its data, transport headers taken off.
+
+    >>> check_pdu(Request(unit=1, function=3, address=0, count=2), bytes.fromhex("03040001ffff")).words
+    (1, 65535)
+    >>> check_pdu(Request(unit=1, function=3, address=0, count=2), bytes.fromhex("03020001")).text
+    'the reply has 4 bytes, 6 are right for this request'
+    """
+    function, right = pdu[:1], bytes([request.function])
+    if function == bytes([request.function | 0x80]) and len(pdu) == 2:
+        words = EXCEPTIONS.get(pdu[1], "not in the standard")
+        return Reply(fault=Fault.EXCEPTION, text=f"exception {pdu[1]}: {words}", exception=pdu[1])
+    if function != right:
+        return Reply(fault=Fault.FUNCTION, text=f"a reply to function {function.hex() or 'none'}, not {right.hex()}")
+    if len(pdu) != request.reply_length:
+        text = f"the reply has {len(pdu)} bytes, {request.reply_length} are right for this request"
+        return Reply(fault=Fault.LENGTH, text=text)
+    if request.writes:
+        return _check_echo(request, pdu)
+    if pdu[1] != request.data_bytes:
+        return Reply(fault=Fault.LENGTH, text=f"the reply declares {pdu[1]} bytes, asked for {request.data_bytes}")
+    return Reply(_words(request, pdu[2:]))
+
+
+def _check_echo(request: Request, pdu: bytes) -> Reply:
+    if pdu != request.pdu[:5]:
+        return Reply(fault=Fault.LENGTH, text=f"the device acknowledged {pdu[1:].hex()}, not what was written")
+    return Reply(request.words)
+
+
+def _words(request: Request, data: bytes) -> tuple[int, ...]:
+    if request.function in READ_REGISTERS:
+        return struct.unpack(f">{request.count}H", data)
+    packed = int.from_bytes(data, "little")
+    return tuple(packed >> k & 1 for k in range(request.count))
+
+
+def crc16(data: Sequence[int]) -> int:
+    """The checksum of Modbus RTU (polynomial A001 reflected, start FFFF), low byte first on the line.
+
+    >>> hex(crc16(bytes.fromhex("010300000002")))
+    '0xbc4'
+    """
+    crc = 0xFFFF
+    for byte in data:
+        crc = crc >> 8 ^ _CRC[(crc ^ byte) & 0xFF]
+    return crc
+
+
+def _crc_of(byte: int) -> int:
+    for _ in range(8):
+        byte = byte >> 1 ^ (0xA001 if byte & 1 else 0)
+    return byte
+
+
+_CRC = tuple(_crc_of(byte) for byte in range(256))

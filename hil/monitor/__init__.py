@@ -1,0 +1,1 @@
+"""A source watched by detectors: events, and what was learned."""

@@ -1,0 +1,152 @@
+"""One run of the monitor as a program: a source is watched until it ends, its time is over, or a signal comes."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+from collections.abc import Callable, Coroutine, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from hil.monitor.event import MonitorEvent
+from hil.monitor.monitor import Monitor
+from hil.monitor.state import check_state, save_state
+from hil.monitor.valve import ValveStatus
+from hil.recorder.files import RecorderSettings
+from hil.recorder.recorder import Recorder, RecorderReport
+from hil.recorder.session import leave_to_itself
+from hil.source.sample import LinkEvent, Sample
+from hil.source.source import Around, Source
+from hil.source.statistics import Statistics
+
+Sink = Callable[[MonitorEvent], None]
+"""Where events go: a file, a terminal, and later a page."""
+
+Show = Callable[[tuple[ValveStatus, ...], Statistics, float], None]
+"""Shown, once a second, how the valves stand, what the source has done, and the seconds since the start."""
+
+SHOW_EVERY_S = 1.0
+SAVE_EVERY_S = 60.0
+BREATHE_EVERY = 64
+"""A recording is read without ever waiting; after so many samples signals get their turn."""
+
+
+@dataclass(frozen=True)
+class MonitorSession:
+    """sinks : where events go; duration_s : stop after so long [s]; state, model_key : file for what is learned, and
+    the model it belongs to; record : how the source is recorded meanwhile; show : see `Show`.
+    """
+
+    sinks: Sequence[Sink] = ()
+    duration_s: float | None = None
+    state: Path | None = None
+    model_key: str = ""
+    record: RecorderSettings | None = None
+    show: Show | None = None
+
+
+@dataclass(frozen=True)
+class MonitorEnd:
+    """How it ended. alarms : alarm events; stopped_by : the signal, None for the end of the source or of the time;
+    recorded : what the recorder did, None without one.
+    """
+
+    alarms: int
+    seconds: float
+    stopped_by: signal.Signals | None
+    recorded: RecorderReport | None
+
+
+class _Watched(Around):
+    """A source whose items pass the monitor first, and then go to whoever reads it: the recorder."""
+
+    def __init__(self, source: Source, monitor: Monitor, sinks: Sequence[Sink]) -> None:
+        super().__init__(source)
+        self._monitor, self._sinks = monitor, sinks
+        self._taken = 0
+
+    async def __anext__(self) -> Sample | LinkEvent:
+        item = await anext(self._source)
+        event = await self._monitor.take(item)
+        if event is not None:
+            for sink in self._sinks:
+                sink(event)
+        self._taken += 1
+        if self._taken % BREATHE_EVERY == 0:
+            await asyncio.sleep(0)
+        return item
+
+    async def run(self, stop: asyncio.Event) -> None:
+        """Take everything, without a recorder, until `stop` is set or the source ends."""
+        halt = asyncio.ensure_future(stop.wait())
+        work = asyncio.ensure_future(self._drain())
+        try:
+            await asyncio.wait((halt, work), return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            halt.cancel()
+            work.cancel()
+        with suppress(asyncio.CancelledError):
+            await work
+
+    async def _drain(self) -> None:
+        async for _ in self:
+            pass
+
+
+async def monitor_session(source: Source, monitor: Monitor, session: MonitorSession) -> MonitorEnd:
+    """Watch a source until it ends, the duration is over, or SIGINT or SIGTERM comes; what is learned is saved then.
+
+    Raises BadInput as `Monitor.check`, `Monitor.take` and `Recorder.run` do, also when the state cannot be saved, and
+    PollingDied as the source does.
+    """
+    monitor.check()
+    if session.state is not None:
+        check_state(session.state)
+    loop, stop, seen = asyncio.get_running_loop(), asyncio.Event(), list[signal.Signals]()
+
+    def on_signal(number: signal.Signals) -> None:
+        seen.append(number)
+        stop.set()
+
+    watched = _Watched(source, monitor, session.sinks)
+    recorder = None if session.record is None else Recorder(watched, session.record)
+    leave_to_itself()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        loop.add_signal_handler(number, on_signal, number)
+    begun = loop.time()
+    timer = None if session.duration_s is None else loop.call_later(session.duration_s, stop.set)
+    helpers = [asyncio.ensure_future(work) for work in _background(monitor, watched.statistics, session, begun)]
+    try:
+        async with watched:
+            report = await (recorder.run(stop) if recorder else watched.run(stop))
+    finally:
+        for handle in (timer, *helpers):
+            if handle is not None:
+                handle.cancel()
+        for number in (signal.SIGINT, signal.SIGTERM):
+            loop.remove_signal_handler(number)
+        _save(monitor, session)
+    return MonitorEnd(monitor.alarms, loop.time() - begun, seen[0] if seen else None, report)
+
+
+def _background(
+    monitor: Monitor, statistics: Statistics, session: MonitorSession, begun: float
+) -> list[Coroutine[None, None, None]]:
+    works = [_again(SAVE_EVERY_S, lambda: _save(monitor, session))]
+    show = session.show
+    if show is not None:
+        loop = asyncio.get_running_loop()
+        works.append(_again(SHOW_EVERY_S, lambda: show(monitor.status, statistics, loop.time() - begun)))
+    return works
+
+
+async def _again(every_s: float, work: Callable[[], None]) -> None:
+    while True:
+        await asyncio.sleep(every_s)
+        work()
+
+
+def _save(monitor: Monitor, session: MonitorSession) -> None:
+    if session.state is not None and any(valve.watch is not None for valve in monitor.valves.values()):
+        save_state(session.state, list(monitor.valves.values()), session.model_key)

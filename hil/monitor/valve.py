@@ -1,0 +1,99 @@
+"""One valve under watch: first it is learned, then every sample is judged, and changes of the judgement are events."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+from detector import Judgement, Measurements, Row, Verdict, Watch, WatchState
+from hil.monitor.event import MonitorEvent
+from recordings import BadInput
+
+Learner = Callable[[Measurements], Watch]
+Phase = Literal["learning", "watching", "alarm"]
+
+
+@dataclass(frozen=True)
+class ValveStatus:
+    """A valve at a moment, for whoever looks. load : largest score, an alarm at 1; learned : share of the learning
+    time that is over; samples : taken so far.
+    """
+
+    valve: str
+    phase: Phase
+    load: float
+    fault: str | None
+    learned: float
+    samples: int
+
+
+class ValveWatch:
+    """What the monitor holds of one valve. watch, state : None until it is learned; learn_s : learning time [s]."""
+
+    def __init__(self, valve: str, learner: Learner, learn_s: float | None) -> None:
+        self.valve, self._learner, self.learn_s = valve, learner, learn_s
+        self.watch: Watch | None = None
+        self.state: WatchState | None = None
+        self._rows: list[Row] = []
+        self._load, self._samples = 0.0, 0
+
+    def resume(self, watch: Watch, state: WatchState | None = None) -> None:
+        """Go on with what was learned before."""
+        self.watch = watch
+        self.state = watch.initial() if state is None else watch.resumed(state)
+
+    def gather(self, row: Row) -> bool:
+        """Keep a row for learning; returns whether there are enough now."""
+        self._samples += 1
+        self._rows.append(row)
+        return self.learn_s is not None and row.time_s - self._rows[0].time_s >= self.learn_s
+
+    def learn(self) -> Watch:
+        """Learn from what was gathered. Raises BadInput naming the valve when that cannot support a detector."""
+        rows, self._rows = self._rows, []
+        try:
+            self.resume(watch := self._learner(Measurements.of(rows)))
+        except BadInput as problem:
+            raise BadInput(f"valve {self.valve}: {problem.where}", problem.found, problem.remedy) from None
+        return watch
+
+    def judge(self, row: Row, wall: float) -> MonitorEvent | None:
+        """Judge a row of a learned valve; the event that it makes, if any."""
+        if self.watch is None or self.state is None:
+            raise RuntimeError(f"{self.valve} is judged before it is learned")
+        self._samples += 1
+        self.state, said = self.watch.step(self.state, row)
+        self._load = said.load if said.verdict.used else self._load
+        kind = "alarm" if said.began or said.renamed else "cleared" if said.ended else None
+        if kind is not None:
+            fault, text = (said.kind, _text(said)) if kind == "alarm" else (None, "nothing above its limit any more")
+            return MonitorEvent(
+                row.time_s, wall, self.valve, "alarm" if kind == "alarm" else "cleared", text, fault, said.residual,
+                said.threshold,
+            )  # fmt: skip
+        if said.verdict is Verdict.GAP and said.gap_s:
+            text = f"no usable sample for {said.gap_s:.3g} s; the detector starts its errors anew"
+            return MonitorEvent(row.time_s, wall, self.valve, "gap", text)
+        return None
+
+    @property
+    def status(self) -> ValveStatus:
+        """How it stands."""
+        if self.state is None:
+            learned = (self._rows[-1].time_s - self._rows[0].time_s) / (self.learn_s or 1.0) if self._rows else 0.0
+            return ValveStatus(self.valve, "learning", 0.0, None, min(learned, 1.0), self._samples)
+        phase: Phase = "alarm" if self.state.alarm else "watching"
+        return ValveStatus(self.valve, phase, self._load, self.state.kind, 1.0, self._samples)
+
+
+_WORDS = {
+    "friction": "the friction has changed", "spring": "the spring, or the area of the diaphragm, has changed",
+    "sensor": "position and flow do not fit each other: position sensor", "supply": "the supply pressure is not usual",
+    "flow": "the flow, or the process pressures, are not what belongs to the opening", None: "unknown kind",
+}  # fmt: skip
+
+
+def _text(said: Judgement) -> str:
+    again = "now named: " if said.renamed else ""
+    return f"{again}{_WORDS[said.kind]}; test '{said.test}' at {said.residual:.3g}, limit {said.threshold:.3g}"

@@ -1,0 +1,1 @@
+"""The plants that a server serves."""

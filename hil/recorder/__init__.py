@@ -1,0 +1,1 @@
+"""A source into crash-safe recordings."""

@@ -1,0 +1,181 @@
+"""The recorder: a source into crash-safe recordings.
+
+Samples wait half a second, then go to the disk in one batch, in a thread of their own, so that a slow disk delays no
+poll. A value that is not good is NaN in the file, and the source's event beside it says why.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack, nullcontext, suppress
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+
+from hil.recorder.files import FileSeries, RecorderSettings, Row
+from hil.source.sample import LinkEvent, Sample
+from hil.source.source import Source
+from hil.source.statistics import Statistics
+from recordings import BadInput, Event
+
+MOST_WAITING = 10_000
+"""Samples that may wait in memory; then the source has to wait for the disk."""
+
+
+@dataclass
+class ValveReport:
+    """What was recorded of one valve. bad : samples with a value that was not good; first, last : times [s]."""
+
+    valve: str
+    files: tuple[Path, ...] = ()
+    samples: int = 0
+    bad: int = 0
+    first: float = 0.0
+    last: float = 0.0
+
+    @property
+    def rate(self) -> float:
+        """Samples per second that were achieved, outages included."""
+        return (self.samples - 1) / (self.last - self.first) if self.last > self.first else 0.0
+
+
+@dataclass(frozen=True)
+class RecorderReport:
+    """What a session came to."""
+
+    valves: tuple[ValveReport, ...]
+    statistics: Statistics
+
+    @property
+    def samples(self) -> int:
+        """Samples recorded, over all valves."""
+        return sum(valve.samples for valve in self.valves)
+
+
+@dataclass
+class _Lane:
+    """One valve on its way to the disk."""
+
+    names: Sequence[str]
+    report: ValveReport
+    series: FileSeries | None = None
+    rows: list[Row] = field(default_factory=list)
+    events: list[LinkEvent] = field(default_factory=list)
+
+    def take(self, sample: Sample, origin: float) -> None:
+        moment, report = sample.time - origin, self.report
+        self.rows.append((moment, *[sample.readings[name].usable for name in self.names]))
+        report.bad += not sample.good
+        report.first = report.first if report.samples else moment
+        report.last, report.samples = moment, report.samples + 1
+
+    def batch(self, origin: float) -> tuple[list[Row], list[Event]]:
+        rows, events, self.rows, self.events = self.rows, self.events, [], []
+        return rows, [Event(event.time - origin, event.kind, event.text) for event in events]
+
+
+class Recorder:
+    """Records a source until it ends or is told to stop.
+
+    The clock of the recordings is monotonic and begins with the first sample of the session; `created` is the
+    wall-clock time of that moment, in every file. An event before it has a negative time.
+
+    source : entered already; settings : see `RecorderSettings`. Raises BadInput when nothing can be written there.
+    """
+
+    def __init__(self, source: Source, settings: RecorderSettings) -> None:
+        settings.check(list(source.signals))
+        self._source, self._settings = source, settings
+        self._lanes = {
+            valve: _Lane([spec.name for spec in specs if spec.role != "time"], ValveReport(valve))
+            for valve, specs in source.signals.items()
+        }
+        self._origin: float | None = None
+        self._n_waiting = 0
+        self._disk = ThreadPoolExecutor(1, "disk")  # one thread: batches stay in order, and HDF5 likes no second one
+        self._turn = asyncio.Lock()
+
+    @property
+    def report(self) -> RecorderReport:
+        """What there is so far."""
+        return RecorderReport(tuple(lane.report for lane in self._lanes.values()), self._source.statistics)
+
+    async def run(self, stop: asyncio.Event) -> RecorderReport:
+        """Record until `stop` is set or the source ends.
+
+        Raises what the source raises and BadInput when the disk refuses; what was recorded until then is kept.
+        """
+        work = [self._collect(), self._write_again_and_again(), stop.wait()]
+        tasks = [asyncio.ensure_future(one) for one in work]
+        try:
+            await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            async with self._turn:  # a batch on its way to the disk gets there, and says so if it does not
+                for task in tasks:
+                    task.cancel()
+            ends = await asyncio.gather(*tasks, return_exceptions=True)
+            failures = [end for end in ends if isinstance(end, Exception)]
+            with suppress(BadInput) if failures else nullcontext():  # the first failure is the one to show
+                await self._finish()
+        if failures:
+            raise failures[0]
+        return self.report
+
+    async def _collect(self) -> None:
+        async for item in self._source:
+            lane = self._lanes[item.valve]
+            if isinstance(item, LinkEvent):
+                lane.events.append(item)
+                if self._settings.tell:
+                    self._settings.tell(item)
+                continue
+            origin = self._begin(item) if self._origin is None else self._origin
+            lane.take(item, origin)
+            self._n_waiting += 1
+            if self._n_waiting >= MOST_WAITING:
+                await self._write()
+
+    def _begin(self, first: Sample) -> float:
+        self._origin, created = first.time, datetime.fromtimestamp(first.wall, UTC)
+        for valve, lane in self._lanes.items():
+            lane.series = FileSeries(valve, self._source.signals[valve], created, self._settings)
+        return self._origin
+
+    async def _write_again_and_again(self) -> None:
+        while True:
+            await asyncio.sleep(self._settings.batch_s)
+            await self._write()
+
+    async def _write(self) -> None:
+        """Everything that waits, onto the disk."""
+        async with self._turn:
+            if self._origin is None:
+                return  # nothing but events so far
+            lanes = [lane for lane in self._lanes.values() if lane.rows or lane.events]
+            batches = [(lane.series, *lane.batch(self._origin)) for lane in lanes]
+            self._n_waiting = 0
+            await asyncio.get_running_loop().run_in_executor(self._disk, _write_batches, batches)
+
+    async def _finish(self) -> None:
+        """Write what still waits, and close the files even if that fails."""
+        try:
+            await self._write()
+        finally:
+            await asyncio.get_running_loop().run_in_executor(self._disk, self._close)
+            self._disk.shutdown()
+
+    def _close(self) -> None:
+        with ExitStack() as stack:  # closes every file, and then raises what went wrong
+            for lane in self._lanes.values():
+                if lane.series is not None:
+                    lane.report.files = tuple(lane.series.files)
+                    lane.report.samples -= lane.series.n_left
+                    stack.callback(lane.series.close)
+
+
+def _write_batches(batches: Sequence[tuple[FileSeries | None, list[Row], list[Event]]]) -> None:
+    for series, rows, events in batches:
+        if series is not None:
+            series.write(rows, events)

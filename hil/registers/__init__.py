@@ -1,0 +1,1 @@
+"""What registers mean: points, coding, register maps, and rings of samples."""

@@ -1,0 +1,1 @@
+"""Simulated plants behind Modbus registers."""

@@ -1,0 +1,140 @@
+"""One listener of a server: opens a socket, a serial line or a pseudo terminal, or says in words why it cannot."""
+
+from __future__ import annotations
+
+import errno
+import os
+import socket
+import termios
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+
+from pymodbus import FramerType
+
+from hil.modbus.pty import PtyLine
+from hil.modbus.serial_device import check_serial_device, usable_parity
+from hil.modbus.tls import Certificates
+from hil.server.address import NetworkAddress, PtyAddress, SerialAddress, ServerAddress
+from hil.server.handler import CarefulSerialServer, CarefulTcpServer, CarefulTlsServer
+from hil.server.unit import ServedUnit
+from hil.server.wire import Clock, devices
+from recordings import BadInput
+
+_Server = CarefulTcpServer | CarefulTlsServer | CarefulSerialServer
+
+
+@dataclass(frozen=True)
+class Endpoint:
+    """An open listener. address : where clients find it, with the port or the pseudo terminal that was chosen."""
+
+    address: str
+    _server: _Server
+    _release: Callable[[], None]
+
+    async def close(self) -> None:
+        """Stop listening and drop the connections."""
+        await self._server.shutdown()
+        self._release()
+
+
+async def open_endpoint(
+    address: ServerAddress, units: Mapping[int, ServedUnit], clock: Clock, certificates: Certificates | None
+) -> Endpoint:
+    """Start to listen. Raises BadInput when that is not possible."""
+    if isinstance(address, NetworkAddress):
+        return await _open_network(address, units, clock, certificates)
+    if isinstance(address, SerialAddress):
+        check_serial_device(f"rtu:{address.device}", address.device, address.baud, address.parity)
+        server = _serial_server(address, units, clock)
+        await _serve(server, address.device)
+        return Endpoint(f"rtu:{address.device}", server, lambda: None)
+    return await _open_pty(address, units, clock)
+
+
+async def _open_network(
+    address: NetworkAddress, units: Mapping[int, ServedUnit], clock: Clock, certificates: Certificates | None
+) -> Endpoint:
+    _try_network(address)
+    place = (address.host, address.port)
+    server: CarefulTcpServer | CarefulTlsServer
+    if address.kind == "tcp":
+        server = CarefulTcpServer(devices(units, clock), address=place, units=units.keys(), clock=clock)
+    else:
+        if certificates is None:
+            remedy = "give --cert, --key and --ca (for tests: bristle serve --make-test-ca DIR)"
+            raise BadInput(address.at(address.port), "TLS needs certificates", remedy)
+        # The library's TLS framer swallows two requests that arrive together; the plain one has the same frames.
+        secure = {"sslctx": certificates.server_context(), "framer": FramerType.SOCKET}
+        server = CarefulTlsServer(devices(units, clock), address=place, units=units.keys(), clock=clock, **secure)
+    await _serve(server, address.at(address.port))
+    port = server.transport.sockets[0].getsockname()[1]  # type: ignore[attr-defined]
+    return Endpoint(address.at(port), server, lambda: None)
+
+
+async def _open_pty(address: PtyAddress, units: Mapping[int, ServedUnit], clock: Clock) -> Endpoint:
+    """A pseudo terminal has no parity, and other clients than ours must be told: the address says so."""
+    line = PtyLine()
+    try:
+        if address.link:
+            _link(line.client_path, address.link)
+        server = _serial_server(SerialAddress(line.server_path), units, clock)
+        await _serve(server, line.server_path)
+    except BaseException:
+        line.close()
+        raise
+
+    def release() -> None:
+        line.close()
+        if address.link and os.path.islink(address.link):
+            with suppress(OSError):
+                os.unlink(address.link)
+
+    return Endpoint(f"rtu:{address.link or line.client_path}?parity=N", server, release)
+
+
+def _serial_server(address: SerialAddress, units: Mapping[int, ServedUnit], clock: Clock) -> CarefulSerialServer:
+    return CarefulSerialServer(
+        devices(units, clock),
+        port=address.device,
+        baudrate=address.baud,
+        parity=usable_parity(address.device, address.parity),
+        stopbits=address.stop_bits,
+        ignore_missing_devices=True,  # on a line of several devices only the one that is meant may speak
+        units=units.keys(),
+        clock=clock,
+    )
+
+
+async def _serve(server: _Server, where: str) -> None:
+    try:
+        await server.serve_forever(background=True)
+    except (RuntimeError, OSError, termios.error) as error:
+        raise BadInput(where, f"cannot listen there ({error})", "use another address") from None
+
+
+def _try_network(address: NetworkAddress) -> None:
+    """The wire library does not say why it cannot listen: ask the system first."""
+    where, family = address.at(address.port), socket.AF_INET6 if ":" in address.host else socket.AF_INET
+    try:
+        with socket.socket(family, socket.SOCK_STREAM) as attempt:
+            attempt.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            attempt.bind((address.host, address.port))
+            attempt.listen()
+    except OSError as error:
+        reason = _REASONS.get(error.errno or 0, (f"{error.strerror}", "use another address"))
+        raise BadInput(where, *reason) from None
+
+
+_REASONS = {
+    errno.EADDRINUSE: ("the port is in use", "stop the other program or use another port (0 takes a free one)"),
+    errno.EACCES: ("ports below 1024 need privileges", "use a higher port such as 5020"),
+    errno.EADDRNOTAVAIL: ("this machine has no such address", "use 127.0.0.1, or an address of this machine"),
+}
+
+
+def _link(path: str, link: str) -> None:
+    try:
+        os.symlink(path, link)
+    except OSError as error:
+        raise BadInput(f"pty:{link}", f"cannot make that link: {error.strerror}", "use a name that is free") from None

@@ -1,0 +1,83 @@
+"""A server from start to stop: says where it listens, runs until it is told to stop, says how it went."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import signal
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from hil.plant.plant import Plant
+from hil.server.server import Server, ServerSettings
+
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class ServerEnd:
+    """Why a session ended: the signal that stopped it, None when its duration was over."""
+
+    stopped_by: signal.Signals | None
+
+
+async def serve_session(
+    plants: Mapping[int, Plant], settings: ServerSettings, duration: float | None, say: Say
+) -> ServerEnd:
+    """Serve until `duration` [s] is over or SIGINT or SIGTERM comes.
+
+    `say` gets one line of JSON when all addresses listen, and one at the end with the lateness of every unit.
+    Raises BadInput for what cannot be served, and whatever stops plant time.
+    """
+    loop, stop = asyncio.get_running_loop(), asyncio.Event()
+    heard: list[signal.Signals] = []
+
+    def hear(which: signal.Signals) -> None:
+        heard.append(which)
+        stop.set()
+
+    async with Server(plants, settings) as server:
+        for which in (signal.SIGINT, signal.SIGTERM):
+            loop.add_signal_handler(which, hear, which)
+        try:
+            say(json.dumps(_opening(server, settings)))
+            await _until(stop, server, duration)
+        finally:
+            for which in (signal.SIGINT, signal.SIGTERM):
+                loop.remove_signal_handler(which)
+        say(json.dumps(_closing(server, heard)))
+    return ServerEnd(heard[0] if heard else None)
+
+
+async def _until(stop: asyncio.Event, server: Server, duration: float | None) -> None:
+    told, broken = asyncio.create_task(stop.wait()), asyncio.create_task(server.failed())
+    done, _ = await asyncio.wait({told, broken}, timeout=duration, return_when=asyncio.FIRST_COMPLETED)
+    for task in (told, broken):
+        task.cancel()
+    if broken in done:
+        broken.result()
+
+
+def _opening(server: Server, settings: ServerSettings) -> dict[str, object]:
+    mode = "lock-step" if settings.speed is None else f"{settings.speed:g} x real time"
+    return {
+        "listening": server.addresses,
+        "units": list(server.units),
+        "mode": mode,
+        "map": settings.read_map.name,
+        "write_map": settings.write_map.name if settings.write_map else None,
+    }
+
+
+def _closing(server: Server, heard: list[signal.Signals]) -> dict[str, object]:
+    units: dict[str, dict[str, float]] = {}
+    for unit_id, unit in server.units.items():
+        units[str(unit_id)] = {"samples": unit.samples, "requests": unit.requests, "refused": unit.refused}
+        report = unit.report()
+        if report is not None:
+            units[str(unit_id)] |= {
+                "lateness_p50_s": round(report.p50, 6),
+                "lateness_p99_s": round(report.p99, 6),
+                "lateness_max_s": round(report.maximum, 6),
+            }
+    return {"stopped_by": heard[0].name if heard else "duration", "units": units}

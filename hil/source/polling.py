@@ -1,0 +1,152 @@
+"""Reading every point of every valve once a period: the schedule, and a sample from the replies."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from collections.abc import Mapping, Sequence
+
+from hil.modbus.messages import Fault
+from hil.source.channel import Channel
+from hil.source.line import Line
+from hil.source.quality import Episodes, Heartbeat
+from hil.source.sample import LinkEvent, Reading, Sample, wall_at
+from hil.source.statistics import Statistics
+from hil.source.valve import Valve
+from recordings import BadInput, SignalSpec
+
+HEARTBEAT_S = 2.0
+IDLE_S = 0.02
+"""How long a source without a rate waits when there is nobody to ask."""
+
+MISSES_TOLD_EVERY_S = 1.0
+
+
+class Schedule:
+    """Deadlines at a fixed rate; those that pass while the work goes on are counted and left out, never caught up.
+
+    rate : per second, None for as fast as possible; statistics : where rounds, lateness and misses are counted.
+    """
+
+    def __init__(self, rate: float | None, statistics: Statistics) -> None:
+        self._period = None if rate is None else 1.0 / rate
+        self._statistics = statistics
+        self._loop = asyncio.get_running_loop()
+        self._due = self._told_at = self._loop.time()
+        self._untold = 0
+
+    async def wait(self) -> None:
+        """Wait for the next deadline."""
+        if self._period is None:
+            self._statistics.polls += 1
+            return
+        await asyncio.sleep(self._due - self._loop.time())
+        self._statistics.polls += 1
+        late = max(self._loop.time() - self._due, 0.0)
+        missed = int(late / self._period)
+        self._statistics.lateness.add(late)
+        self._statistics.missed += missed
+        self._untold += missed
+        self._due += (1 + missed) * self._period
+
+    def misses(self) -> str | None:
+        """What to tell of missed deadlines, at most once a second; None for nothing."""
+        now = self._loop.time()
+        if not self._untold or now - self._told_at < MISSES_TOLD_EVERY_S:
+            return None
+        deadlines = "deadline" if self._untold == 1 else "deadlines"
+        text = f"{self._untold} {deadlines} missed in {now - self._told_at:.1f} s"
+        self._told_at, self._untold = now, 0
+        return text
+
+
+def check_rate(rate: float | None) -> float | None:
+    """The rate itself; BadInput when it is none that can be kept."""
+    if rate is None or 0.0 < rate < math.inf:
+        return rate
+    raise BadInput("rate", f"it is {rate}", "give a finite number of rounds per second, more than 0")
+
+
+class Polling:
+    """The plan of a source that reads everything once a period.
+
+    rate : rounds per second, None for as fast as possible; heartbeat : name of the point that must change, else the
+    map's own; heartbeat_s : how long it may stand still. Raises BadInput for a rate that cannot be.
+    """
+
+    def __init__(self, rate: float | None, heartbeat: str | None = None, heartbeat_s: float = HEARTBEAT_S) -> None:
+        self._rate, self._heartbeat, self._heartbeat_s = check_rate(rate), heartbeat, heartbeat_s
+
+    def signals(self, valve: Valve) -> tuple[SignalSpec, ...]:
+        """What a recording of the valve declares."""
+        return valve.signals()
+
+    def check(self, valve: Valve) -> None:
+        """Raises BadInput when the plan does not fit the valve's map."""
+        if self._heartbeat is not None:
+            valve.map.point(self._heartbeat)
+
+    async def run(self, valves: Sequence[Valve], line: Line, channel: Channel, statistics: Statistics) -> None:
+        """Poll until cancelled."""
+        rounds = [_Round(valve, line, self._pulse(valve)) for valve in valves]
+        schedule = Schedule(self._rate, statistics)
+        while True:
+            await schedule.wait()
+            await channel.room()
+            asked = False
+            for one in rounds:
+                asked |= await one.sample(channel, statistics)
+            misses = schedule.misses()
+            if misses:
+                now = asyncio.get_running_loop().time()
+                for valve in valves:
+                    channel.put(LinkEvent(now, wall_at(now), valve.name, "deadline_missed", misses))
+            if not asked and self._rate is None:
+                await asyncio.sleep(IDLE_S)
+
+    def _pulse(self, valve: Valve) -> Heartbeat | None:
+        name = self._heartbeat or valve.map.heartbeat
+        return None if name is None else Heartbeat(name, self._heartbeat_s)
+
+
+class _Round:
+    """What one valve needs in every round, and what is remembered of it between rounds."""
+
+    def __init__(self, valve: Valve, line: Line, heartbeat: Heartbeat | None) -> None:
+        self._valve, self._line, self._heartbeat = valve, line, heartbeat
+        self._episodes = Episodes()
+
+    async def sample(self, channel: Channel, statistics: Statistics) -> bool:
+        """Read the valve and put its sample; returns whether anything was asked."""
+        if not self._line.link.open:
+            return False
+        begun = asyncio.get_running_loop().time()
+        readings = await self._readings()
+        if readings is None:
+            return False
+        if not self._line.reachable(self._valve):
+            return True
+        moment = (begun + asyncio.get_running_loop().time()) / 2
+        judged = self._heartbeat.judge(moment, readings) if self._heartbeat else readings
+        sample = Sample(moment, wall_at(moment), self._valve.name, judged)
+        for event in self._episodes.observe(sample):
+            channel.put(event)
+        channel.put(sample)
+        statistics.samples += 1
+        return True
+
+    async def _readings(self) -> Mapping[str, Reading] | None:
+        """Every point's reading; None when no device of the valve could be asked or the connection broke."""
+        readings: dict[str, Reading] = {}
+        asked = False
+        for read in self._valve.reads:
+            resting = self._line.rests(read.request.unit)
+            if resting is not None:
+                readings.update(read.bad(resting))
+                continue
+            reply = await self._line.ask(read.request)
+            if reply.fault is Fault.LOST:
+                return None
+            asked = True
+            readings.update(read.readings(reply))
+        return readings if asked else None

@@ -1,0 +1,1 @@
+"""What goes wrong on purpose: a fault injector and a test authority."""

@@ -1,0 +1,110 @@
+"""What is known of the force between and behind its noisy samples, before any model of the valve is used.
+
+The force is taken for the integral of a slope that is driven by white noise; where no model of the valve goes on from
+there, as in a free run, for as many integrals as make it likeliest: a sine is smooth, a staircase is not. How strongly
+differs along a recording (a rest, a ramp, a corner, a step), so the intensity is estimated locally by maximum
+likelihood: MacKay's fixed point for hyperparameters (Neural Computation 4(3), 1992), over 20 ms where something happens
+and over a second elsewhere. It has to be right at rest: a force that seems to quiver there makes a simulated bristle
+creep, and the creep that is not seen in the position is then explained by too much break-away friction.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass
+from importlib import resources
+from types import ModuleType
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import median_filter, uniform_filter1d
+
+from simulator import native_module
+
+Array = NDArray[np.float64]
+
+EVENT, QUIET = 0.02, 1.0
+"""Times over which the intensity is one [s]: about an event, and elsewhere."""
+STANDS_OUT = 20.0
+"""An event has an intensity so many times the median of its surroundings."""
+ROUNDS, FASTEST = 8, 30.0
+"""Rounds of the fixed point, and the largest factor on an intensity in one."""
+STILL = 1e-3
+"""Least wander of the force in a second, in standard deviations of a sample."""
+ORDER, SMOOTH = 2, 4
+"""Integrals of the white noise: those that a model of an uncertain force has, and those of a smooth force."""
+DECADES = {ORDER: np.arange(-2.0, 16.0), SMOOTH: np.arange(-2.0, 23.0, 2.0)}
+"""Intensities that are tried first, in powers of ten of the noise variance per s^(2 order - 1)."""
+
+
+@dataclass(frozen=True)
+class Force:
+    """u (n,) smoothed force [N], slope (n,) [N/s], std (n,) its standard deviation [N]; intensity (n - 1,) [N2/s3] of
+    the noise that drives the slope; noise [N] of the samples; likelihood of two integrals : logarithm, but for a
+    constant.
+    """
+
+    u: Array
+    slope: Array
+    std: Array
+    intensity: Array
+    noise: float
+    likelihood: float
+
+
+@functools.cache
+def loops() -> ModuleType:
+    """The compiled recursions of `recursions.py`."""
+    text = (
+        resources.files("identification.estimators.noise_aware").joinpath("recursions.py").read_text(encoding="utf-8")
+    )
+    return native_module("smoother", text)
+
+
+def estimate_force(t: Array, u: Array, noise: float) -> Force:
+    """Smooth the force u (n,) [N] recorded at t (n,) [s] with a noise of standard deviation `noise` [N].
+
+    The standard deviations hold within about a tenth on forces made of ramps, sines and steps.
+    """
+    mean, std, intensity, likelihood = _chain(t, u, noise, ORDER)
+    return Force(mean[:, 0].copy(), mean[:, 1].copy(), std, intensity, noise, likelihood)
+
+
+def smoother(t: Array, u: Array, force: Force) -> Array | None:
+    """The force (n,) [N] by more integrals, recorded as for `estimate_force`; None where two are likelier."""
+    mean, _, _, likelihood = _chain(t, u, force.noise, SMOOTH)
+    return mean[:, 0].copy() if likelihood > force.likelihood else None
+
+
+def _chain(t: Array, u: Array, noise: float, order: int) -> tuple[Array, Array, Array, float]:
+    """The force by so many integrals: it and its derivatives (n, order), its standard deviation (n,), the intensity
+    (n - 1,) of the noise that drives it, and the likelihood.
+    """
+    mean, variance, jumps = np.empty((len(t), order)), np.empty(len(t)), np.empty(len(t) - 1)
+    r, dt = noise**2, np.diff(t)
+
+    def smooth(intensity: Array) -> float:
+        return float(loops().smoothed_force(t, u, intensity, r, mean, variance, jumps))
+
+    levels = r * 10.0 ** DECADES[order]
+    intensity = np.full(len(dt), levels[int(np.argmax([smooth(np.full(len(dt), level)) for level in levels]))])
+    least = (2 * order - 1) * math.factorial(order - 1) ** 2 * r * STILL**2
+    for _ in range(ROUNDS):
+        smooth(intensity)
+        intensity = np.maximum(_updated(intensity, dt, np.diff(mean[:, -1]) ** 2, jumps), least)
+    likelihood = smooth(intensity)
+    return mean, np.sqrt(np.maximum(variance, 1e-12 * r)), intensity, likelihood
+
+
+def _updated(intensity: Array, dt: Array, steps: Array, jumps: Array) -> Array:
+    """One round for the intensities (n - 1,) from the squares of the smoothed slope's steps, and their expectations."""
+    spacing = float(np.median(dt))
+    event, quiet = (max(3, round(time / spacing) | 1) for time in (EVENT, QUIET))
+    determined = uniform_filter1d(dt - (jumps - steps) / intensity, event, mode="nearest")  # share the data decide
+    local = uniform_filter1d(steps, event, mode="nearest") / np.maximum(determined, 1e-3 * dt)
+    local = np.clip(local, intensity / FASTEST, intensity * FASTEST)
+    stride = max(1, event // 6)
+    coarse = median_filter(local[::stride], max(3, quiet // stride | 1), mode="nearest")
+    around = np.interp(np.arange(len(local)), np.arange(len(coarse)) * stride, coarse)
+    return np.asarray(np.where(local > STANDS_OUT * around, local, around), float)

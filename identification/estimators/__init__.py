@@ -1,0 +1,1 @@
+"""How parameters are estimated: output error, noise-aware, and with an imposed motion."""

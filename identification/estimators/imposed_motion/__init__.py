@@ -1,0 +1,1 @@
+"""Imposed motion: the rig moves the stem, and the force is predicted."""

@@ -1,0 +1,1 @@
+"""Noise-aware: parameters and motion estimated together, where the force is noisy."""

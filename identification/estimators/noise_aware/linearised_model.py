@@ -1,0 +1,266 @@
+"""One segment linearised along a path of its states, and what the measurements then say about path and parameters.
+
+The states are those of a kernel of an uncertain force: position, velocity, the memory of the effects, the force and its
+slope. Along the path every interval between samples has its own derivatives, so filter and smoother are linear: the
+innovations, their variances and their derivatives by the parameters follow, and for any move of the parameters the
+path that fits the measurements best (Bell, SIAM J. Optim. 4(3), 1994; Bryson and Frazier, 1963).
+"""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.data.experiment import Segment
+from identification.data.force import Force, estimate_force, loops, smoother
+from identification.estimators.coordinates import Coordinates
+from simulator import Kernel
+
+Array = NDArray[np.float64]
+
+WIDEST_NODES = 5e-3
+"""Longest time between nodes of a path [s]: between slow samples the force can do more than move at one slope."""
+NOISE_X, NOISE_V = 1e-8, 2e-5
+"""Noise of the model itself per interval, position [m] and velocity [m/s]: below what can be measured, but enough for
+the paths of very stiff bristles to settle."""
+FIRST_V, FIRST_SLOPE = 1e-4, 1e3
+"""Standard deviations of the first velocity [m/s] and slope of the force [N/s]."""
+
+
+UNKNOWN = 0.3
+"""Standard deviation of the first state of a memory, as a share of what it can be."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A segment on the nodes of its path. t (n,) [s]; y (n,) [m] and u (n,) [N] measured, NaN at nodes between
+    samples; force : what the recording alone says of it; noise_y [m]; motion (n, 3): smoothed x [m] and v [m/s], and v
+    behind a dead zone at the level of the noise; lead : of a part, what comes before it, up to its first node.
+    """
+
+    t: Array
+    y: Array
+    u: Array
+    force: Force
+    noise_y: float
+    motion: Array
+    lead: Scene | None = None
+
+    @classmethod
+    def of(cls, segment: Segment, noise_y: float, noise_u: float) -> Scene:
+        """The scene of a segment with the noise of its channels, standard deviations."""
+        force = estimate_force(segment.t, segment.u, noise_u)
+        y = np.where(segment.seen, segment.y, np.nan)
+        motion = np.column_stack([segment.motion.x, segment.motion.v, segment.motion.crept])
+        scene = cls(np.ascontiguousarray(segment.t), y, segment.u, force, noise_y, motion)
+        return scene.divided(int(np.ceil(segment.dt / WIDEST_NODES - 1e-9)))
+
+    @functools.cached_property
+    def free_force(self) -> Array:
+        """The force (n,) [N] for free runs of the whole: smoothed as is likeliest."""
+        seen = np.isfinite(self.u)
+        found = smoother(self.t[seen], self.u[seen], self.force)
+        return self.force.u if found is None else np.interp(self.t, self.t[seen], found)
+
+    def part(self, first: int, last: int) -> Scene:
+        """The nodes [first, last)."""
+        f, s = self.force, slice(first, last)
+        force = Force(f.u[s], f.slope[s], f.std[s], f.intensity[first : last - 1], f.noise, f.likelihood)
+        t, motion = np.ascontiguousarray(self.t[s]), np.ascontiguousarray(self.motion[s])
+        lead = self.part(0, first + 1) if first else self.lead
+        return Scene(t, self.y[s], self.u[s], force, self.noise_y, motion, lead)
+
+    def divided(self, between: int) -> Scene:
+        """The same scene with every interval divided in so many."""
+        if between <= 1:
+            return self
+        n = len(self.t)
+        t = np.interp(np.arange((n - 1) * between + 1) / between, np.arange(n), self.t)
+
+        def spread(values: Array) -> Array:
+            wide = np.full(len(t), np.nan)
+            wide[::between] = values
+            return wide
+
+        f = self.force
+        force = replace(
+            f, u=np.interp(t, self.t, f.u), slope=np.interp(t, self.t, f.slope), std=np.interp(t, self.t, f.std),
+            intensity=np.repeat(f.intensity, between),
+        )  # fmt: skip
+        motion = np.column_stack([np.interp(t, self.t, column) for column in self.motion.T])
+        return Scene(t, spread(self.y), spread(self.u), force, self.noise_y, motion, self.lead)
+
+
+@dataclass(frozen=True)
+class Looseness:
+    """How much freedom the path has beside what the model says. force : factor on the standard deviations of the force;
+    bristle : noise of the memory per interval, as a share of the break-away deflection fc/sigma0; curvature : share of
+    an interval's present misfit that counts as its error of linearisation; h_max [s] largest sub-step; share : of the
+    way to the smoothed path that is gone in one step (the whole way can diverge at break-aways); honest : an estimate's
+    cost is what it would be without the allowance for linearisation. With it, costs of different parameters cannot be
+    compared (a misfit buys its own excuse), but far from the end it guides better.
+    """
+
+    force: float = 1.0
+    bristle: float = 1e-5
+    curvature: float = 0.1
+    h_max: float = 5e-4
+    share: float = 0.6
+    honest: bool = True
+
+
+@dataclass(frozen=True)
+class Linearised:
+    """The filter along a path. innovations, variances (n, 2): of position and force, variance inf where there is no
+    measurement; by (n, 2, m): their derivatives by the free coordinates; judged: innovations and variances by which
+    an estimate is judged; the rest is what the smoother needs.
+    """
+
+    innovations: Array
+    variances: Array
+    by: Array
+    judged: tuple[Array, Array]
+    _smoother: tuple[Array, ...]
+
+    def correction(self, move: Array) -> Array:
+        """Where the smoothed path lies (n, n_states) beside the one linearised about, with the coordinates moved."""
+        mean, P, S, E, V, J, K, H, F = self._smoother
+        out = np.empty_like(mean)
+        loops().smoothed(mean, P, S, E, V, J, K, H, F, np.ascontiguousarray(move), out)
+        return out
+
+
+def first_path(kernel: Kernel, scene: Scene, p: Array, h_max: float = 1e-3) -> Array | None:
+    """A path (n, n_states) along the smoothed motion and force, on which the memory of the effects has run along: that
+    of a part since before it began, for plays remember turns that are long past.
+    """
+    value = dict(zip(kernel.parameters, p, strict=True))
+    start = kernel.start(scene.motion[0, 0], 0.0, scene.force.u[0])
+    path = np.zeros((len(scene.t), len(kernel.states)))
+    path[:, : len(start)] = start
+    path[:, 0], path[:, 1] = (
+        scene.motion[:, 0],
+        scene.motion[:, 2],
+    )  # noise on v would relax the bristle, and linearise rest as motion
+    path[:, -2], path[:, -1] = scene.force.u, scene.force.slope
+    deflection = value["lugre.fc"] / value["lugre.sigma0"]
+    left = scene.force.u[0] - value["spring.K"] * path[0, 0] - value["spring.F0"]
+    path[0, kernel.states.index("lugre.z")] = np.clip(left / value["lugre.sigma0"], -deflection, deflection)
+    before = None if scene.lead is None else first_path(kernel, scene.lead, p, h_max)
+    if before is not None:
+        path[0, 2:-2] = before[-1, 2:-2]
+    run = kernel.shoot(scene.t, scene.force.u, p, path, h_max=h_max, carry=True)
+    return None if run.failed is not None or not np.isfinite(path).all() else path
+
+
+def linearise(
+    kernel: Kernel, coordinates: Coordinates, scene: Scene, p: Array, path: Array, loose: Looseness
+) -> Linearised | None:
+    """Filter a scene along a path at parameters p; None where the model has no solution."""
+    model = _Model.of(kernel, coordinates, scene, p, path, loose.h_max)
+    first = _first_variances(kernel, scene, p, loose, path)
+    line = None if model is None else _filtered(kernel, scene, p, loose, model, first)
+    if model is None or line is None or not loose.honest or loose.curvature == 0.0:
+        return line
+    plain = _filtered(kernel, scene, p, replace(loose, curvature=0.0), model.without_parameters(), first)
+    return None if plain is None else replace(line, judged=plain.judged)
+
+
+@dataclass(frozen=True)
+class _Model:
+    """The affine model of a scene along a path. E (n, 2): measured less predicted; H (n, 2, s), D (n, 2, m):
+    derivatives of the predicted by state and coordinates; F (n - 1, s, s), G (n - 1, s, m): of the intervals; jump
+    (n - 1, s): where an interval ends less where the next one starts.
+    """
+
+    E: Array
+    H: Array
+    D: Array
+    F: Array
+    G: Array
+    jump: Array
+
+    @classmethod
+    def of(
+        cls, kernel: Kernel, coordinates: Coordinates, scene: Scene, p: Array, path: Array, h_max: float
+    ) -> _Model | None:
+        shots = kernel.shoot(scene.t, scene.force.u, p, path, h_max=h_max)
+        if shots.failed is not None:
+            return None
+        n, s, q, slope = len(scene.t), path.shape[1], len(p), coordinates.slope(p)
+        E = np.column_stack([scene.y - shots.outputs[:, 0], scene.u - path[:, -2]])
+        H, D = np.zeros((n, 2, s)), np.zeros((n, 2, len(slope)))
+        H[:, 0], H[:, 1, -2] = shots.outputs_by[:, 0, q:], 1.0
+        D[:, 0] = _columns(shots.outputs_by[:, 0, :q], coordinates.free) * slope
+        F = np.ascontiguousarray(shots.by[:, :, q:])
+        G = _columns(shots.by[:, :, :q], coordinates.free) * slope
+        return cls(E, H, D, F, G, shots.ends - path[1:])
+
+    def without_parameters(self) -> _Model:
+        """The same with no parameter free, which is filtered in a third of the time."""
+        return replace(self, D=np.zeros((len(self.D), 2, 0)), G=np.zeros((*self.G.shape[:2], 0)))
+
+
+def _columns(values: Array, chosen: NDArray[np.bool_]) -> Array:
+    """The chosen last columns, by slices: a mask would take five times as long."""
+    if chosen.all():
+        return values
+    places = np.flatnonzero(chosen)
+    runs = np.split(places, np.flatnonzero(np.diff(places) > 1) + 1)
+    return np.concatenate([values[..., run[0] : run[-1] + 1] for run in runs if len(run)], axis=-1)
+
+
+def _filtered(
+    kernel: Kernel, scene: Scene, p: Array, loose: Looseness, model: _Model, first: Array
+) -> Linearised | None:
+    n, _, s = model.H.shape
+    m = model.D.shape[2]
+    noise = np.array([scene.noise_y, loose.force * scene.force.noise])
+    R = np.where(np.isfinite(model.E), noise**2, np.inf)
+    A, P, S = np.zeros((n, s)), np.zeros((n, s, s)), np.zeros((n, s, m))
+    P[0] = np.diag(first)
+    V, J, K = np.empty((n, 3)), np.empty((n, 3, m)), np.empty((n, 3, s))
+    E, Q = np.zeros((n, 3)), _noise(kernel, scene, p, loose, model.jump)
+    E[:, :2] = np.nan_to_num(model.E)
+    loops().filtered(E, model.H, model.D, model.F, model.G, model.jump, Q, R, A, P, S, V, J, K)
+    if not (V > 0).all() or not np.isfinite(E).all() or not np.isfinite(J).all():
+        return None
+    measured = E[:, :2], V[:, :2]
+    return Linearised(*measured, -J[:, :2], measured, (A, P, S, E, V, J, K, model.H, model.F))
+
+
+def _memory_std(kernel: Kernel, p: Array, share: float) -> Array:
+    """Standard deviations of the memory states (n_memory,) as shares of the break-away deflection or of their unit."""
+    value = dict(zip(kernel.parameters, p, strict=True))
+    deflection = value["lugre.fc"] / value["lugre.sigma0"]
+    return np.array([share * (deflection if m.unit == "m" else 1.0) for m in kernel.layout.memory])
+
+
+def _first_variances(kernel: Kernel, scene: Scene, p: Array, loose: Looseness, path: Array) -> Array:
+    """Variances (s,) of the first state. Memory that starts at the position or force is as far from it, for all that is
+    known, as a part of how far it is along the path: a play may begin anywhere within its gap.
+    """
+    memory = _memory_std(kernel, p, UNKNOWN) ** 2
+    for i, m in enumerate(kernel.layout.memory):
+        if m.at_position or m.at_force:
+            apart = path[:, 2 + i] - path[:, 0 if m.at_position else -2]
+            noise = scene.noise_y if m.at_position else scene.force.noise
+            memory[i] = noise**2 + UNKNOWN**2 * float(np.mean(apart**2))
+    force = 4 * (loose.force * scene.force.noise) ** 2
+    return np.array([4 * scene.noise_y**2, FIRST_V**2, *memory, force, FIRST_SLOPE**2])
+
+
+def _noise(kernel: Kernel, scene: Scene, p: Array, loose: Looseness, jump: Array) -> Array:
+    """Covariances (n - 1, s, s) of what happens in the intervals beside the model."""
+    s, dt = jump.shape[1], np.diff(scene.t)
+    base = np.array([NOISE_X, NOISE_V, *_memory_std(kernel, p, loose.bristle)]) ** 2
+    Q = np.zeros((len(dt), s, s))
+    index = np.arange(s - 2)
+    Q[:, index, index] = base + loose.curvature * jump[:, :-2] ** 2
+    intensity = loose.force**2 * scene.force.intensity
+    Q[:, -2, -2], Q[:, -1, -1] = intensity * dt**3 / 3, intensity * dt
+    Q[:, -2, -1] = Q[:, -1, -2] = intensity * dt**2 / 2
+    return Q

@@ -1,0 +1,182 @@
+"""From a rough start to the free-run fit: output error with ever rarer resets to the data, robust, then plain.
+
+Plain output error converges only from a few percent off, because the timing of stick and slip makes its cost
+multimodal. Resetting position and velocity to the data every `window` keeps the timing, while the bristle carries on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.data.experiment import Experiment, Segment
+from identification.estimators.coordinates import Coordinates
+from identification.estimators.least_squares import Descent, Normal, descend
+from identification.estimators.output_error.problem import Problem, Setting
+from identification.estimators.starting_values import LOOSE, precision
+from simulator import Kernel
+
+Array = NDArray[np.float64]
+
+WINDOWS, LATE = (0.05, 0.2, 1.0), 5.0
+"""Reset windows [s] of the early stages and of the first late one, which has a finer sub-step."""
+TUNING = 3.0
+"""Tuning of the Cauchy loss in the robust stages, in sigmas of the measured noise."""
+COARSE = 2e-3
+"""Largest sub-step of the early stages [s]."""
+FINEST = 4e-5
+"""The sub-step is never refined below this [s]."""
+STEP_ERROR = 0.02
+"""The sub-step of the last stage is halved until its error is below this share of the residual, rms."""
+SHARPENING = 1e-9
+"""Damping of the last move; it grows where the move would not lower the cost."""
+INSIGNIFICANT = 0.2
+"""The last stages have settled when an iteration lowers the cost by less than this much of the residual's variance; one
+standard deviation of a parameter costs a whole one."""
+EARLY_SAMPLES, CHUNK = 15000, 2500
+"""Early stages of long recordings use about this many samples, in chunks of so many spread over the recordings."""
+EARLY_DT = 2e-3
+"""Spacing of their samples at least [s]: closer ones say little more and leave chunks of a few strokes."""
+
+
+@dataclass(frozen=True)
+class Path:
+    """Where a homotopy arrived: unknowns of the last stage, its normal equations and setting; level : mean cost of a
+    sample, of the samples that were used.
+    """
+
+    unknowns: Array
+    normal: Normal
+    setting: Setting
+    evaluations: int
+    settled: bool
+    level: float = 1.0
+
+
+class Homotopy:
+    """The stages for one kernel, one set of coordinates and some experiments."""
+
+    def __init__(
+        self, kernel: Kernel, coordinates: Coordinates, experiments: Sequence[Experiment], last_window: float = np.inf
+    ) -> None:
+        self.last_window = last_window
+        self.full = Problem(kernel, coordinates, experiments)
+        parts = chunked(experiments)
+        self.early = self.full if parts is None else Problem(kernel, coordinates, parts)
+        self.dt = min(s.dt for e in self.early.experiments for s in e.segments)
+        self.longest = max(float(s.t[-1] - s.t[0]) for e in self.early.experiments for s in e.segments)
+        self.loose = 4 * precision(coordinates, LOOSE)
+        self.coarse = min(self.dt, COARSE)
+
+    def first(self, theta: Array) -> Descent | None:
+        """The first robust stage alone: cheap, and its cost already tells a wrong basin from the right one."""
+        return self._stage(self.early, theta, Setting(self.coarse, max(WINDOWS[0], 2 * self.dt), TUNING))
+
+    def follow(self, theta: Array) -> Path | None:
+        """All robust stages from a start, on the chunks of long recordings; None when the model diverges everywhere."""
+        used = 0
+        for setting in self._settings():
+            end = self._stage(self.early, theta, setting)
+            if end is None:
+                return None
+            theta, used = end.theta[: len(theta)], used + end.evaluations
+            path = Path(end.theta, end.normal, setting, used, end.settled, end.normal.cost / self.early.samples)
+        return path
+
+    def _settings(self) -> list[Setting]:
+        early = [w for w in WINDOWS if self.dt < w < self.last_window]
+        late = [LATE] if min(self.longest, self.last_window) >= LATE else []
+        settings = [Setting(self.coarse, w, TUNING) for w in early]
+        return settings + [Setting(self.coarse / 2, w, TUNING) for w in dict.fromkeys((*late, self.last_window))]
+
+    def carried(self, path: Path) -> Path | None:
+        """A path on chunks carried to whole recordings; None where the model diverges there."""
+        if self.early is self.full:
+            return path
+        end = self._stage(self.full, path.unknowns[: self.full.n_free], path.setting)
+        if end is None:
+            return None
+        level = end.normal.cost / self.full.samples
+        return Path(end.theta, end.normal, path.setting, path.evaluations + end.evaluations, end.settled, level)
+
+    def polish(self, path: Path, iterations: int = 25) -> Path:
+        """Plain least squares from where the robust stages arrived, with a sub-step fine enough for the noise."""
+        setting = self._fine_enough(path.unknowns, replace(path.setting, tuning=np.inf), path.level)
+        end = self._plain(path.unknowns, setting, iterations, path.level)
+        while end is not None:
+            level = end.normal.cost / self.full.samples
+            path = Path(end.theta, end.normal, setting, path.evaluations + end.evaluations, end.settled, level)
+            finer = self._fine_enough(path.unknowns, setting, path.level)
+            if finer == setting:
+                break
+            setting = finer
+            end = self._plain(path.unknowns, setting, 6, path.level)
+        return self._sharpened(path)
+
+    def _fine_enough(self, unknowns: Array, setting: Setting, level: float) -> Setting:
+        """The setting with the sub-step halved until its error is small beside the residual."""
+        while setting.h_max > FINEST:
+            finer = replace(setting, h_max=setting.h_max / 2)
+            if self.step_error(unknowns, setting, finer) < STEP_ERROR * np.sqrt(max(1.0, level)):
+                break
+            setting = finer
+        return setting
+
+    def _sharpened(self, path: Path) -> Path:
+        """One Gauss-Newton move with a quarter of the sub-step: a systematic error of the step, however small
+        beside the noise of one sample, would weigh in thousands of them.
+        """
+        setting = replace(path.setting, h_max=path.setting.h_max / 4)
+        evaluate = self.full.held(path.unknowns, setting, path.level)
+        end = descend(evaluate, path.unknowns, iterations=1, damping=SHARPENING)
+        if end is None:
+            return path
+        level = end.normal.cost / self.full.samples
+        return Path(end.theta, end.normal, setting, path.evaluations + end.evaluations, path.settled, level)
+
+    def step_error(self, unknowns: Array, setting: Setting, finer: Setting) -> float:
+        """Root mean square change of the prediction, in sigmas, when the sub-step is halved."""
+        pairs = zip(self.full.responses(unknowns, setting), self.full.responses(unknowns, finer), strict=True)
+        square = 0.0
+        for piece, (a, b) in zip(self.full.pieces, pairs, strict=True):
+            if a is None or b is None:
+                return 0.0
+            square += float(np.sum(((a.predicted - b.predicted) / piece.noise) ** 2))
+        return float(np.sqrt(square / self.full.samples))
+
+    def _plain(self, unknowns: Array, setting: Setting, iterations: int, level: float) -> Descent | None:
+        evaluate = self.full.held(unknowns, setting, level)
+        tolerance = max(1e-6, INSIGNIFICANT / self.full.samples)
+        return descend(evaluate, unknowns, iterations=iterations, tolerance=tolerance, damping=1e-3)
+
+    def _stage(self, problem: Problem, theta: Array, setting: Setting) -> Descent | None:
+        unknowns = problem.start(theta)
+        centre, wide = unknowns.copy(), np.zeros(len(unknowns))
+        wide[: len(theta)] = self.loose
+
+        def evaluate(x: Array) -> Normal | None:
+            normal = problem.evaluate(x, setting)
+            return None if normal is None else normal.with_prior(x, centre, wide)
+
+        return descend(evaluate, unknowns, iterations=15, tolerance=1e-3)
+
+
+def chunked(experiments: Sequence[Experiment]) -> list[Experiment] | None:
+    """The experiments restricted to chunks spread evenly over them; None where they are short."""
+    total = sum(e.samples for e in experiments)
+    if total <= 1.5 * EARLY_SAMPLES:
+        return None
+    every = max(1, int(EARLY_DT / min(s.dt for e in experiments for s in e.segments) + 1e-9))
+    share = min(1.0, EARLY_SAMPLES * every / total)
+    return [e.with_segments(tuple(c for s in e.segments for c in _chunks(s, share, every))) for e in experiments]
+
+
+def _chunks(segment: Segment, share: float, every: int) -> list[Segment]:
+    n, least = len(segment.t), CHUNK * every
+    count = max(1, round(share * n / least))
+    size = min(n, max(least, int(share * n / count)))
+    firsts = np.linspace(0, n - size, count).astype(int)
+    return [segment.part(first, first + size, every) for first in firsts]

@@ -1,0 +1,204 @@
+"""Output error as a least-squares problem: several recordings, shared parameters, own initial states."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.data.experiment import Experiment, Segment
+from identification.estimators.coordinates import Coordinates
+from identification.estimators.least_squares import Normal, weighted
+from simulator import Kernel
+
+Array = NDArray[np.float64]
+T = TypeVar("T")
+
+WORKERS = 2
+"""Segments are simulated in this many threads: the compiled loop holds no lock of the interpreter."""
+
+HELD = 10.0
+"""In a last, plain stage a parameter may move freely by about this factor from where it started; beyond, it costs what
+one residual of average size costs, which only matters where the data say nothing."""
+
+MEMORY_SCALE, MEMORY_STD = 1e-4, 1e-3
+"""Unit and prior standard deviation of an initial bristle deflection [m]. Deflections at break-away, fs/sigma0, go from
+micrometres to millimetres, and a descent moves at most one unit in an iteration: a smaller unit cannot reach them."""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """How the residual is formed: h_max [s] largest sub-step; window [s] after which x and v are set back to the
+    smoothed data (inf: never, that is plain output error); tuning : of the Cauchy loss in sigmas (inf: squares).
+    """
+
+    h_max: float
+    window: float = np.inf
+    tuning: float = np.inf
+
+
+@dataclass(frozen=True)
+class Piece:
+    """One segment with what is constant about it: its noise [m or N] and whether its force is held."""
+
+    segment: Segment
+    noise: float
+    hold: bool
+
+
+@dataclass(frozen=True)
+class Response:
+    """A model's answer for one segment: predicted (n_samples,) and by (n_samples, n_free + n_local), sensitivities."""
+
+    predicted: Array
+    by: Array | None
+
+
+class Problem:
+    """The residuals of one kernel on some experiments. Unknowns: theta of the coordinates, then each segment's own
+    start [x0, v0, free memory...] in units of `local_scale`.
+    """
+
+    def __init__(self, kernel: Kernel, coordinates: Coordinates, experiments: Sequence[Experiment]) -> None:
+        self.kernel, self.coordinates = kernel, coordinates
+        self.experiments = tuple(experiments)
+        self.pieces = tuple(Piece(s, _noise(e, kernel), e.hold) for e in experiments for s in e.segments)
+        offset = 2 if kernel.causality == "force" else 0
+        memory = [i + offset for i, m in enumerate(kernel.layout.memory) if m.free]
+        self.local = [*range(offset), *memory]
+        self.n_free = int(coordinates.free.sum())
+
+    @property
+    def n_local(self) -> int:
+        """Number of unknowns of one segment's start."""
+        return len(self.local)
+
+    @property
+    def samples(self) -> int:
+        """Number of measured outputs."""
+        return sum(int(piece.segment.seen.sum()) for piece in self.pieces)
+
+    @property
+    def spacing(self) -> float:
+        """Longest time between samples of any segment [s]."""
+        return max(piece.segment.dt for piece in self.pieces)
+
+    def local_scale(self, piece: Piece) -> Array:
+        """Units of the start of a segment: noise for x, noise per sample for v, `MEMORY_SCALE` for memory."""
+        motion = [piece.noise, piece.noise / piece.segment.dt] if self.kernel.causality == "force" else []
+        return np.array([*motion, *[MEMORY_SCALE] * (self.n_local - len(motion))])
+
+    def start(self, theta: Array) -> Array:
+        """Unknowns with every segment started on its smoothed motion."""
+        local = []
+        for piece in self.pieces:
+            first = self._first(piece.segment)
+            local.append(first[self.local] / self.local_scale(piece))
+        return np.concatenate([theta, *local])
+
+    def evaluate(self, unknowns: Array, setting: Setting) -> Normal | None:
+        """Normal equations of all segments at once; None where the model diverges."""
+        normals = self._each(lambda i: self._normal(i, unknowns, setting))
+        size = self.n_free + self.n_local * len(self.pieces)
+        total = Normal(0.0, np.zeros(size), np.zeros((size, size)))
+        for i, one in enumerate(normals):
+            if one is None:
+                return None
+            at = np.concatenate([np.arange(self.n_free), self._local_slice(i)])
+            total.gradient[at] += one.gradient
+            total.matrix[np.ix_(at, at)] += one.matrix
+            total = replace(total, cost=total.cost + one.cost)
+        return total
+
+    def held(self, unknowns: Array, setting: Setting, level: float) -> Callable[[Array], Normal | None]:
+        """`evaluate` with a weak hold on the shared parameters where they are now; level : mean square residual."""
+        hold = np.zeros(len(unknowns))
+        hold[: self.n_free] = max(1.0, level) / np.log(HELD) ** 2
+
+        def evaluate(x: Array) -> Normal | None:
+            normal = self.evaluate(x, setting)
+            return None if normal is None else normal.with_prior(x, unknowns, hold)
+
+        return evaluate
+
+    def responses(self, unknowns: Array, setting: Setting, *, sensitivities: bool = False) -> list[Response | None]:
+        """The model's answer for every segment."""
+        return self._each(lambda i: self._response(i, unknowns, setting, sensitivities))
+
+    def residual(self, i: int, response: Response) -> Array:
+        """Normalised residual of segment i (n_samples,), zero where nothing was measured."""
+        piece = self.pieces[i]
+        measured = piece.segment.y if self.kernel.causality == "force" else piece.segment.u
+        return np.where(piece.segment.seen, (response.predicted - measured) / piece.noise, 0.0)
+
+    def _each(self, work: Callable[[int], T]) -> list[T]:
+        if len(self.pieces) == 1:
+            return [work(0)]
+        with ThreadPoolExecutor(WORKERS) as pool:
+            return list(pool.map(work, range(len(self.pieces))))
+
+    def _local_slice(self, i: int) -> NDArray[np.intp]:
+        return np.arange(self.n_free + i * self.n_local, self.n_free + (i + 1) * self.n_local)
+
+    def _normal(self, i: int, unknowns: Array, setting: Setting) -> Normal | None:
+        response = self._response(i, unknowns, setting, True)
+        if response is None or response.by is None:
+            return None
+        piece = self.pieces[i]
+        jacobian = np.where(piece.segment.seen[:, None], response.by / piece.noise, 0.0)
+        normal = weighted(self.residual(i, response), jacobian, setting.tuning)
+        return _with_memory_prior(normal, unknowns[self._local_slice(i)], self.n_free, self.kernel.causality)
+
+    def _response(self, i: int, unknowns: Array, setting: Setting, sensitivities: bool) -> Response | None:
+        piece, kernel = self.pieces[i], self.kernel
+        segment, scale = piece.segment, self.local_scale(piece)
+        p = self.coordinates.p(unknowns[: self.n_free])
+        s0 = self._first(segment)
+        s0[self.local] = unknowns[self._local_slice(i)] * scale
+        held = piece.hold and kernel.causality == "force"
+        run = kernel.run(
+            segment.t, self._input(segment), p, s0, h_max=setting.h_max, hold=held,
+            sensitivities=sensitivities, resets=self._resets(segment, setting.window),
+        )  # fmt: skip
+        if run.failed is not None:
+            return None
+        if run.jacobian is None:
+            return Response(run.outputs[:, 0], None)
+        columns = run.jacobian[:, 0, :]
+        by_p = columns[:, : len(p)][:, self.coordinates.free] * self.coordinates.slope(p)
+        return Response(run.outputs[:, 0], np.hstack([by_p, columns[:, len(p) :][:, self.local] * scale]))
+
+    def _first(self, segment: Segment) -> Array:
+        """The state at the beginning of a segment as the recording shows it."""
+        force = segment.u if self.kernel.causality == "force" else segment.load
+        return self.kernel.start(segment.motion.x[0], segment.motion.v[0], force[0])
+
+    def _input(self, segment: Segment) -> Array:
+        if self.kernel.causality == "force":
+            return segment.u
+        m = segment.motion
+        return np.column_stack([m.x, m.crept, m.a, segment.load])
+
+    def _resets(self, segment: Segment, window: float) -> Array | None:
+        if np.isinf(window) or self.kernel.causality == "motion":
+            return None
+        resets = np.full((len(segment.t), len(self.kernel.states)), np.nan)
+        at = np.unique(np.searchsorted(segment.t, np.arange(0.0, segment.t[-1], max(window, segment.dt))))
+        resets[at, 0], resets[at, 1] = segment.motion.x[at], segment.motion.v[at]
+        return resets
+
+
+def _noise(experiment: Experiment, kernel: Kernel) -> float:
+    return experiment.noise_position if kernel.causality == "force" else experiment.noise_force
+
+
+def _with_memory_prior(normal: Normal, local: Array, n_free: int, causality: str) -> Normal:
+    """A weak prior on the initial memory: where nothing moves at first, nothing else would hold it."""
+    first = 2 if causality == "force" else 0
+    precision = np.zeros(len(normal.gradient))
+    precision[n_free + first :] = (MEMORY_SCALE / MEMORY_STD) ** 2
+    return normal.with_prior(np.concatenate([np.zeros(n_free), local]), np.zeros(len(precision)), precision)

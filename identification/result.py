@@ -1,0 +1,174 @@
+"""Everything a fit found, as one value: what goes into `model.json` and into the report."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.data.experiment import Experiment
+from identification.estimators.coordinates import parameters
+from identification.estimators.fit import Fit
+from identification.estimators.least_squares import Normal, descend
+from identification.estimators.output_error.problem import Problem, Setting
+from identification.sparse_regression import Crosscheck
+from identification.uncertainty.covariance import Uncertainty
+from recordings import Recording
+from simulator import FittedTo, Value, ValveModel
+
+Array = NDArray[np.float64]
+
+SETTLING = 1.0
+"""The initial state of a hold-out recording is estimated from this much of its beginning [s]."""
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """A recording against the model's free run. t [s], force [N], measured and simulated position [m] (or force [N]
+    where the motion is imposed), each (n_samples,), NaN in gaps; noise : standard deviation in the same unit.
+    """
+
+    name: str
+    t: Array
+    position: Array
+    velocity: Array
+    force: Array
+    measured: Array
+    simulated: Array
+    noise: float
+    unit: str
+
+    @property
+    def rmse(self) -> float:
+        """Root mean square of measured minus simulated, in `unit`."""
+        return float(np.sqrt(np.nanmean((self.measured - self.simulated) ** 2)))
+
+    @property
+    def nrmse(self) -> float:
+        """rmse over the standard deviation of the measured signal; infinite where that never changes."""
+        return _relative(self.rmse, self.measured)
+
+
+@dataclass(frozen=True)
+class Identification:
+    """A fit, what is known of its quality, and its free runs on the fitted and on the hold-out recordings."""
+
+    fit: Fit
+    uncertainty: Uncertainty
+    model: ValveModel
+    trajectories: tuple[Trajectory, ...]
+    holdout: tuple[Trajectory, ...]
+    crosscheck: Crosscheck | None
+    advice: tuple[str, ...]
+
+
+def free_runs(fit: Fit, experiments: Sequence[Experiment], fitted: bool) -> tuple[Trajectory, ...]:
+    """Free runs of a fitted model: with the fitted initial states, or for other recordings with states estimated from
+    the first `SETTLING` seconds of each segment. From the first sample on, only the recorded input enters.
+    """
+    assert fit.problem is not None
+    assert fit.path is not None
+    setting = replace(fit.path.setting, window=np.inf, tuning=np.inf)
+    problem = fit.problem if fitted else Problem(fit.kernel, fit.coordinates, experiments)
+    resets = not np.isinf(fit.path.setting.window)
+    unknowns = fit.path.unknowns if fitted and not resets else _started(fit, problem, setting)
+    runs = iter(zip(problem.pieces, problem.responses(unknowns, setting), strict=True))
+    found = []
+    for e in experiments:
+        pairs = [next(runs) for _ in e.segments]
+        unit = "m" if fit.kernel.causality == "force" else "N"
+        parts: dict[str, list[Array]] = {k: [] for k in ("t", "position", "velocity", "force", "measured", "simulated")}
+        offset = 0.0
+        for piece, response in pairs:
+            s = piece.segment
+            hidden = np.where(s.seen, 1.0, np.nan)
+            predicted = np.full(len(s.t), np.nan) if response is None else response.predicted
+            measured = (s.y if unit == "m" else s.u) * hidden
+            columns = (s.t + offset, s.motion.x, s.motion.v, s.u, measured, predicted)
+            for key, column in zip(parts, columns, strict=True):
+                parts[key].append(np.append(column, np.nan))
+            offset += s.t[-1] + s.dt
+        joined = {key: np.concatenate(value)[:-1] for key, value in parts.items()}
+        found.append(Trajectory(e.name, noise=e.output_noise, unit=unit, **joined))
+    return tuple(found)
+
+
+def _started(fit: Fit, problem: Problem, setting: Setting) -> Array:
+    """Unknowns with the fitted parameters and initial states fitted to the beginning of each segment."""
+    assert fit.path is not None
+    theta = fit.path.unknowns[: problem.n_free]
+    short = [
+        e.with_segments(tuple(s.part(0, max(10, int(np.searchsorted(s.t, SETTLING)))) for s in e.segments))
+        for e in problem.experiments
+    ]
+    beginning = Problem(fit.kernel, fit.coordinates, short)
+    unknowns, shared = beginning.start(theta), len(theta)
+
+    def evaluate(own: Array) -> Normal | None:
+        normal = beginning.evaluate(np.concatenate([theta, own]), setting)
+        if normal is None:
+            return None
+        return Normal(normal.cost, normal.gradient[shared:], normal.matrix[shared:, shared:])
+
+    end = descend(evaluate, unknowns[shared:], iterations=15)
+    return unknowns if end is None else np.concatenate([theta, end.theta])
+
+
+def valve_model(
+    fit: Fit,
+    known: Uncertainty,
+    recordings: Sequence[Recording],
+    experiments: Sequence[Experiment],
+    errors: Mapping[str, Sequence[Trajectory]],
+    quality: Mapping[str, object],
+) -> ValveModel:
+    """The model as `model.json` has it."""
+    values = {}
+    for name, parameter in parameters(fit.kernel).items():
+        lower, upper = (x if np.isfinite(x) else None for x in (parameter.lower, parameter.upper))
+        values[name] = Value(
+            value=fit.values[name], std=known.std.get(name), unit=parameter.unit, lower=lower, upper=upper,
+            status=known.status.get(name, "given"), note=known.note.get(name),
+        )  # fmt: skip
+    plant: dict[str, float | str] = {}
+    for e in experiments:
+        plant |= e.plant
+    return ValveModel(
+        effects=fit.kernel.effects, parameters=values, plant=plant,
+        noise={
+            "position_m": float(np.mean([e.noise_position for e in experiments])),
+            "force_N": float(np.mean([e.noise_force for e in experiments])),
+        },
+        fitted_to=tuple(
+            FittedTo(file=Path(r.label).name, sha256=r.sha256 or "", samples=e.samples)
+            for r, e in zip(recordings, experiments, strict=True)
+        ),
+        error={kind: error_of(runs) for kind, runs in errors.items()},
+        quality={
+            "outcome": fit.outcome.name.lower(), "causality": fit.kernel.causality,
+            "residual_over_noise": fit.rms, "condition": known.condition, "robust_over_classic_std": known.inflation,
+            **quality,
+        },
+    )  # fmt: skip
+
+
+def error_of(runs: Sequence[Trajectory]) -> dict[str, float] | None:
+    """Free-run error over several recordings: ``rmse_m`` (``rmse_N`` where the motion is imposed) and ``nrmse``.
+
+    What is not finite is left out: a relative error where nothing moves, all of it where the free run diverges.
+    """
+    if not runs:
+        return None
+    error = np.concatenate([r.measured - r.simulated for r in runs])
+    measured = np.concatenate([r.measured for r in runs])
+    rmse = float(np.sqrt(np.nanmean(error**2)))
+    found = {f"rmse_{runs[0].unit}": rmse, "nrmse": _relative(rmse, measured)}
+    return {name: value for name, value in found.items() if np.isfinite(value)} or None
+
+
+def _relative(rmse: float, measured: Array) -> float:
+    spread = float(np.nanstd(measured))
+    return rmse / spread if spread > 1e-12 * float(np.nanmax(np.abs(measured))) else float("inf")

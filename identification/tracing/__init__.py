@@ -1,0 +1,1 @@
+"""Which effect the model lacks: screened, refined, judged on held-out data, and named."""

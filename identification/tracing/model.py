@@ -1,0 +1,311 @@
+"""A model under trial while tracing: some effects, their fit to the fitted recordings, and its judgement on others."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.data.experiment import Experiment
+from identification.estimators.coordinates import Coordinates, parameters
+from identification.estimators.imposed_motion.estimator import ImposedFit
+from identification.estimators.noise_aware.estimator import Estimate, NoiseAware, lean, resolving
+from identification.estimators.noise_aware.linearised_model import Looseness, Scene
+from identification.estimators.noise_aware.search import tamed
+from simulator import CATALOGUE, Kernel, kernel
+
+Array = NDArray[np.float64]
+
+FINAL = Looseness(1.0, 1e-5, 0.1, 5e-4, honest=False)
+"""Looseness of all fits while tracing: they start near their end."""
+COARSE = replace(FINAL, h_max=2e-3)
+"""The same of searches on chunks."""
+REFIT = 12
+"""Steps of a refit."""
+IDLE = 2.0
+"""Fall of the cost below which two steps of a search or a refit are its last."""
+SEARCH, LOOK, FOLLOWED = 12, 4, 2
+"""Steps of a search on chunks, those after which its starts are compared, and how many of them go on."""
+SAME_END = 0.05
+"""Relative difference of all parameters of an effect up to which two ends are one."""
+HELD_STEPS, HELD_ROUNDS, HELD_FALL = 10, 5, 30.0
+"""Steps of the paths on held-out recordings, times that they are taken at most, and fall of the cost by so many below
+which paths have come to rest: those of plays take long."""
+RESTED = 2
+"""Steps of the paths after which the costs of a model and of a trial of another are compared."""
+
+
+@dataclass(frozen=True)
+class Bench:
+    """What all models are tried on: scenes to fit and scenes held out, constants that are held, the travel (lowest,
+    highest position seen) [m], the stiffest bristle [N/m], for one that no node resolves explains what it likes, and
+    the heaviest mass [kg], which does, too; imposed : the motion is, and the force is predicted; candidates : effects
+    that can show in what is predicted; recorded : the experiments of the scenes, fitted and held out.
+    """
+
+    fitted: tuple[Scene, ...]
+    held: tuple[Scene, ...]
+    given: Mapping[str, float]
+    travel: tuple[float, float]
+    force_std: float
+    stiffest: float = float("inf")
+    heaviest: float = float("inf")
+    imposed: bool = False
+    candidates: tuple[str, ...] = CATALOGUE.ids
+    recorded: tuple[tuple[Experiment, ...], tuple[Experiment, ...]] = ((), ())
+
+    def kernel(self, effects: tuple[str, ...]) -> Kernel:
+        """The kernel of some effects."""
+        return kernel(effects, "motion" if self.imposed else "uncertain force")
+
+    def thinned(self) -> tuple[Bench, list[tuple[int, slice]]]:
+        """A bench of chunks of the fitted scenes, with where each comes from: enough for a first look."""
+        if self.imposed:  # memory would have to be found anew in every chunk, and the whole costs little
+            return self, [(i, slice(0, len(scene.t))) for i, scene in enumerate(self.fitted)]
+        places = [(i, at) for i, scene in enumerate(self.fitted) for at in _chunks(scene)]
+        return replace(self, fitted=tuple(self.fitted[i].part(at.start, at.stop) for i, at in places)), places
+
+    def resolving(self, omega: float) -> Bench:
+        """The same with nodes close enough for a swing of omega [rad/s], within reason."""
+        return replace(self, fitted=tuple(resolving(self.fitted, omega)), held=tuple(resolving(self.held, omega)))
+
+    @property
+    def samples(self) -> int:
+        """Number of nodes of the fitted scenes."""
+        return sum(len(scene.t) for scene in self.fitted)
+
+    @property
+    def in_chunks(self) -> float:
+        """Share of those nodes that lies in the chunks of a first look."""
+        return self.thinned()[0].samples / self.samples
+
+    @property
+    def stroke(self) -> float:
+        """Length of the travel [m]."""
+        return self.travel[1] - self.travel[0]
+
+
+@dataclass(frozen=True)
+class Model:
+    """Effects with their estimate on the fitted scenes."""
+
+    effects: tuple[str, ...]
+    bench: Bench
+    estimate: Estimate
+
+    @property
+    def kernel(self) -> Kernel:
+        """The kernel of these effects."""
+        return self.bench.kernel(self.effects)
+
+    @property
+    def coordinates(self) -> Coordinates:
+        """The coordinates of the free parameters."""
+        return coordinates(self.effects, self.bench)
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Parameter values by full name, SI units."""
+        return self.coordinates.values(self.estimate.theta)
+
+    @property
+    def force_left(self) -> list[Array]:
+        """What the model had to add to the force as recorded, per fitted scene (n,) [N]."""
+        pairs = zip(self.estimate.paths, self.bench.fitted, strict=True)
+        return [path[:, -2] - scene.force.u for path, scene in pairs]
+
+    @functools.cached_property
+    def rested_cost(self) -> float:
+        """The cost after `RESTED` steps of the paths."""
+        return self.relaxed(RESTED).estimate.cost
+
+    @functools.cached_property
+    def held(self) -> Estimate | None:
+        """The paths on the held-out scenes at the fitted parameters."""
+        judge = problem(self.effects, self.bench, self.bench.held)
+        found = judge.start(self.estimate.theta, FINAL, steps=HELD_STEPS)
+        for _ in range(HELD_ROUNDS - 1):
+            if found is None or self.bench.imposed:
+                break
+            before, found = found, judge.at(found.theta, found.paths, FINAL, steps=HELD_STEPS) or found
+            if found.cost > before.cost - HELD_FALL:
+                break
+        return None if found is None else lean(found)
+
+    def at_held(self) -> Model:
+        """The same model looked at on the scenes that are held out, where it has a solution on them."""
+        if self.held is None:
+            return self
+        return replace(self, bench=replace(self.bench, fitted=self.bench.held), estimate=self.held)
+
+    def thinned(self) -> Model:
+        """The same model on chunks of its scenes."""
+        bench, places = self.bench.thinned()
+        paths = [np.ascontiguousarray(self.estimate.paths[i][at]) for i, at in places]
+        estimate = problem(self.effects, bench, bench.fitted).at(self.estimate.theta, paths, FINAL, steps=0)
+        return self if estimate is None else Model(self.effects, bench, estimate)
+
+    def relaxed(self, steps: int) -> Model:
+        """The same parameters after further steps of the paths."""
+        work = problem(self.effects, self.bench, self.bench.fitted)
+        estimate = work.at(self.estimate.theta, self.estimate.paths, FINAL, steps=steps)
+        return self if estimate is None else Model(self.effects, self.bench, estimate)
+
+    def refitted(self) -> Model:
+        """The same effects after further steps."""
+        return self.descended(FINAL, REFIT)
+
+    def descended(self, loose: Looseness, steps: int) -> Model:
+        """The same effects after so many further steps, or until two of them change little."""
+        work = problem(self.effects, self.bench, self.bench.fitted)
+        begun = work.at(self.estimate.theta, self.estimate.paths, loose, steps=0)
+        return self if begun is None else replace(self, estimate=lean(work.descend(begun, loose, steps, IDLE)))
+
+    def sought(self) -> Model | None:
+        """The best fit of these effects to chunks of the scenes; None where all diverge."""
+        return next(iter(followed(self.looks())), None)
+
+    def looks(
+        self, *effect: str, values: Mapping[str, float] | None = None, from_here: bool = True
+    ) -> list[Model]:  # fmt: skip
+        """First fits to chunks of the scenes of this model, or of it and one more effect at some values, best first:
+        from here, unless not wanted, with the mass, the damping and the friction curve set back to usual ones, and
+        from where the effect says that a model without it may have bent. Empty where all diverge.
+
+        A base model bends its parameters to make up for what it lacks, and from there the way back can be barred.
+        """
+        effects = in_order(*self.effects, *effect)
+        bench, _ = self.bench.thinned()
+        work = problem(effects, bench, bench.fitted)
+        known = {k: v for e in effect for k, v in defaults(e, self.bench).items()} | self.values | dict(values or {})
+        theta = work.coordinates.theta(work.kernel.vector(known))
+        starts = [theta] * from_here + tamed(work.coordinates, theta)[:1]
+        bent = [work.kernel.vector(known | dict(start)) for e in effect for start in self.imitations(e)]
+        own = _looks(work, starts)
+        imitated = _looks(work, [work.coordinates.theta(p) for p in bent])
+        best = sorted([*own, *imitated], key=lambda look: look.cost)[:FOLLOWED]
+        if imitated and all(look is not imitated[0] for look in best):  # plays and hysteresis come to rest slowly
+            best.append(imitated[0])
+        return [Model(effects, bench, look) for look in best]
+
+    def imitations(self, effect: str) -> list[Mapping[str, float]]:
+        """Values by which this model may imitate an effect, from which to seek it."""
+        if self.bench.imposed:
+            return []
+        return list(CATALOGUE[effect].imitated(self.values))
+
+    def without(self, effect: str) -> Model | None:
+        """The other effects of this model, fitted on from here."""
+        effects = tuple(e for e in self.effects if e != effect)
+        target = self.bench.kernel(effects)
+        theta = coordinates(effects, self.bench).theta_of(self.values)
+        kept = [] if self.bench.imposed else [self.kernel.states.index(name) for name in target.states]
+        paths = [np.ascontiguousarray(path[:, kept]) for path in self.estimate.paths]
+        begun = problem(effects, self.bench, self.bench.fitted).at(theta, paths, FINAL, steps=RESTED)
+        return None if begun is None else Model(effects, self.bench, begun).refitted()
+
+    def exchanged(self, effect: str, other: str, values: Mapping[str, float]) -> Model | None:
+        """This model with another effect, at some values to start from, in the place of one. None where it diverges."""
+        effects = in_order(*(e for e in self.effects if e != effect), other)
+        work = problem(effects, self.bench, self.bench.fitted)
+        known = defaults(other, self.bench) | self.values | dict(values)
+        end = work.follow(work.coordinates.theta(work.kernel.vector(known)), stages=((FINAL, REFIT),), worth=IDLE)
+        return None if end is None else Model(effects, self.bench, lean(end)).refitted()
+
+    def carried(self, bench: Bench) -> Model | None:
+        """These parameters fitted on to all of a bench, along new paths."""
+        work = problem(self.effects, bench, bench.fitted)
+        end = work.follow(self.estimate.theta, stages=((FINAL, REFIT),), worth=IDLE)
+        return None if end is None else Model(self.effects, bench, lean(end))
+
+    def with_effect(self, effect: str, values: Mapping[str, float], steps: int = 0) -> Model | None:
+        """This model and one more effect at some values of its parameters (by full name, the others at their defaults),
+        its memory run along the paths. None where that has no solution.
+        """
+        effects = in_order(*self.effects, effect)
+        target, here = self.bench.kernel(effects), self.kernel
+        p = target.vector(defaults(effect, self.bench) | self.values | dict(values))
+        pairs = zip(self.bench.fitted, self.estimate.paths, strict=True)
+        found = self.estimate.paths if self.bench.imposed else [extended(here, target, *pair, p) for pair in pairs]
+        paths = [path for path in found if path is not None]
+        if len(paths) < len(found):
+            return None
+        theta = coordinates(effects, self.bench).theta(p)
+        estimate = problem(effects, self.bench, self.bench.fitted).at(theta, paths, FINAL, steps=steps)
+        return None if estimate is None else Model(effects, self.bench, estimate)
+
+
+def _looks(work: NoiseAware | ImposedFit, starts: Sequence[Array]) -> list[Estimate]:
+    """First fits from some starts, best first."""
+    looks = [work.follow(start, stages=((COARSE, LOOK),)) for start in starts]
+    return sorted((lean(look) for look in looks if look is not None), key=lambda look: look.cost)
+
+
+def followed(looks: Sequence[Model]) -> list[Model]:
+    """Some first fits to chunks followed on, best first."""
+    return sorted((look.descended(COARSE, SEARCH - LOOK) for look in looks), key=lambda end: end.estimate.cost)
+
+
+def apart(effect: str, one: Model, other: Model) -> bool:
+    """Whether two ends are two, by the parameters of an effect."""
+    names = CATALOGUE[effect].parameter_names()
+    a, b = (np.array([model.values[name] for name in names]) for model in (one, other))
+    return bool((np.abs(a - b) > SAME_END * np.maximum(np.abs(a), np.abs(b))).any())
+
+
+CHUNK, EVERY = 2.0, 7.0
+"""Length and distance of the chunks of a thinned scene [s]."""
+
+
+def _chunks(scene: Scene) -> list[slice]:
+    """Chunks spread over a scene; all of a short one."""
+    dt = (scene.t[-1] - scene.t[0]) / (len(scene.t) - 1)
+    length, distance = round(CHUNK / dt), round(EVERY / dt)
+    if len(scene.t) < 2 * distance or length < 20:
+        return [slice(0, len(scene.t))]
+    return [slice(first, first + length) for first in range(0, len(scene.t) - length, distance)]
+
+
+def in_order(*effects: str) -> tuple[str, ...]:
+    """Effects in the order of the catalogue."""
+    return tuple(e for e in CATALOGUE.ids if e in effects)
+
+
+def defaults(effect: str, bench: Bench) -> dict[str, float]:
+    """Neutral strengths, typical shapes and known constants of an effect, by full name."""
+    found = {}
+    for parameter in CATALOGUE[effect].parameters:
+        value = parameter.scale if parameter.neutral is None else parameter.neutral
+        found[CATALOGUE[effect].parameter_name(parameter.symbol)] = bench.stroke if parameter.known else value
+    return found
+
+
+def coordinates(effects: tuple[str, ...], bench: Bench) -> Coordinates:
+    """The coordinates of some effects: known constants and degenerate parameters are held."""
+    target = bench.kernel(effects)
+    known = {name: bench.stroke for name, p in parameters(target).items() if p.known}
+    given = {name: value for name, value in bench.given.items() if name in target.parameters}
+    free = Coordinates.of(target, known | given, bench.force_std)
+    most = {"lugre.sigma0": bench.stiffest, "mass.m": bench.heaviest}
+    caps = np.array([most.get(name, np.inf) for name in free.names])
+    return replace(free, upper=np.minimum(free.upper, caps))
+
+
+def problem(effects: tuple[str, ...], bench: Bench, scenes: Sequence[Scene]) -> NoiseAware | ImposedFit:
+    """The fit of some effects to some scenes."""
+    way = ImposedFit if bench.imposed else NoiseAware
+    return way(bench.kernel(effects), coordinates(effects, bench), scenes)
+
+
+def extended(here: Kernel, target: Kernel, scene: Scene, path: Array, p: Array) -> Array | None:
+    """A path of `here` as one of `target`: what `here` does not have runs along it."""
+    wide = np.zeros((len(path), len(target.states)))
+    wide[:, : len(target.states) - 2] = target.start(path[0, 0], path[0, 1], path[0, -2])
+    shared = [target.states.index(name) for name in here.states]
+    wide[:, shared] = path
+    run = target.shoot(scene.t, scene.force.u, p, wide, h_max=1e-3, carry=True)
+    wide[:, shared] = path
+    return None if run.failed is not None or not np.isfinite(wide).all() else wide

@@ -1,0 +1,117 @@
+"""What is left when tracing ends: how big, where, and what to measure next."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.tracing.algorithm import Tracing
+from identification.tracing.model import Model
+
+Array = NDArray[np.float64]
+
+BINS = 12
+RESTING = 0.01
+"""Share of the root mean square velocity below which the valve rests."""
+
+
+@dataclass(frozen=True)
+class Remainder:
+    """A description of what no candidate explains. share : of the residual's square over the noise that is left."""
+
+    description: str
+    where: str
+    share: float
+
+    def as_json(self) -> dict[str, Any]:
+        """As `trace.json` has it."""
+        return {"description": self.description, "where": self.where, "share_of_residual": self.share}
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What the force left may depend on. values : one per sample of all fitted recordings; unit; next : what to record
+    to see more of it."""
+
+    values: Array
+    unit: str
+    next: str
+
+
+def quantities(model: Model) -> dict[str, Quantity]:
+    """What an engineer would plot the force left over, by name."""
+    parts = [_courses(scene.t, path) for scene, path in zip(model.bench.fitted, model.estimate.paths, strict=True)]
+    columns = dict(zip(parts[0], (np.concatenate([part[name] for part in parts]) for name in parts[0]), strict=True))
+    return {name: Quantity(values, *NEXT[name]) for name, values in columns.items()}
+
+
+NEXT = {
+    "position": ("m", "slow sweeps through that range in both directions and at two speeds"),
+    "velocity": ("m/s", "sines of several amplitudes, so that such speeds occur at many positions"),
+    "direction": ("1", "slow sweeps in both directions at several speeds"),
+    "time": ("s", "the same test twice in a row and once more an hour later"),
+    "time since reversal": ("s", "small reversals in the middle of the stroke, slow and fast"),
+    "time at rest": ("s", "steps with rests of 1, 10 and 100 s between them"),
+    "force": ("N", "the same motion at two supply or process pressures"),
+}
+
+
+def _courses(t: Array, path: Array) -> dict[str, Array]:
+    """The quantities of one recording."""
+    x, v, u = path[:, 0], path[:, 1], path[:, -2]
+    moving = np.abs(v) > RESTING * float(np.sqrt(np.mean(v**2)))
+    direction = _held(np.where(moving, np.sign(v), 0.0))
+    since = t - _held(np.where(np.append(True, np.diff(direction) != 0), t, 0.0))
+    began = _held(np.where(np.append(True, np.diff(moving.astype(int)) < 0), t, 0.0))
+    rest = np.where(~moving, t - began, 0.0)
+    ended = np.append(False, np.diff(moving.astype(int)) > 0)
+    last = _held(np.where(ended, np.append(0.0, rest[:-1]), 0.0))
+    return {
+        "position": x, "velocity": v, "direction": direction, "time": t, "time since reversal": since,
+        "time at rest": np.where(moving, last, rest), "force": u,
+    }  # fmt: skip
+
+
+def _held(values: Array) -> Array:
+    """Values (n,) with zeros replaced by the last that was not zero."""
+    place = np.maximum.accumulate(np.where(values != 0, np.arange(len(values)), 0))
+    return np.asarray(values[place], float)
+
+
+def remainder(found: Tracing) -> Remainder:
+    """Describe what is left of the force behind the final model: on the fitted recordings or, where they show nothing,
+    on those held out.
+    """
+    model = found.final.at_held() if found.only_held else found.final
+    force = np.concatenate(model.force_left)
+    std = np.concatenate([s.force.std for s in model.bench.fitted])
+    share = float(np.clip((found.after.loss - 1.0) / max(found.before.loss - 1.0, 1e-9), 0.0, 1.0))
+    z2, known = (force / std) ** 2, quantities(model)
+    del known["direction"]  # two values make no range; the velocity has it too
+    dependence = {name: _dependence(quantity.values, z2) for name, quantity in known.items()}
+    name = max(dependence, key=lambda key: dependence[key][0])
+    _, low, high = dependence[name]
+    rms = float(np.sqrt(np.mean(force**2)))
+    description = (
+        f"a force of {rms:.3g} N rms beside the model's, {np.sqrt(z2.mean()):.2f} times its standard deviation"
+    )
+    where = f"it is strongest at {name} {low:.4g} to {high:.4g} {known[name].unit}"
+    if found.only_held:
+        where += " of the held-out recordings, and does not show in the fitted ones; record more like them to fit to"
+    else:
+        where += f"; record {known[name].next}"
+    return Remainder(description, where, share)
+
+
+def _dependence(values: Array, z2: Array) -> tuple[float, float, float]:
+    """How much what is left varies with a quantity: relative spread of its mean square over equally filled bins, and
+    the bin where it is largest."""
+    edges = np.quantile(values, np.linspace(0, 1, BINS + 1))
+    place = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, BINS - 1)
+    count = np.maximum(np.bincount(place, minlength=BINS), 1)
+    mean = np.bincount(place, z2, minlength=BINS) / count
+    top = int(np.argmax(mean))
+    return float(np.std(mean) / max(mean.mean(), 1e-12)), float(edges[top]), float(edges[top + 1])

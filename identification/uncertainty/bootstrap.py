@@ -1,0 +1,121 @@
+"""Parametric bootstrap: how a fit scatters over recordings that its own model could have given.
+
+The fitted model is run on the (smoothed) recorded input, noise of the estimated size is added to all channels, and the
+twins are fitted like the recordings themselves (Efron and Tibshirani, An Introduction to the Bootstrap, 1993, ch. 6).
+What the linearised covariance cannot know is in it: bias, bends of the likelihood, descents that end elsewhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import norm
+from scipy.stats import t as student
+
+from identification.data.experiment import Experiment, Segment
+from identification.data.smoothing import smooth
+from identification.estimators.fit import Fit, fit
+from identification.estimators.noise_aware.estimator import NoiseAware, resolving, scenes
+from identification.estimators.noise_aware.force_noise import swing
+from identification.uncertainty.covariance import Uncertainty, judged_by
+from recordings import BadInput, NegativeAnswer
+from simulator import kernel
+
+Array = NDArray[np.float64]
+
+FEWEST, MOST_FAILED = 5, 0.5
+"""Trials that are asked for at least, and share of them that may fail."""
+
+
+@dataclass(frozen=True)
+class Bootstrap:
+    """trials : number of twins; failed : how many of them led nowhere; values : (n_good, n_free) by `names`, SI units;
+    names : of the free parameters.
+    """
+
+    trials: int
+    failed: int
+    names: tuple[str, ...]
+    values: Array
+
+
+def checked_trials(trials: int) -> int:
+    """The number of trials; 0 is none. Raises BadInput for too few to say anything."""
+    if trials != 0 and trials < FEWEST:
+        raise BadInput(f"--bootstrap {trials}", "that is too few to scatter", f"ask for {FEWEST} or more, or for 0")
+    return trials
+
+
+def bootstrap(found: Fit, trials: int, seed: int = 0, progress: Callable[[], None] = lambda: None) -> Bootstrap:
+    """Fit `trials` twins of a fit's recordings. progress : called after each.
+
+    Raises NegativeAnswer when more than half of them lead nowhere.
+    """
+    rng = np.random.default_rng(seed)
+    free = found.coordinates.free
+    values = []
+    for _ in range(trials):
+        p = _refitted(found, twin(found, rng, size=max(found.rms, 1.0)))
+        progress()
+        if p is not None:
+            values.append(p[free])
+    if len(values) < max(2, (1 - MOST_FAILED) * trials):
+        raise NegativeAnswer(f"only {len(values)} of {trials} fits of the bootstrap led anywhere; record longer")
+    return Bootstrap(trials, trials - len(values), found.coordinates.free_names, np.array(values))
+
+
+def with_bootstrap(found: Fit, known: Uncertainty, scatter: Bootstrap) -> Uncertainty:
+    """The uncertainty with standard deviations from the bootstrap: root mean squares about the estimate, bias included,
+    widened by Student's t for the number of trials.
+    """
+    off = scatter.values - np.array([found.values[n] for n in scatter.names])
+    n = len(off)
+    widening = float(student.ppf(0.95, n) / norm.ppf(0.95))
+    std = dict(zip(scatter.names, (widening * np.sqrt(np.mean(off**2, axis=0))).tolist(), strict=True))
+    status, note = judged_by(found, known.names, std, known.correlation, proven=True)
+    return replace(known, std=std, status=status, note=note)
+
+
+def twin(found: Fit, rng: np.random.Generator, size: float = 1.0) -> list[Experiment]:
+    """The experiments as the fitted model would have given them. size : factor on the noise of the output."""
+    assert found.problem is not None
+    assert found.path is not None
+    setting = replace(found.path.setting, tuning=np.inf)
+    answers = iter(found.problem.responses(found.path.unknowns, setting))
+    twins = []
+    for e in found.problem.experiments:
+        segments = []
+        for s in e.segments:
+            response = next(answers)
+            predicted = s.y if response is None else response.predicted
+            segments.append(_noisy(found, e, s, predicted, size, rng))
+        twins.append(e.with_segments(tuple(segments)))
+    return twins
+
+
+def _noisy(
+    found: Fit, e: Experiment, s: Segment, predicted: Array, size: float, rng: np.random.Generator
+) -> Segment:  # fmt: skip
+    """A segment with a predicted output and noise on what carries noise in this fit."""
+    n = len(s.t)
+    if e.causality == "motion":
+        return replace(s, u=predicted + rng.normal(0.0, size * e.noise_force, n))
+    y = predicted + rng.normal(0.0, size * e.noise_position, n)
+    u = s.u if found.estimate is None else s.u + rng.normal(0.0, e.noise_force, n)
+    return replace(s, y=y, u=u, motion=smooth(s.t, y, e.noise_position))
+
+
+def _refitted(found: Fit, experiments: list[Experiment]) -> Array | None:
+    """The parameter vector of a twin: a noise-aware fit goes on from the estimate, another starts from nothing."""
+    c = found.coordinates
+    if found.estimate is None:
+        held = {n: v for n, v, is_free in zip(c.names, c.base.tolist(), c.free, strict=True) if not is_free}
+        again = fit(experiments, effects=found.kernel.effects, given=held, estimator="output-error")
+        return again.p if again.outcome.usable else None
+    theta = found.estimate.theta
+    seen = resolving(scenes(experiments), swing(c.values(theta)))
+    end = NoiseAware(kernel(found.kernel.effects, "uncertain force"), c, seen).follow(theta)
+    return None if end is None else c.p(end.theta)

@@ -1,0 +1,61 @@
+"""What the values of a recording must satisfy: the clock only goes forward, a signal that matters holds numbers.
+
+Works in blocks, so that checking ten million samples needs a few megabytes beside them.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from recordings.signal import Array, Role
+
+_BLOCK = 1 << 18
+
+TIME_REMEDY = (
+    "time is finite and strictly increasing; sort the rows and drop repeated ones (bristle import --time-repair)"
+)
+
+
+def time_fault(time: Array, before: float = -np.inf) -> tuple[int, str] | None:
+    """The first sample, shape (n_samples,), at which a clock is not finite or does not go forward, and how.
+
+    before : time of the sample ahead of the first, in the unit of `time`.
+
+    >>> time_fault(np.array([0.0, 0.1, 0.1]))
+    (2, 'time repeats at sample 2: 0.1 after 0.1')
+    """
+    for start in range(0, len(time), _BLOCK):
+        block = np.concatenate(([before], time[start : start + _BLOCK]))
+        with np.errstate(invalid="ignore"):
+            good = np.isfinite(block[1:]) & (block[1:] > block[:-1])
+        if not good.all():
+            first = int(np.argmin(good))
+            return start + first, _describe(start + first, float(block[first]), float(block[first + 1]))
+        before = float(block[-1])
+    return None
+
+
+def _describe(sample: int, before: float, now: float) -> str:
+    if not np.isfinite(now):
+        return f"time is {now} at sample {sample}"
+    how = "repeats" if now == before else "goes backwards"
+    return f"time {how} at sample {sample}: {now:.9g} after {before:.9g}"
+
+
+def holds_number(values: Array) -> bool:
+    """Whether any sample, shape (n_samples,), is a finite number."""
+    return any(bool(np.isfinite(values[k : k + _BLOCK]).any()) for k in range(0, len(values), _BLOCK))
+
+
+def value_problem(role: Role, values: Array) -> tuple[str, str] | None:
+    """What is wrong with the values of a signal of this role, as (found, remedy); None when they are fine.
+
+    An `extra` may be empty throughout (a broken sensor nobody needs); an input or output may not.
+    """
+    if role == "time":
+        fault = time_fault(values)
+        return None if fault is None else (fault[1], TIME_REMEDY)
+    if role in {"input", "output"} and not holds_number(values):
+        remedy = f"an {role} holds at least one number; give it the role 'extra' or leave it out"
+        return "every sample is missing (NaN)", remedy
+    return None

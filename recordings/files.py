@@ -1,0 +1,104 @@
+"""Files that appear whole or not at all, and the words for a disk that says no."""
+
+from __future__ import annotations
+
+import errno
+import os
+import secrets
+import stat
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from recordings.errors import BadInput
+
+_REASONS = {
+    errno.ENOENT: ("the folder does not exist", "make it first, or choose another path"),
+    errno.ENOTDIR: ("its folder is a file", "choose another path"),
+    errno.EISDIR: ("it is a directory", "give the name of a file inside it"),
+    errno.EACCES: ("there is no permission to write it", "choose another folder, or change its permissions"),
+    errno.EPERM: ("there is no permission to write it", "choose another folder, or change its permissions"),
+    errno.EROFS: ("the disk is read-only", "choose another folder"),
+    errno.ENOSPC: ("the disk is full", "make room, or choose another folder"),
+    errno.EDQUOT: ("the disk quota is used up", "make room, or choose another folder"),
+    errno.EFBIG: ("the file grew larger than allowed here", "raise the limit, or choose another folder"),
+    errno.ENAMETOOLONG: ("the name is too long", "choose a shorter one"),
+    errno.EEXIST: ("it exists already", "choose another name, or say that it may be overwritten"),
+}
+
+
+def check_regular(path: Path) -> None:
+    """Refuse what cannot be read as a file, before a library blocks on a pipe or says less.
+
+    Raises
+    ------
+    BadInput
+        Missing, a directory, a device or pipe, not readable, or empty.
+    """
+    name = str(path)
+    try:
+        status = path.stat()
+        if stat.S_ISREG(status.st_mode):
+            path.open("rb").close()
+    except (FileNotFoundError, NotADirectoryError):
+        raise BadInput(name, "there is no such file", "check the path") from None
+    except PermissionError:
+        raise BadInput(name, "there is no permission to read it", "ask its owner for it") from None
+    except (OSError, ValueError) as error:
+        raise BadInput(name, f"it cannot be opened ({error})", "check the path") from None
+    if stat.S_ISDIR(status.st_mode):
+        raise BadInput(name, "it is a directory", "name one file inside it")
+    if not stat.S_ISREG(status.st_mode):
+        raise BadInput(name, "it is not a regular file", "give the path of a file on disk")
+    if status.st_size == 0:
+        raise BadInput(name, "it is empty (0 bytes)", "copy it again from its origin")
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Turn an error of the disk while writing `path` into a `BadInput` in words."""
+    try:
+        yield
+    except OSError as error:
+        found, remedy = _REASONS.get(
+            error.errno or 0, (f"it cannot be written ({error})", "check the path and the disk")
+        )
+        raise BadInput(str(path), found, remedy) from error
+
+
+@contextmanager
+def appearing(path: Path) -> Iterator[Path]:
+    """A temporary file beside `path` that takes its place, on the disk for good, when the block ends well.
+
+    Raises
+    ------
+    BadInput
+        The disk refused; `path` is as it was.
+    """
+    with writing(path):
+        if path.is_dir():
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+        draft = path.with_name(f".{path.name}.{secrets.token_hex(4)}.tmp")
+        try:
+            yield draft
+            sync(draft)
+            draft.replace(path)
+            sync(path.parent)
+        finally:
+            with suppress(FileNotFoundError):
+                draft.unlink()
+
+
+def save_text(path: str | Path, text: str) -> None:
+    """Write a text file in UTF-8, whole or not at all; `BadInput` in words when the disk refuses."""
+    with appearing(Path(path)) as draft:
+        draft.write_text(text, encoding="utf-8")
+
+
+def sync(path: Path) -> None:
+    """Force a file, or the entries of a folder, onto the disk."""
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

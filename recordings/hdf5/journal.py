@@ -1,0 +1,198 @@
+"""The journal of a recording that is being written: what a power cut must not take.
+
+A flush of HDF5 survives a killed process but not a power cut, and a process killed in the middle of a flush can leave
+a file whose columns differ in length. So every batch goes into a small file beside the recording first, is forced onto
+the disk, and only then into HDF5. The journal is a row of frames, each with its length and checksum, so that a torn
+last frame is recognised:
+
+    head    run id, rows a chunk, and the header of the recording: all that is needed to build the file again
+    event   one event
+    chunk   a full chunk of every signal is on the disk: at which byte of the HDF5 file, with which checksum
+    rows    a batch: the number of its first row, then its values, signal by signal
+
+Chunks of the HDF5 file are stored uncompressed and never move once full. A recovery therefore takes them from their
+bytes and the rest from the `rows` frames, and trusts nothing else in a file that may be torn. When chunks are on the
+disk their rows leave the journal, which so stays about a megabyte beside sixteen bytes a chunk and signal.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import struct
+import zlib
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, field
+from datetime import datetime
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+
+from recordings.errors import BadInput
+from recordings.files import appearing
+from recordings.hdf5.header import Header
+from recordings.hdf5.items import journal_path
+from recordings.plant import Event, Plant
+from recordings.signal import Array, SignalSpec
+
+_MAGIC = b"bristle journal 1\n"
+_FRAME = struct.Struct("<cII")  # kind, length, checksum
+_ROW = struct.Struct("<Q")
+_LIMIT_BYTES = 1 << 20
+HEAD, EVENT, CHUNK, ROWS = b"H", b"E", b"C", b"R"
+
+
+@dataclass(frozen=True)
+class Chunk:
+    """Where one full chunk of every signal lies: (byte offset, CRC-32), in the order of the header's signals."""
+
+    first_row: int
+    places: tuple[tuple[int, int], ...]
+
+
+@dataclass
+class Contents:
+    """What a journal says. rows : batches as (first row, array of shape (n_signals, n_rows)), without gaps."""
+
+    run: str
+    chunk_rows: int
+    header: Header
+    events: list[Event] = field(default_factory=list)
+    chunks: list[Chunk] = field(default_factory=list)
+    rows: list[tuple[int, Array]] = field(default_factory=list)
+
+
+class Journal:
+    """The writing side. Every method returns when its frame is on the disk, `chunk` excepted.
+
+    path : of the recording; run : what the recording's root attribute `journal` names; chunk_rows : rows a chunk.
+    """
+
+    def __init__(self, path: Path, run: str, chunk_rows: int, header: Header) -> None:
+        self._path = journal_path(path)
+        head = {"run": run, "chunk_rows": chunk_rows} | _plain(header)
+        self._kept = [_frame(HEAD, json.dumps(head).encode())]
+        self._file = self._start([])
+
+    @property
+    def oversize(self) -> bool:
+        """Whether it has outgrown what it must keep, so that `restart` is worth it."""
+        return self._file.tell() > 2 * sum(map(len, self._kept)) + _LIMIT_BYTES
+
+    def rows(self, first_row: int, columns: Array) -> None:
+        """Add a batch, shape (n_signals, n_rows)."""
+        self._append(_rows_frame(first_row, columns))
+        os.fsync(self._file.fileno())
+
+    def event(self, event: Event) -> None:
+        """Add an event."""
+        self._kept.append(_frame(EVENT, json.dumps(asdict(event)).encode()))
+        self._append(self._kept[-1])
+        os.fsync(self._file.fileno())
+
+    def chunk(self, chunk: Chunk) -> None:
+        """Note that a chunk is on the disk; not forced there, because its rows are still in the journal."""
+        self._kept.append(_frame(CHUNK, json.dumps([chunk.first_row, *chunk.places]).encode()))
+        self._append(self._kept[-1])
+
+    def restart(self, first_row: int, columns: Array) -> None:
+        """Forget every batch but the rows behind the last full chunk, shape (n_signals, n_rows)."""
+        old, self._file = self._file, self._start([_rows_frame(first_row, columns)])
+        old.close()
+
+    def remove(self) -> None:
+        """Delete it: the recording is complete without it."""
+        self.close()
+        self._path.unlink()
+
+    def close(self) -> None:
+        """Stop writing and leave it where it is."""
+        self._file.close()
+
+    def _start(self, rows: list[bytes]) -> BinaryIO:
+        with appearing(self._path) as draft:
+            draft.write_bytes(_MAGIC + b"".join(self._kept + rows))
+        return self._path.open("ab", buffering=0)
+
+    def _append(self, frame: bytes) -> None:
+        left = memoryview(frame)
+        while left:
+            left = left[self._file.write(left) :]
+
+
+def read_journal(path: Path) -> Contents:
+    """What the journal of a recording says, up to the first torn frame.
+
+    Raises
+    ------
+    BadInput
+        It is no journal or its head is damaged.
+    """
+    where = journal_path(path)
+    data = where.read_bytes()
+    frames = _frames(data[len(_MAGIC) :]) if data.startswith(_MAGIC) else iter(())
+    try:
+        _, head = next(frames)
+        contents = _contents(json.loads(head))
+        for kind, payload in frames:
+            _take(contents, kind, payload)
+    except (StopIteration, KeyError, TypeError, ValueError, struct.error) as error:
+        remedy = "delete it if the recording beside it can be read without"
+        raise BadInput(str(where), "the journal is damaged from its start", remedy) from error
+    return contents
+
+
+def _take(contents: Contents, kind: bytes, payload: bytes) -> None:
+    if kind == EVENT:
+        contents.events.append(Event(**json.loads(payload)))
+    elif kind == CHUNK:
+        first_row, *places = json.loads(payload)
+        contents.chunks.append(Chunk(first_row, tuple((offset, crc) for offset, crc in places)))
+    elif kind == ROWS:
+        (first_row,) = _ROW.unpack_from(payload)
+        columns = np.frombuffer(payload, "<f8", offset=_ROW.size)
+        contents.rows.append((first_row, columns.reshape(len(contents.header.signals), -1)))
+
+
+def _rows_frame(first_row: int, columns: Array) -> bytes:
+    return _frame(ROWS, _ROW.pack(first_row) + columns.astype("<f8").tobytes())
+
+
+def _frame(kind: bytes, payload: bytes) -> bytes:
+    return _FRAME.pack(kind, len(payload), zlib.crc32(kind + payload)) + payload
+
+
+def _frames(data: bytes) -> Iterator[tuple[bytes, bytes]]:
+    place = 0
+    while place + _FRAME.size <= len(data):
+        kind, length, checksum = _FRAME.unpack_from(data, place)
+        payload = data[place + _FRAME.size : place + _FRAME.size + length]
+        if len(payload) < length or zlib.crc32(kind + payload) != checksum:
+            return  # torn by the cut: it was never acknowledged
+        yield kind, payload
+        place += _FRAME.size + length
+
+
+def _plain(header: Header) -> dict[str, Any]:
+    """A header as JSON can hold it."""
+    return {
+        "signals": [asdict(spec) for spec in header.signals],
+        "plant": header.plant.known(),
+        "title": header.title,
+        "source": header.source,
+        "created": header.created.isoformat() if header.created else None,
+        "attributes": dict(header.attributes),
+    }
+
+
+def _contents(head: dict[str, Any]) -> Contents:
+    header = Header(
+        signals=tuple(SignalSpec(**spec) for spec in head["signals"]),
+        plant=Plant(**head["plant"]),
+        title=head["title"],
+        source=head["source"],
+        created=datetime.fromisoformat(head["created"]) if head["created"] else None,
+        attributes=head["attributes"],
+    )
+    return Contents(head["run"], head["chunk_rows"], header)

@@ -1,0 +1,236 @@
+"""Writing a recording while it happens, so that nothing acknowledged is lost to a killed process or a power cut."""
+
+from __future__ import annotations
+
+import secrets
+import zlib
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from pathlib import Path
+from types import TracebackType
+
+import h5py
+import numpy as np
+from numpy.typing import ArrayLike
+
+from recordings.checks import TIME_REMEDY, time_fault
+from recordings.errors import BadInput
+from recordings.files import sync, writing
+from recordings.hdf5.disk import Disk, undisturbed
+from recordings.hdf5.format import append_events, append_samples, create_events, create_signal, write_header
+from recordings.hdf5.header import Header, Source
+from recordings.hdf5.items import check_vacant, journal_path
+from recordings.hdf5.journal import Chunk, Journal
+from recordings.hdf5.recover import recover
+from recordings.plant import Event, Plant
+from recordings.signal import Array, SignalSpec
+
+CHUNK_ROWS = 4096
+
+
+class RecordingWriter:
+    """A recording in the making, one file a run; a context manager.
+
+    When `append` or `event` returns, what it was given survives the death of the process and a power cut: it is in the
+    journal beside the file, on the disk, and flushed into the HDF5 file, which other processes may read at any time.
+    After either accident `recover` puts the file right. `close` removes the journal.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file to make.
+    signals : sequence of SignalSpec
+        What will be recorded, exactly one of them `time`.
+    plant, title, source, attributes
+        As in `Recording`.
+    created : datetime, optional
+        When the recording began, with time zone; now when not given.
+    overwrite : bool
+        Whether a file that exists is replaced; refused otherwise.
+    chunk_rows : int
+        Rows after which the HDF5 file itself is forced onto the disk.
+
+    Raises
+    ------
+    BadInput
+        The file exists, the disk refuses, or the signals do not make a recording.
+
+    >>> import tempfile
+    >>> from recordings import read
+    >>> path = Path(tempfile.mkdtemp()) / "run.h5"
+    >>> specs = [SignalSpec("time", "s", "time"), SignalSpec("position", "mm", "output")]
+    >>> with RecordingWriter(path, specs) as writer:
+    ...     writer.append({"time": [0.0, 0.1], "position": [4.0, 4.1]})
+    ...     writer.append({"time": 0.2, "position": 4.2})
+    >>> read(path)["position"].values
+    array([4. , 4.1, 4.2])
+    """
+
+    def __init__(
+        self,
+        path: str | Path,
+        signals: Sequence[SignalSpec],
+        *,
+        plant: Plant | None = None,
+        title: str | None = None,
+        source: Source | None = None,
+        created: datetime | None = None,
+        attributes: Mapping[str, str | float] | None = None,
+        overwrite: bool = False,
+        chunk_rows: int = CHUNK_ROWS,
+    ) -> None:
+        self.path = Path(path)
+        header = Header(tuple(signals), plant or Plant(), title, source, created or datetime.now(UTC), attributes or {})
+        self._names = [spec.name for spec in header.signals]
+        self._n_rows, self._last_time, self._n_chunks, self._chunk_rows = 0, -np.inf, 0, chunk_rows
+        self._run, self._failed, self._closed = secrets.token_hex(8), False, False
+        check_vacant(self.path, overwrite, "a run makes a new file: choose another name")
+        with writing(self.path), undisturbed():
+            self.path.unlink(missing_ok=True)
+            journal_path(self.path).unlink(missing_ok=True)
+            self._disk = Disk(self.path)
+            self._file = self._create(header)
+            try:
+                self._disk.sync()
+                sync(self.path.parent)
+                self._journal = Journal(self.path, self._run, chunk_rows, header)
+            except BaseException:
+                self._file.close()
+                self._disk.close()
+                self.path.unlink()
+                raise
+        self._datasets = [self._file["signals"][name] for name in self._names]
+
+    def __enter__(self) -> RecordingWriter:
+        return self
+
+    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        try:
+            self.close()
+        except BadInput:
+            if error is None:  # the first error is the one to show
+                raise
+
+    def __len__(self) -> int:
+        """The number of samples acknowledged."""
+        return self._n_rows
+
+    def append(self, batch: Mapping[str, ArrayLike]) -> None:
+        """Add samples; when it returns they are safe.
+
+        Parameters
+        ----------
+        batch : mapping of str to array_like
+            For every signal its values, shape (n_rows,), or one number for one row; missing samples are NaN.
+
+        Raises
+        ------
+        BadInput
+            The batch does not fit the signals or its clock does not go forward (nothing is written, go on with the
+            next), or the disk refused (close the writer: what was acknowledged stays).
+        """
+        self._check_open()
+        columns = self._columns(batch)
+        with self._acknowledging():
+            self._journal.rows(self._n_rows, columns)
+            for dataset, values in zip(self._datasets, columns, strict=True):
+                append_samples(dataset, values)
+            self._file.flush()
+            self._disk.check()
+            self._n_rows += columns.shape[1]
+            self._last_time = float(columns[self._names.index("time"), -1])
+            if self._n_rows // self._chunk_rows > self._n_chunks:
+                self._checkpoint()
+
+    def event(self, event: Event) -> None:
+        """Add an event; when it returns it is safe. Raises `BadInput` when the disk refused."""
+        self._check_open()
+        with self._acknowledging():
+            self._journal.event(event)
+            append_events(self._file, [event])
+            self._file.flush()
+            self._disk.check()
+
+    def close(self) -> None:
+        """Finish the file and remove the journal; a second call does nothing.
+
+        After a failed or interrupted write the file is put right from the journal first. Raises `BadInput` when that
+        is impossible now (a full disk); the journal then stays for `recover`.
+        """
+        if self._closed:
+            return
+        self._closed = True
+        try:
+            with writing(self.path), undisturbed():
+                self._finish()
+        finally:
+            self._disk.close()
+        if self._failed:
+            recover(self.path)
+
+    def _finish(self) -> None:
+        if self._failed:
+            self._journal.close()
+            self._file.close()
+            return
+        self._disk.sync()
+        self._file.attrs["journal"] = f"closed {self._run}"
+        self._file.close()
+        self._disk.sync()
+        self._journal.remove()
+        sync(self.path.parent)
+
+    def _create(self, header: Header) -> h5py.File:
+        file = h5py.File(self._disk, "w", track_order=True)
+        write_header(file, header)
+        file.attrs["journal"] = f"open {self._run}"
+        for spec in header.signals:
+            create_signal(file, spec, shape=(0,), maxshape=(None,), chunks=(self._chunk_rows,))
+        create_events(file)
+        file.flush()
+        return file
+
+    def _columns(self, batch: Mapping[str, ArrayLike]) -> Array:
+        """The batch as one array, shape (n_signals, n_rows)."""
+        if set(batch) != set(self._names):
+            found = f"a batch has the signals {', '.join(batch)}"
+            raise BadInput(str(self.path), found, f"this recording takes exactly {', '.join(self._names)}")
+        parts = [np.atleast_1d(np.asarray(batch[name], np.float64)) for name in self._names]
+        if any(part.shape != (len(parts[0]),) for part in parts) or not len(parts[0]):
+            found = f"a batch has columns of the shapes {', '.join(str(part.shape) for part in parts)}"
+            raise BadInput(str(self.path), found, "all have one length of 1 or more")
+        fault = time_fault(parts[self._names.index("time")], self._last_time)
+        if fault:
+            raise BadInput(f"{self.path}: sample {self._n_rows + fault[0]}", fault[1], TIME_REMEDY)
+        return np.stack(parts)
+
+    def _check_open(self) -> None:
+        if self._failed or self._closed:
+            found = "an earlier write failed" if self._failed else "it is closed"
+            raise BadInput(str(self.path), found, "close it and record into a new file")
+
+    @contextmanager
+    def _acknowledging(self) -> Iterator[None]:
+        """Whatever stops a write half way leaves the two files apart; only `close` may follow."""
+        self._failed = True
+        with writing(self.path), undisturbed():
+            yield
+            self._failed = False
+
+    def _checkpoint(self) -> None:
+        """Force the full chunks onto the disk, note where they are, and let their rows leave the journal."""
+        self._disk.sync()
+        rows = self._chunk_rows
+        for first_row in range(self._n_chunks * rows, self._n_rows - rows + 1, rows):
+            self._journal.chunk(Chunk(first_row, tuple(_place(one, first_row, rows) for one in self._datasets)))
+        self._n_chunks = self._n_rows // rows
+        if self._journal.oversize:
+            tail = self._n_chunks * rows
+            self._journal.restart(tail, np.stack([dataset[tail:] for dataset in self._datasets]))
+
+
+def _place(dataset: h5py.Dataset, first_row: int, n_rows: int) -> tuple[int, int]:
+    """Byte offset and checksum of a full chunk."""
+    offset = dataset.id.get_chunk_info_by_coord((first_row,)).byte_offset
+    return offset, zlib.crc32(dataset[first_row : first_row + n_rows].tobytes())

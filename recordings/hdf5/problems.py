@@ -1,0 +1,73 @@
+"""Where everything that can be wrong with a file arrives: raised at once when reading, collected when validating.
+
+This is also the one edge at which what h5py throws on a damaged file becomes a `BadInput`. It throws almost anything,
+depending on which byte is wrong; nothing above this module catches those.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from recordings.errors import BadInput
+
+_H5PY_RAISES = (
+    ArithmeticError,
+    AttributeError,
+    LookupError,
+    MemoryError,
+    OSError,
+    RuntimeError,
+    SystemError,
+    TypeError,
+    ValueError,
+)
+
+
+@contextmanager
+def edge(where: str) -> Iterator[None]:
+    """Turn whatever h5py raises inside into a `BadInput` about `where`."""
+    try:
+        yield
+    except BadInput:
+        raise
+    except _H5PY_RAISES as error:
+        raise unreadable(where, error) from error
+
+
+def unreadable(where: str, error: Exception) -> BadInput:
+    """What h5py raised about `where`, in words."""
+    if isinstance(error, MemoryError):
+        return BadInput(where, "there is not enough memory to read it", "ask for fewer signals")
+    words = " ".join(str(error).split())[:150]
+    found = f"it cannot be read (HDF5: {words})" if words else f"it cannot be read ({type(error).__name__})"
+    return BadInput(where, found, "the file is damaged here; copy it again from its origin")
+
+
+class Problems:
+    """The list of what is wrong with one file.
+
+    keep_going : collect every problem in `found`; without it the first one is raised.
+    """
+
+    def __init__(self, *, keep_going: bool) -> None:
+        self.found: list[BadInput] = []
+        self._keep_going = keep_going
+
+    def add(self, where: str, found: str, remedy: str) -> None:
+        """Note one problem; raises it when the first is enough."""
+        self._note(BadInput(where, found, remedy))
+
+    @contextmanager
+    def within(self, where: str) -> Iterator[None]:
+        """Note what goes wrong inside, which is left at that point."""
+        try:
+            with edge(where):
+                yield
+        except BadInput as problem:
+            self._note(problem)
+
+    def _note(self, problem: BadInput) -> None:
+        if not self._keep_going:
+            raise problem
+        self.found.append(problem)

@@ -1,0 +1,215 @@
+"""From a table and what is said about it to a recording: units converted, roles given, rows put in order."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from recordings.checks import holds_number
+from recordings.errors import BadInput
+from recordings.importers.clock import keep_rows, time_column
+from recordings.importers.formula import evaluate, names_in
+from recordings.importers.mapping import ImportMapping, SignalSource
+from recordings.importers.table import Table
+from recordings.plant import Plant
+from recordings.recording import Recording
+from recordings.signal import UNDERSTOOD, Array, Role, Signal
+from recordings.units import convert, find_unit
+
+_OPERATOR = re.compile(r"[-+*\[]")
+
+
+@dataclass(frozen=True)
+class Imported:
+    """A recording made from a foreign file, and sentences about what was left out or repaired."""
+
+    recording: Recording
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class _Raw:
+    """Values as the table has them, shape (n_rows,), all rows, and their unit."""
+
+    values: Array
+    unit: str
+
+
+def assemble(table: Table, mapping: ImportMapping, **about: Any) -> Imported:
+    """Make a recording of a table.
+
+    Parameters
+    ----------
+    table : Table
+        The columns of the file.
+    mapping : ImportMapping
+        What they are.
+    about
+        Further fields of the recording.
+
+    Raises
+    ------
+    BadInput
+        A column is missing or holds something else than numbers, a unit is missing or unfit, or the time is not usable.
+    """
+    plant = _plant(mapping, table.where)
+    constants = {**table.constants, **{name: x for name, x in plant.known().items() if not isinstance(x, str)}}
+    sources = {name: one for name, one in mapping.signals.items() if not one.optional or _is_there(table, one)}
+    carried, notes = _carried(table, mapping, sources) if mapping.carry else ({}, [])
+    sources |= carried
+    if not sources:
+        remedy = f"say --column position=COLUMN:UNIT and so on; columns: {', '.join(table.names)}"
+        raise BadInput(table.where, "no column is known to be a signal", remedy)
+    raw = {name: _raw(table, name, source, constants) for name, source in sources.items()}
+    n_rows = _common_length(table, mapping, raw)
+    rows, time = keep_rows(table, mapping.time, mapping.file, n_rows)
+    left_out = n_rows - mapping.file.drop_rows - len(rows)
+    notes += [f"{left_out} of {n_rows} rows were left out: time repaired or cut"] if left_out else []
+    signals = [Signal("time", time, "s", "time")]
+    for name, source in sources.items():
+        role = source.role or _usual_role(name, set(sources))
+        signals.append(_signal(name, source, raw[name], raw[name].values[rows], role, plant, table.where))
+    return Imported(Recording.of(signals, plant=plant, **about), tuple(notes))
+
+
+def text_columns(mapping: ImportMapping) -> tuple[str | int, ...]:
+    """The columns whose text is needed besides numbers: dates, and the marks of rows to turn round."""
+    dates = mapping.time.column if mapping.time.unit == "iso8601" else None
+    reverse = mapping.file.reverse.column if mapping.file.reverse else None
+    return tuple(column for column in (dates, reverse) if column is not None)
+
+
+def _plant(mapping: ImportMapping, where: str) -> Plant:
+    try:
+        return Plant(**mapping.plant)  # type: ignore[arg-type]  # Plant checks the type of each item
+    except BadInput as wrong:
+        raise BadInput(f"{where}: {wrong.where}", wrong.found, wrong.remedy) from None
+
+
+def _is_there(table: Table, source: SignalSource) -> bool:
+    return source.column is not None and table.find(source.column) is not None
+
+
+def _formula(table: Table, source: SignalSource) -> str | None:
+    """The formula of a source: given as one, or as the name of a column that is none."""
+    if source.formula is not None or table.find(str(source.column)) is not None:
+        return source.formula
+    return str(source.column) if _OPERATOR.search(str(source.column)) else None
+
+
+def _raw(table: Table, name: str, source: SignalSource, constants: Mapping[str, float]) -> _Raw:
+    where = f"{table.where}: signal '{name}'"
+    formula = _formula(table, source)
+    if formula is not None:
+        if source.unit is None:
+            raise BadInput(where, f"the unit of '{formula}' is not known", f"write --column '{name}={formula}:UNIT'")
+        return _Raw(evaluate(formula, source.unit, table, constants, where), source.unit)
+    column = table.name_of(source.column or "")
+    symbol = source.unit or table.units.get(column)
+    if symbol is None:
+        remedy = f"write --column {name}={column}:UNIT, such as mm, N, bar or %"
+        raise BadInput(where, f"the unit of column '{column}' is not known", remedy)
+    return _Raw(table.numbers(column), symbol)
+
+
+def _common_length(table: Table, mapping: ImportMapping, raw: Mapping[str, _Raw]) -> int:
+    lengths = {name: len(one.values) for name, one in raw.items()}
+    column = time_column(table, mapping.time)
+    if column is not None:
+        lengths = {"time": len(table.texts.get(column, table.columns[column]))} | lengths
+    if len(set(lengths.values())) > 1:
+        found = "the signals differ in length: " + ", ".join(f"{name} {length}" for name, length in lengths.items())
+        raise BadInput(table.where, found, "all signals of a recording have one length; leave out those that do not")
+    return next(iter(lengths.values()))
+
+
+def _signal(name: str, source: SignalSource, raw: _Raw, values: Array, role: Role, plant: Plant, where: str) -> Signal:
+    where = f"{where}: signal '{name}'"
+    if not holds_number(values):
+        raise BadInput(where, "its column holds no number", "leave the signal out, or name another column")
+    if source.period is not None:
+        there = np.isfinite(values)
+        values[there] = np.unwrap(values[there], period=source.period)
+    target, factor, symbol = _target(name, raw.unit, plant)
+    with np.errstate(over="ignore"):
+        values = factor * _converted(values, raw.unit, target, where)
+    values[~np.isfinite(values)] = np.nan  # infinite is no measurement
+    scale = factor * _step(raw.unit, target, where)
+    return Signal(
+        name=name,
+        values=values,
+        unit=symbol,
+        role=role,
+        description=source.description,
+        resolution=None if source.resolution is None else source.resolution * scale,
+        noise_std=None if source.noise_std is None else source.noise_std * scale,
+    )
+
+
+def _target(name: str, symbol: str, plant: Plant) -> tuple[str, float, str]:
+    """The unit a signal is converted to, a factor after that, and the unit of the result.
+
+    Signals that the toolkit understands get their usual unit, so that any reader of the file can do without a table;
+    shares stay shares, except that of a position when the stroke is known.
+    """
+    found = find_unit(symbol)
+    share = found is not None and found.si == "1"
+    if share and name == "position" and plant.stroke_m is not None:
+        return "1", plant.stroke_m, "m"
+    if name in UNDERSTOOD and not (share and name in {"position", "setpoint", "drive"}):
+        return UNDERSTOOD[name], 1.0, UNDERSTOOD[name]
+    usual = found.symbol if found else symbol
+    return usual, 1.0, usual
+
+
+def _converted(values: Array, source: str, target: str, where: str) -> Array:
+    return values if source == target else convert(values, source, target, where)
+
+
+def _step(source: str, target: str, where: str) -> float:
+    """How large one step in `source` is in `target`; units with an offset have steps too."""
+    return 1.0 if source == target else convert(1.0, source, target, where) - convert(0.0, source, target, where)
+
+
+def _usual_role(name: str, names: set[str]) -> Role:
+    """The role of a signal nobody gave one: the position answers to what is nearest to a force."""
+    if name == "position":
+        return "output"
+    driving = next((one for one in ("force", "pressure", "drive", "setpoint") if one in names), None)
+    return "input" if name == driving else "extra"
+
+
+def _carried(
+    table: Table, mapping: ImportMapping, named: Mapping[str, SignalSource]
+) -> tuple[dict[str, SignalSource], list[str]]:
+    """The columns nobody named, as signals where their unit is known, and notes about those left out."""
+    carried: dict[str, SignalSource] = {}
+    without_unit, without_number = list[str](), list[str]()
+    for column in _unnamed(table, mapping, named):
+        name = column.casefold() if column.casefold() in UNDERSTOOD else column.replace("/", "_")
+        if name in named or name == "time":
+            continue
+        if column in table.bad_cells or not holds_number(table.columns[column]):
+            without_number.append(column)
+        elif column not in table.units:
+            without_unit.append(column)
+        else:
+            carried[name] = SignalSource(column=column)
+    notes = [f"columns without numbers were left out: {', '.join(without_number)}"] if without_number else []
+    if without_unit:
+        remedy = "name them with --column NAME=COLUMN:UNIT to keep them"
+        notes.append(f"columns without a unit were left out: {', '.join(without_unit)} ({remedy})")
+    return carried, notes
+
+
+def _unnamed(table: Table, mapping: ImportMapping, named: Mapping[str, SignalSource]) -> Iterator[str]:
+    used = {time_column(table, mapping.time)}
+    for name, source in named.items():
+        formula = _formula(table, source)
+        references = names_in(formula, f"{table.where}: signal '{name}'") if formula else {str(source.column)}
+        used |= {table.find(reference) for reference in references}
+    return (column for column in table.columns if column not in used)

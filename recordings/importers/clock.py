@@ -1,0 +1,134 @@
+"""The clock of an imported recording, and which rows of the table it keeps."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+
+import numpy as np
+from numpy.typing import NDArray
+
+from recordings.checks import time_fault
+from recordings.errors import BadInput
+from recordings.importers.mapping import Clock, FileLayout
+from recordings.importers.table import Table
+from recordings.signal import Array
+from recordings.units import convert
+
+Rows = NDArray[np.intp]
+
+_REPAIR = "the time of the rows must increase; drop those that do not (--time-repair drop) or sort them (... sort)"
+_GIVE_TIME = "say which column is time with --time COLUMN:UNIT, or give --rate HZ for evenly spaced rows"
+
+
+def time_column(table: Table, clock: Clock) -> str | None:
+    """The column that holds time: the one named, else one called time or t with a unit; None for a rate."""
+    if clock.column is not None:
+        return table.name_of(clock.column)
+    if clock.rate_hz is not None:
+        return None
+    found = table.find("time") or table.find("t")
+    if found is None:
+        raise BadInput(table.where, "nothing says what the time is", f"{_GIVE_TIME}; columns: {', '.join(table.names)}")
+    return found
+
+
+def keep_rows(table: Table, clock: Clock, layout: FileLayout, n_rows: int) -> tuple[Rows, Array]:
+    """The rows to keep, in the order of time, and their time [s]; shape (n_kept,) each.
+
+    Rows are dropped from the start, turned round, repaired and cut as the layout and the clock say.
+
+    Raises
+    ------
+    BadInput
+        Nothing says what the time is, or it does not increase and is not to be repaired, naming the row.
+    """
+    rows = _turned(table, layout, np.arange(n_rows)[layout.drop_rows :])
+    column = time_column(table, clock)
+    if column is None:
+        time = np.arange(len(rows)) / float(clock.rate_hz or 1.0)
+    else:
+        time = _seconds(table, column, clock)[rows]
+        if clock.repair != "refuse":
+            rows, time = _repaired(rows, time, clock.repair)
+    if len(rows) < 2:
+        remedy = "a recording needs at least 2 (--drop-rows, --time-repair)"
+        raise BadInput(table.where, f"{len(rows)} rows of data are left", remedy)
+    fault = time_fault(time)
+    if fault is not None:
+        raise BadInput(table.row(int(rows[fault[0]])), _fault_in_words(time, fault[0]), _REPAIR)
+    inside = (time >= _or(clock.from_s, -np.inf)) & (time <= _or(clock.until_s, np.inf))
+    if inside.sum() < 2:
+        found = f"{inside.sum()} rows lie between the limits of time"
+        raise BadInput(table.where, found, f"time runs from {time[0]:g} to {time[-1]:g} s")
+    return rows[inside], time[inside]
+
+
+def first_date(table: Table, clock: Clock) -> datetime | None:
+    """The date of the first row, when time is written as dates with a time zone."""
+    if clock.unit != "iso8601" or clock.column is None:
+        return None
+    date = _dates(table, table.name_of(clock.column))[0]
+    return date if date is not None and date.tzinfo else None
+
+
+def _fault_in_words(time: Array, sample: int) -> str:
+    if not np.isfinite(time[sample]):
+        return "the time is missing"
+    how = "repeats" if time[sample] == time[sample - 1] else "goes backwards"
+    return f"time {how}: {time[sample]:.9g} s after {time[sample - 1]:.9g} s"
+
+
+def _or(value: float | None, other: float) -> float:
+    return other if value is None else value
+
+
+def _turned(table: Table, layout: FileLayout, rows: Rows) -> Rows:
+    """The rows with those turned round that were listed against their order in time."""
+    if layout.reverse is None:
+        return rows
+    texts = table.texts.get(table.name_of(layout.reverse.column), ())
+    turn = np.array([text.strip() == layout.reverse.value for text in texts], dtype=bool)[rows]
+    turned = rows.copy()
+    turned[turn] = rows[turn][::-1]
+    return turned
+
+
+def _repaired(rows: Rows, time: Array, how: str) -> tuple[Rows, Array]:
+    """Rows without missing times, sorted when asked for, without those at which time does not increase."""
+    there = np.isfinite(time)
+    rows, time = rows[there], time[there]
+    if how == "sort":
+        order = np.argsort(time, kind="stable")
+        rows, time = rows[order], time[order]
+    latest = np.concatenate(([-np.inf], np.maximum.accumulate(time)[:-1])) if len(time) else time
+    return rows[time > latest], time[time > latest]
+
+
+def _seconds(table: Table, column: str, clock: Clock) -> Array:
+    if clock.unit == "iso8601":
+        return _seconds_of_dates(table, column)
+    symbol = clock.unit or table.units.get(column)
+    where = f"{table.where}: column '{column}'"
+    if symbol is None:
+        raise BadInput(where, "the unit of the time is not known", f"write --time {column}:UNIT, such as s, ms or min")
+    return convert(table.numbers(column), symbol, "s", where)
+
+
+def _dates(table: Table, column: str) -> list[datetime | None]:
+    dates: list[datetime | None] = []
+    for row, text in enumerate(table.texts.get(column, ())):
+        try:
+            dates.append(datetime.fromisoformat(text.strip()) if text.strip() else None)
+        except ValueError:
+            remedy = "dates are ISO 8601, such as 2026-11-21 09:30:00.125 or 2026-11-21T09:30:00+01:00"
+            raise BadInput(table.row(row), f"'{text.strip()[:40]}' is not a date", remedy) from None
+    return dates
+
+
+def _seconds_of_dates(table: Table, column: str) -> Array:
+    """Seconds since the first date that is there; dates without a time zone are taken as they stand."""
+    dates = [date.replace(tzinfo=date.tzinfo or UTC) if date else None for date in _dates(table, column)]
+    first = next((date for date in dates if date), None)
+    if first is None:
+        raise BadInput(f"{table.where}: column '{column}'", "it holds no date", "time as text works for CSV and TSV")
+    return np.array([(date - first).total_seconds() if date else np.nan for date in dates])

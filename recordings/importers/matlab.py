@@ -1,0 +1,107 @@
+"""Reading MATLAB files into a table: versions 4 to 7 through scipy, 7.3 and any other HDF5 file through h5py."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from recordings.errors import BadInput
+from recordings.hdf5.items import check_size, is_plain, open_hdf5
+from recordings.hdf5.probe import probe
+from recordings.hdf5.problems import edge
+from recordings.importers.table import Table, named_columns
+from recordings.signal import Array
+
+Variables = dict[str, Array]
+
+
+def read_mat(path: Path, variable: str | None = None) -> Table:
+    """Read a MATLAB file of version 4, 5, 6 or 7.
+
+    Vectors become columns of their name, single numbers become constants, fields of a structure are called
+    ``structure.field``. A matrix becomes columns numbered from 1, along its shorter side: the one named `variable`, or
+    the only one when there are no vectors.
+
+    Raises
+    ------
+    BadInput
+        The file is damaged, or there is no such variable.
+    """
+    from scipy.io import loadmat
+
+    try:
+        content = loadmat(path, squeeze_me=True, struct_as_record=False, chars_as_strings=True)
+    except Exception as error:  # scipy raises whatever a damaged byte leads to
+        found = f"it cannot be read as a MATLAB file ({' '.join(str(error).split())[:120]})"
+        raise BadInput(str(path), found, "copy it again from its origin, or save it as CSV") from error
+    named = {name: value for name, value in content.items() if not name.startswith("__")}
+    return _table(str(path), dict(_from_scipy(named)), variable)
+
+
+def read_mat73(path: Path, variable: str | None = None) -> Table:
+    """Read a MATLAB file of version 7.3, or any HDF5 file with datasets at its root or a group below; as `read_mat`."""
+    probe(path, lambda: _list_hdf5(path))
+    with open_hdf5(path) as file, edge(str(path)):
+        variables = {}
+        for name, dataset in _datasets(file):
+            check_size(dataset, f"{path}: {name}")
+            variables[name] = np.squeeze(np.asarray(dataset[()], np.float64))
+    return _table(str(path), variables, variable)
+
+
+def _list_hdf5(path: Path) -> None:
+    with open_hdf5(path) as file:
+        list(_datasets(file))
+
+
+def _from_scipy(content: Mapping[str, Any]) -> Iterator[tuple[str, Array]]:
+    for name, value in content.items():
+        if hasattr(value, "_fieldnames"):
+            yield from _from_scipy({f"{name}.{field}": getattr(value, field) for field in value._fieldnames})
+        elif np.asarray(value).dtype.kind in "biuf":
+            yield name, np.asarray(value, np.float64)
+
+
+def _datasets(group: h5py.Group, prefix: str = "") -> Iterator[tuple[str, h5py.Dataset]]:
+    """The numeric datasets of a group and, with the group's name before theirs, of the groups in it."""
+    for name in group:
+        item = group[name]
+        if name.startswith("#"):  # where MATLAB keeps what its cells point to
+            continue
+        if isinstance(item, h5py.Group) and not prefix:
+            yield from _datasets(item, f"{name}.")
+        elif isinstance(item, h5py.Dataset) and item.dtype.kind in "iuf" and is_plain(item.id) and _holds_numbers(item):
+            yield prefix + name, item
+
+
+def _holds_numbers(dataset: h5py.Dataset) -> bool:
+    """MATLAB stores text and empty arrays as numbers too, and says so in attributes."""
+    return dataset.attrs.get("MATLAB_class") != b"char" and "MATLAB_empty" not in dataset.attrs
+
+
+def _table(where: str, variables: Variables, chosen: str | None) -> Table:
+    constants = {name: float(value.reshape(())) for name, value in variables.items() if value.size == 1}
+    vectors = {name: value for name, value in variables.items() if value.ndim == 1 and value.size > 1}
+    matrices = {name: value for name, value in variables.items() if value.ndim == 2 and value.size > 1}
+    if chosen is not None and chosen not in matrices:
+        found = f"there is no matrix '{chosen}'"
+        raise BadInput(where, found, f"matrices there: {_shapes(matrices) or 'none'}")
+    if chosen is None and len(matrices) == 1 and not vectors:
+        chosen = next(iter(matrices))
+    headers, columns = list(vectors), [*vectors.values()]
+    if chosen is not None:
+        matrix = matrices[chosen]
+        rows = matrix if matrix.shape[0] <= matrix.shape[1] else matrix.T
+        headers, columns = [str(k + 1) for k in range(len(rows))] + headers, [*rows, *columns]
+    names, units = named_columns(headers)
+    hint = f"; matrices to choose one from with --variable: {_shapes(matrices)}" if matrices and chosen is None else ""
+    by_name = {name: np.ascontiguousarray(column) for name, column in zip(names, columns, strict=True)}
+    return Table(where, by_name, units, constants, row_word="sample", hint=hint)
+
+
+def _shapes(matrices: Variables) -> str:
+    return ", ".join(f"{name} ({matrix.shape[0]} x {matrix.shape[1]})" for name, matrix in matrices.items())

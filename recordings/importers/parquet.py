@@ -1,0 +1,54 @@
+"""Reading Parquet files into a table, when pyarrow is installed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from recordings.errors import BadInput
+from recordings.importers.table import BadCell, Table, named_columns
+from recordings.signal import Array
+
+
+def read_parquet(path: Path) -> Table:
+    """Read a Parquet file: numbers as they are, dates as seconds since the first row, nulls as missing.
+
+    Raises
+    ------
+    BadInput
+        pyarrow is not installed, or the file is damaged.
+    """
+    try:
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+    except ImportError:
+        remedy = "install Bristle with its extra 'parquet', or save the file as CSV"
+        raise BadInput(str(path), "reading Parquet needs the package pyarrow, which is not installed", remedy) from None
+    try:
+        content = pq.read_table(path)
+    except (pa.ArrowException, OSError, ValueError) as error:
+        found = f"it cannot be read as Parquet ({' '.join(str(error).split())[:120]})"
+        raise BadInput(str(path), found, "copy it again from its origin") from error
+    names, units = named_columns(content.column_names)
+    columns: dict[str, Array] = {}
+    bad_cells: dict[str, BadCell] = {}
+    for name, column in zip(names, content.columns, strict=True):
+        kind = column.type
+        if pa.types.is_timestamp(kind):
+            columns[name], units[name] = _seconds(column, pa), "s"
+        elif pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_decimal(kind):
+            columns[name] = np.array(column.cast(pa.float64(), safe=False).to_numpy())
+        else:
+            columns[name] = np.empty(0)
+            bad_cells[name] = BadCell(1, f"a value of the type {kind}", "only columns of numbers and dates can be used")
+    return Table(str(path), columns, units, bad_cells=bad_cells)
+
+
+def _seconds(column: Any, pa: Any) -> Array:
+    """Dates as seconds since the first one that is there."""
+    stamps = column.cast(pa.timestamp("ns"), safe=False).to_numpy().astype("datetime64[ns]")
+    there = stamps[~np.isnat(stamps)]
+    first = there[0] if len(there) else np.datetime64(0, "ns")
+    return np.where(np.isnat(stamps), np.nan, (stamps - first) / np.timedelta64(1, "s"))

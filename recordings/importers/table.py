@@ -1,0 +1,120 @@
+"""What every reader of foreign files hands over: columns of numbers by name, and where each row stood in the file."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from recordings.errors import BadInput
+from recordings.signal import UNDERSTOOD, Array
+from recordings.units import find_unit
+
+_BRACKETED = re.compile(r"^(.*?)\s*[\[(]\s*([^\[\]()]+?)\s*[\])]\s*$")
+_MOST_NAMES = 20
+
+
+@dataclass(frozen=True)
+class BadCell:
+    """The first cell of a column that is no number. row : number of its row in the file; text : what it says."""
+
+    row: int
+    text: str
+    remedy: str = (
+        "a column that is used holds only numbers; correct the cell, or say that it means no value (--missing)"
+    )
+
+
+@dataclass(frozen=True)
+class Table:
+    """Columns of a foreign file.
+
+    where : the file, for messages; columns : values by name, each of shape (n_rows,), missing cells NaN; units : by
+    column, where the file says them; constants : single numbers beside the columns; texts : the columns asked for as
+    text; bad_cells : columns that hold something else than numbers; rows : number of each row in the file;
+    row_word : what a row is called.
+    """
+
+    where: str
+    columns: Mapping[str, Array]
+    units: Mapping[str, str] = field(default_factory=dict)
+    constants: Mapping[str, float] = field(default_factory=dict)
+    texts: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    bad_cells: Mapping[str, BadCell] = field(default_factory=dict)
+    rows: NDArray[np.int64] | None = None
+    row_word: str = "row"
+    hint: str = ""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the columns, in the order of the file."""
+        return tuple(self.columns)
+
+    def find(self, reference: str | int) -> str | None:
+        """The column meant by a name, by a name in other capitals, or by a number from 1; None when there is none."""
+        text = str(reference)
+        if text in self.columns:
+            return text
+        wanted = {text.casefold(), split_unit(text)[0].casefold()}
+        same = [name for name in self.columns if name.casefold() in wanted]
+        if len(same) == 1:
+            return same[0]
+        number = int(text) if re.fullmatch(r"[0-9]{1,6}", text) else 0
+        return self.names[number - 1] if 1 <= number <= len(self.names) else None
+
+    def name_of(self, reference: str | int) -> str:
+        """As `find`; `BadInput` listing the columns when there is none."""
+        name = self.find(reference)
+        if name is None:
+            there = ", ".join(self.names[:_MOST_NAMES]) + (" ..." if len(self.names) > _MOST_NAMES else "")
+            found = f"there is no column '{reference}'"
+            raise BadInput(self.where, found, f"columns there: {there or 'none'}{self.hint}")
+        return name
+
+    def numbers(self, reference: str | int) -> Array:
+        """The values of a column, shape (n_rows,); `BadInput` naming the row of a cell that is no number."""
+        name = self.name_of(reference)
+        if name in self.bad_cells:
+            bad = self.bad_cells[name]
+            found = f"'{bad.text[:40]}' in column '{name}' is not a number"
+            raise BadInput(f"{self.where}: {self.row_word} {bad.row}", found, bad.remedy)
+        return self.columns[name]
+
+    def row(self, index: int) -> str:
+        """Where a row stood in the file, for messages."""
+        number = int(self.rows[index]) if self.rows is not None else index + 1
+        return f"{self.where}: {self.row_word} {number}"
+
+
+def split_unit(header: str) -> tuple[str, str | None]:
+    """The name and the unit in a column's header.
+
+    >>> split_unit("Stem position [mm]"), split_unit("force (N)"), split_unit("time_ms"), split_unit("valve_h")
+    (('Stem position', 'mm'), ('force', 'N'), ('time', 'ms'), ('valve_h', None))
+    """
+    header = header.strip()
+    match = _BRACKETED.match(header)
+    if match and match[1]:
+        known = find_unit(match[2])
+        return match[1], known.symbol if known else match[2]
+    name, _, symbol = header.rpartition("_")
+    known = find_unit(symbol)
+    if known and name.casefold() in UNDERSTOOD:
+        return name, known.symbol
+    return header, None
+
+
+def named_columns(headers: Sequence[str]) -> tuple[list[str], dict[str, str]]:
+    """The names of columns with these headers, made unique by their number, and the units the headers give."""
+    names: list[str] = []
+    units: dict[str, str] = {}
+    for number, header in enumerate(headers, start=1):
+        name, symbol = split_unit(header)
+        name = name or str(number)
+        names.append(f"{name} ({number})" if name in names else name)
+        if symbol:
+            units[names[-1]] = symbol
+    return names, units

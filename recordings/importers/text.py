@@ -1,0 +1,235 @@
+"""Reading CSV, TSV and blank-separated text, plain or gzip-compressed, into a table.
+
+Cells are converted in blocks, so that memory is in proportion to the numbers and not to their text.
+"""
+
+from __future__ import annotations
+
+import csv
+import gzip
+import io
+import math
+import zlib
+from array import array
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import chain, islice
+from pathlib import Path
+
+import numpy as np
+
+from recordings.errors import BadInput
+from recordings.importers.mapping import FileLayout
+from recordings.importers.sniff import (
+    WHITESPACE,
+    guess_separator,
+    looks_like_names,
+    looks_like_units,
+    number_like,
+    split_row,
+)
+from recordings.importers.table import BadCell, Table, named_columns
+from recordings.signal import Array
+
+_BLOCK_ROWS = 20_000
+_SAMPLE_LINES = 60
+_MISSING = frozenset({"", "-", "--", "?", "na", "n/a", "#n/a", "nan", "null", "none", "nil", "missing"})
+
+Line = tuple[int, str]
+
+
+def read_text(path: Path, layout: FileLayout, texts: Iterable[str | int] = ()) -> Table:
+    """Read a text table.
+
+    Parameters
+    ----------
+    path : Path
+        The file; gzip is recognised by its content.
+    layout : FileLayout
+        How it is laid out; what is left open is guessed.
+    texts : iterable of str or int
+        Columns wanted as text as well.
+
+    Raises
+    ------
+    BadInput
+        The file is no text, its rows differ in length, or it holds no data.
+    """
+    encodings = [layout.encoding] if layout.encoding else ["utf-8-sig", "latin-1"]
+    for encoding in encodings:
+        try:
+            with _opened(path, encoding) as stream:
+                return _Parser(path, layout, tuple(texts)).table(stream)
+        except UnicodeDecodeError:
+            continue
+        except LookupError:
+            break
+        except (OSError, EOFError, zlib.error) as error:
+            remedy = "copy it again from its origin"
+            raise BadInput(str(path), f"the compressed file is damaged ({error})", remedy) from error
+        except csv.Error as error:
+            found, remedy = f"it is no table ({error})", "check the quotes and the separator (--separator)"
+            raise BadInput(str(path), found, remedy) from error
+    raise BadInput(str(path), f"it is not text in {encodings[0]}", "give its encoding (--encoding utf-8, latin-1 ...)")
+
+
+def _opened(path: Path, encoding: str) -> io.TextIOBase:
+    with path.open("rb") as file:
+        head = file.read(4096)
+    if head[:2] == b"\x1f\x8b":
+        return gzip.open(path, "rt", encoding=encoding, newline=None)
+    if head[:2] in {b"\xff\xfe", b"\xfe\xff"}:
+        return path.open(encoding="utf-16", newline=None)
+    if b"\0" in head:
+        raise BadInput(str(path), "it is a binary file of an unknown kind", "give CSV, TSV, .mat or Parquet")
+    return path.open(encoding=encoding, newline=None)
+
+
+class _Parser:
+    """One pass over the lines of a text table."""
+
+    def __init__(self, path: Path, layout: FileLayout, texts: tuple[str | int, ...]) -> None:
+        self._path, self._layout, self._wanted_texts = path, layout, texts
+
+    def table(self, stream: Iterable[str]) -> Table:
+        lines = self._lines(stream)
+        sample = list(islice(lines, _SAMPLE_LINES))
+        if sample and sample[0][1].lower().startswith("sep=") and len(sample[0][1]) == 5:
+            separator, sample = sample[0][1][4], sample[1:]
+        else:
+            separator = self._layout.separator_sign or guess_separator([line for _, line in sample])
+        if not sample:
+            raise BadInput(str(self._path), "it holds no data", "give a file with at least two rows of numbers")
+        headers, units, skipped = self._head(sample, separator)
+        names, named_units = named_columns(headers)
+        empty = Table(str(self._path), dict.fromkeys(names, np.empty(0)))
+        columns = _Columns(names, self._layout, {empty.name_of(text) for text in self._wanted_texts})
+        for block in self._blocks(chain(sample[skipped:], lines), separator, len(names)):
+            columns.add(block)
+        if len(columns.rows) == 0:
+            raise BadInput(str(self._path), "it holds no data", "give a file with at least two rows of numbers")
+        return columns.table(str(self._path), named_units | units)
+
+    def _lines(self, stream: Iterable[str]) -> Iterator[Line]:
+        """The lines that count, with their number in the file."""
+        comment = self._layout.comment
+        for number, line in enumerate(stream, start=1):
+            line = line.rstrip("\n")
+            blank = not line.strip() or (comment and line.lstrip().startswith(comment))
+            if number > self._layout.skip_lines and not blank:
+                yield number, line
+
+    def _head(self, sample: list[Line], separator: str) -> tuple[list[str], dict[str, str], int]:
+        """The headers of the columns, units from a row of their own, and how many lines they took."""
+        first = split_row(sample[0][1], separator)
+        has_names = looks_like_names(first) if self._layout.header is None else self._layout.header
+        while has_names and first and not first[-1].strip():
+            first.pop()
+        headers = first if has_names else [""] * len(first)
+        for place, name in enumerate(self._layout.columns[: len(headers)]):
+            headers[place] = name
+        second = split_row(sample[1][1], separator) if has_names and len(sample) > 1 else []
+        if not looks_like_units(second):
+            return headers, {}, int(has_names)
+        names, _ = named_columns(headers)
+        units = {name: cell.strip(" []()") for name, cell in zip(names, second, strict=False) if cell.strip()}
+        return headers, units, 2
+
+    def _blocks(self, lines: Iterable[Line], separator: str, width: int) -> Iterator[list[tuple[int, list[str]]]]:
+        rows = self._rows(lines, separator, width)
+        while block := list(islice(rows, _BLOCK_ROWS)):
+            yield block
+
+    def _rows(self, lines: Iterable[Line], separator: str, width: int) -> Iterator[tuple[int, list[str]]]:
+        """Rows of `width` cells with their number; empty cells too many are dropped, anything else is refused."""
+        for number, cells in _split(lines, separator):
+            while len(cells) > width and not cells[-1].strip():
+                cells.pop()
+            if len(cells) != width:
+                found = f"it has {len(cells)} cells, the first row has {width}"
+                remedy = "every row has the same cells; check the row and the separator (--separator, --skip-lines)"
+                raise BadInput(f"{self._path}: row {number}", found, remedy)
+            yield number, cells
+
+
+def _split(lines: Iterable[Line], separator: str) -> Iterator[tuple[int, list[str]]]:
+    if separator == WHITESPACE:
+        for number, line in lines:
+            yield number, line.split()
+        return
+    current = 0
+
+    def texts() -> Iterator[str]:
+        nonlocal current
+        for number, line in lines:
+            current = number
+            yield line
+
+    for cells in csv.reader(texts(), delimiter=separator, skipinitialspace=True):
+        yield current, cells
+
+
+class _Columns:
+    """Columns that grow block by block."""
+
+    def __init__(self, names: Sequence[str], layout: FileLayout, texts: set[str]) -> None:
+        self._names, self._layout = names, layout
+        self._missing = _MISSING | {text.casefold() for text in layout.missing}
+        self._parts: dict[str, list[Array]] = {name: [] for name in names}
+        self._texts: dict[str, list[str]] = {name: [] for name in texts}
+        self._bad: dict[str, BadCell] = {}
+        self.rows = array("q")
+
+    def add(self, block: list[tuple[int, list[str]]]) -> None:
+        """Convert a block of rows. A column with a cell that is no number is given up from there on."""
+        numbers, rows = zip(*block, strict=True)
+        self.rows.extend(numbers)
+        for name, cells in zip(self._names, zip(*rows, strict=True), strict=True):
+            if name in self._texts:
+                self._texts[name].extend(cells)
+            if name not in self._bad:
+                values, bad = self._convert(cells)
+                self._parts[name].append(values)
+                if bad is not None:
+                    self._bad[name] = BadCell(numbers[bad], cells[bad].strip(), self._remedy(cells[bad]))
+                    self._parts[name].clear()
+
+    def table(self, where: str, units: dict[str, str]) -> Table:
+        empty = np.empty(0)
+        columns = {name: np.concatenate(parts) if parts else empty for name, parts in self._parts.items()}
+        rows = np.frombuffer(self.rows, np.int64)
+        return Table(where, columns, units, texts=self._texts, bad_cells=self._bad, rows=rows)
+
+    def _convert(self, cells: Sequence[str]) -> tuple[Array, int | None]:
+        """Values of the cells, and the index of the first that is neither a number nor missing."""
+        if self._layout.decimal == "." and not self._layout.thousands:
+            try:
+                return np.array(list(map(float, cells))), None
+            except ValueError:
+                pass  # cell by cell then
+        values = np.full(len(cells), np.nan)
+        for index, cell in enumerate(cells):
+            value = self._number(cell.strip())
+            if value is None:
+                return values, index
+            values[index] = value
+        return values, None
+
+    def _number(self, cell: str) -> float | None:
+        if cell.casefold() in self._missing:
+            return math.nan
+        if self._layout.thousands:
+            cell = cell.replace(self._layout.thousands, "")
+        if self._layout.decimal != ".":
+            if "." in cell:
+                return None
+            cell = cell.replace(self._layout.decimal, ".")
+        try:
+            return float(cell)
+        except ValueError:
+            return None
+
+    def _remedy(self, cell: str) -> str:
+        if number_like(cell):
+            other = "," if self._layout.decimal == "." else "."
+            return f"the decimal sign is '{self._layout.decimal}' here; another one is chosen with --decimal '{other}'"
+        return BadCell.remedy

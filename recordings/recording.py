@@ -1,0 +1,141 @@
+"""A recording: one experiment on one plant, as an immutable value."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, fields
+from datetime import datetime
+from functools import cached_property
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from recordings.checks import value_problem
+from recordings.errors import BadInput
+from recordings.hdf5.header import Header, Source
+from recordings.plant import Event, Plant
+from recordings.signal import Array, Signal
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Recording:
+    """One experiment on one plant: signals of one length over one clock, and what is known about them.
+
+    signals : by name, of n_samples values each, exactly one of them `time` [s], strictly increasing;
+    plant : what is known of it; title : one line; source : one of `SOURCES`; created : with time zone;
+    events : what happened; attributes : further texts and numbers, kept; path : the file it came from.
+
+    Raises `BadInput` naming the item when the parts do not make a valid recording.
+
+    >>> import numpy as np
+    >>> clock = Signal("time", np.array([0.0, 0.1, 0.2]), "s", "time")
+    >>> travel = Signal("position", np.array([0.0, 1.0, 2.0]), "mm", "output")
+    >>> recording = Recording.of([clock, travel], title="first steps")
+    >>> len(recording), "force" in recording, recording.si("position").values[2]
+    (3, False, np.float64(0.002))
+    """
+
+    signals: Mapping[str, Signal]
+    plant: Plant = field(default_factory=Plant)
+    title: str | None = None
+    source: Source | None = None
+    created: datetime | None = None
+    events: tuple[Event, ...] = ()
+    attributes: Mapping[str, str | float] = field(default_factory=dict)
+    path: Path | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "signals", MappingProxyType(dict(self.signals)))
+        object.__setattr__(self, "attributes", MappingProxyType(dict(self.attributes)))
+        object.__setattr__(self, "events", tuple(self.events))
+        problem = _mapping_problem(self.signals)
+        if problem:
+            raise BadInput(f"{self.label}: {problem[0]}", *problem[1:])
+        _ = self.header  # building it checks the rest
+
+    @classmethod
+    def of(cls, signals: Iterable[Signal], **about: Any) -> Recording:
+        """A recording of these signals; `about` are the other fields."""
+        return cls({signal.name: signal for signal in signals}, **about)
+
+    def __getitem__(self, name: str) -> Signal:
+        """The signal of a name; `BadInput` listing those there when it has none."""
+        if name not in self.signals:
+            there = ", ".join(self.signals)
+            raise BadInput(self.label, f"it has no signal '{name}'", f"signals there: {there}")
+        return self.signals[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.signals
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.signals)
+
+    def __repr__(self) -> str:
+        labels = ", ".join(signal.spec.label for signal in self.signals.values())
+        return f"<Recording {self.label}: {len(self)} samples of {labels}>"
+
+    def __len__(self) -> int:
+        """The number of samples."""
+        return len(self.signals["time"])
+
+    def __reduce__(self) -> tuple[type[Recording], tuple[Any, ...]]:
+        """Pickle as plain dictionaries: read-only views of them cannot be sent to another process."""
+        values = {item.name: getattr(self, item.name) for item in fields(self)}
+        values |= {"signals": dict(self.signals), "attributes": dict(self.attributes)}
+        return type(self), tuple(values.values())
+
+    @property
+    def time(self) -> Array:
+        """The clock [s], shape (n_samples,), strictly increasing."""
+        return self.signals["time"].values
+
+    @property
+    def label(self) -> str:
+        """What to call it in a message: its file, else its title."""
+        return str(self.path or self.title or "recording")
+
+    @property
+    def header(self) -> Header:
+        """Everything but samples and events."""
+        specs = tuple(signal.spec for signal in self.signals.values())
+        return Header(specs, self.plant, self.title, self.source, self.created, self.attributes)
+
+    def si(self, name: str) -> Signal:
+        """The signal of a name in SI units; a position in % becomes metres with the plant's stroke.
+
+        Raises `BadInput` when there is no such signal, its unit is not known, or the stroke is needed and not known.
+        """
+        signal = self[name]
+        try:
+            return signal.si(self.plant.stroke_m)
+        except BadInput as problem:
+            raise BadInput(f"{self.label}: {problem.where}", problem.found, problem.remedy) from None
+
+    @cached_property
+    def sha256(self) -> str | None:
+        """Hexadecimal SHA-256 of the file it came from; None when it came from none. Computed when first asked for."""
+        if self.path is None:
+            return None
+        with self.path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _mapping_problem(signals: Mapping[str, Signal]) -> tuple[str, str, str] | None:
+    for name, signal in signals.items():
+        if signal.name != name:
+            return f"/signals/{name}", f"it holds the signal '{signal.name}'", "a signal is stored under its own name"
+    if "time" not in signals:
+        return "/signals", "there is no signal named 'time'", "give one, in s, with the role 'time'"
+    n_samples = len(signals["time"])
+    if n_samples < 2:
+        return "/signals", f"there are {n_samples} samples", "a recording holds at least 2"
+    for name, signal in signals.items():
+        if len(signal) != n_samples:
+            found = f"it has {len(signal)} samples, time has {n_samples}"
+            return f"/signals/{name}", found, "all signals have one length"
+        problem = value_problem(signal.role, signal.values)
+        if problem:
+            return f"/signals/{name}", *problem
+    return None

@@ -1,0 +1,87 @@
+"""Shared libraries from C source: compiled once per user and machine."""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import os
+import platform
+import shlex
+import shutil
+import subprocess
+from pathlib import Path
+
+from simulator.compile.cache import artefact
+
+FLAGS = (
+    *("-O3", "-fPIC", "-shared", "-std=c99", "-ffp-contract=off", "-fno-math-errno"),
+    *("-fno-trapping-math", "-fno-signed-zeros"),
+)
+"""No contraction and no reordering: every way of running a kernel gives the same numbers. Nothing looks at floating
+point flags or at the sign of a zero, and knowing that makes the loops an eighth faster."""
+
+PATIENCE = 300.0
+"""Longest time [s] a compiler may take."""
+
+
+class BuildFailed(Exception):
+    """There is a C compiler, but what it makes of our source cannot be used; the text says why."""
+
+
+def compiler() -> tuple[str, ...] | None:
+    """The command of the C compiler: ``CC`` (a path, or a command with options), else cc, gcc or clang.
+
+    None when there is none or ``BRISTLE_NO_COMPILER`` is set.
+    """
+    if os.environ.get("BRISTLE_NO_COMPILER"):
+        return None
+    wish = os.environ.get("CC", "")
+    for command in ((wish,), tuple(_words(wish)), ("cc",), ("gcc",), ("clang",)):
+        if command and command[0] and (path := shutil.which(command[0])):
+            return (os.path.abspath(path), *command[1:])
+    return None
+
+
+def _words(text: str) -> list[str]:
+    try:
+        return shlex.split(text)
+    except ValueError:  # a quotation without an end
+        return []
+
+
+def shared_library(command: tuple[str, ...], source: str) -> ctypes.CDLL:
+    """Compile C source with a command as `compiler` gives it, or find it compiled in the cache, and load it.
+
+    Raises BuildFailed when it cannot be compiled, kept or loaded.
+    """
+    key = "\0".join((source, *FLAGS, *command, _version(command), platform.machine()))
+    try:
+        folder = artefact(key, functools.partial(_compile, command, source))
+        return ctypes.CDLL(str(folder / "kernel.so"))
+    except OSError as error:
+        raise BuildFailed(f"the compiled physics cannot be loaded ({error})") from error
+
+
+@functools.cache
+def _version(command: tuple[str, ...]) -> str:
+    return _run((*command, "--version")).stdout
+
+
+def _compile(command: tuple[str, ...], source: str, folder: Path) -> None:
+    unit = folder / "kernel.c"
+    unit.write_text(source, encoding="utf-8")
+    done = _run((*command, *FLAGS, "-o", str(folder / "kernel.so"), str(unit), "-lm"))
+    unit.unlink()
+    if done.returncode != 0 or not (folder / "kernel.so").is_file():
+        said = (done.stderr.strip() or f"exit code {done.returncode}, no message").splitlines()[0]
+        raise BuildFailed(f"the C compiler {command[0]} failed ({said})")
+
+
+def _run(command: tuple[str, ...]) -> subprocess.CompletedProcess[str]:
+    try:
+        return subprocess.run(
+            command, capture_output=True, text=True, errors="replace", check=False, timeout=PATIENCE,
+            stdin=subprocess.DEVNULL,
+        )  # fmt: skip
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise BuildFailed(f"the C compiler {command[0]} cannot be run ({error})") from error

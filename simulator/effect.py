@@ -1,0 +1,207 @@
+"""What an effect is: one piece of a valve's physics, written once and used everywhere.
+
+An effect says where it acts, which parameters and memory it has, and its equations as CasADi expressions. Simulation,
+sensitivities, fitting, the score test and the documentation all read this one definition. To add an effect, copy a
+file of `simulator/effects/`, change the physics, and add its class to the list in `simulator/effects/__init__.py`.
+
+The equation of motion that the kernel assembles from the effects is
+
+    sum over effects of force(q) = u_eff,        u_eff = input_N(... input_1(u))
+
+with the acceleration among the quantities `q`, so that inertia is an effect like any other. What is measured is
+y = output_M(... output_1(x)).
+"""
+
+from __future__ import annotations
+
+from abc import ABC
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import ClassVar
+
+from simulator.relaxation import Expression as Expression
+from simulator.relaxation import Law
+
+Values = Mapping[str, Expression]
+"""Expressions by symbol: parameters or memory states of one effect."""
+
+
+class Site(Enum):
+    """Where an effect enters the balance of forces; it decides which of the hooks the effect may have."""
+
+    FORCE = "force"
+    INPUT = "input"
+    OUTPUT = "output"
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A physical constant of an effect.
+
+    symbol : name in equations and files; unit : SI unit; lower, upper : physical bounds, in `unit`;
+    scale : typical magnitude, in `unit`; neutral : the value at which the effect vanishes, None for the base effects
+    and for what only shapes an effect (the place of a tight spot) while another parameter sets its strength;
+    positive : whether its logarithm is the natural coordinate (it spans decades); known : whether it is to be held at
+    what is known of the valve, because a change of it looks like one of the base effects; meaning : one line in words.
+    """
+
+    symbol: str
+    unit: str
+    meaning: str
+    scale: float
+    lower: float = float("-inf")
+    upper: float = float("inf")
+    neutral: float | None = None
+    positive: bool = False
+    known: bool = False
+
+
+@dataclass(frozen=True)
+class Quantities:
+    """What is known at an instant, or as the mean over a step: SI units, CasADi expressions.
+
+    t time [s], x position [m], v velocity [m/s], a acceleration [m/s2] (0 where only a sample is known, so for an
+    output), u force of the actuator on the stem [N] behind the input effects asked so far, y position [m] behind the
+    output effects asked so far, friction : factor on the friction level by the effects asked so far [1], speed :
+    velocity at which friction levels are read [m/s], v unless an effect says otherwise, late : the recorded force a
+    `delay` earlier less the one now [N], where an effect has one.
+    """
+
+    t: Expression
+    x: Expression
+    v: Expression
+    a: Expression
+    u: Expression
+    y: Expression
+    friction: Expression = 1.0
+    speed: Expression = 0.0
+    late: Expression = 0.0
+
+
+@dataclass(frozen=True)
+class Memory:
+    """One state of an effect: its symbol, unit, and how it starts.
+
+    start : initial value in `unit`; free : whether a fit may adjust the start (False: it is known);
+    at_position, at_force : the state starts at the position (sensors) or at the actuating force (actuators) instead.
+    """
+
+    symbol: str
+    unit: str
+    start: float = 0.0
+    free: bool = False
+    at_position: bool = False
+    at_force: bool = False
+
+
+class Effect(ABC):
+    """One piece of physics. Every hook has a neutral default; a concrete effect overrides what it needs.
+
+    `memory` states that follow a law are named by `relax`; all others are set by `jump` (play operators, stacks).
+    The kernel asks effects on the input first, then those that set level or speed of friction, then the other forces,
+    then effects on the output; within each of these groups in the order of the catalogue. In a step, `s` holds the mean
+    of a relaxing state, and what a jumping state is at mid-step; at a sample it holds what they are.
+    """
+
+    id: ClassVar[str]
+    site: ClassVar[Site]
+    sentence: ClassVar[str]
+    """What the effect means for a valve, in one sentence."""
+    check: ClassVar[str] = ""
+    """What to check on site."""
+    parameters: ClassVar[tuple[Parameter, ...]]
+    memory: ClassVar[tuple[Memory, ...]] = ()
+    prefix: ClassVar[str] = ""
+    """Prefix of the parameter names when it is not the id."""
+    delay: ClassVar[str] = ""
+    """Symbol of the parameter [s] by which the kernel looks back in the recorded force for `q.late`. Site INPUT."""
+    passive: ClassVar[bool] = False
+    """Whether, started at rest at x = 0, the effect never delivers more energy than it took up, at any values."""
+
+    def relax(self, q: Quantities, p: Values) -> Mapping[str, Law]:
+        """Laws of the relaxing memory states, by symbol: `Relaxation` or `Lag`."""
+        return {}
+
+    def jump(self, q: Quantities, p: Values, s: Values) -> Mapping[str, Expression]:
+        """New values of the other memory states, by symbol, from those at the start of the step.
+
+        Asked for the middle and for the end of a step, each time from its start: it must not count steps.
+        """
+        return {}
+
+    def friction_level(self, q: Quantities, p: Values, s: Values) -> Expression:
+        """Factor on the Coulomb and Stribeck levels of the friction effects, 1 when neutral. Site FORCE."""
+        return 1.0
+
+    def friction_speed(self, q: Quantities, p: Values, s: Values) -> Expression:
+        """The velocity [m/s] at which the friction effects read their level, `q.speed` when neutral. Site FORCE."""
+        return q.speed
+
+    def force(self, q: Quantities, p: Values, s: Values, ds: Values) -> Expression:
+        """Force against the motion [N], given the memory `s` and the rates of change `ds` of its relaxing states.
+
+        Site FORCE.
+        """
+        return 0.0
+
+    def input(self, q: Quantities, p: Values, s: Values) -> Expression:
+        """The actuating force [N] behind this effect, given the one before it, `q.u`. Site INPUT."""
+        return q.u
+
+    def output(self, q: Quantities, p: Values, s: Values) -> Expression:
+        """The position [m] behind this effect, given the one before it, `q.y`. Site OUTPUT."""
+        return q.y
+
+    def imitated(self, base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
+        """Values from which a fit of this effect is to start as well, SI units by full parameter name, given those of a
+        fitted model without it. For what such a model imitates by bending its own parameters: once they are bent, a
+        little of the effect improves nothing, and the way back is barred.
+        """
+        return ()
+
+    def parameter_name(self, symbol: str) -> str:
+        """The full name of a parameter, as files have it: ``spring.K``."""
+        return f"{self.prefix or self.id}.{symbol}"
+
+    def parameter_names(self) -> tuple[str, ...]:
+        """The full names of all parameters, in order."""
+        return tuple(self.parameter_name(p.symbol) for p in self.parameters)
+
+
+@dataclass(frozen=True)
+class Catalogue:
+    """The effects that exist. Raises ValueError when two have the same id or parameter name."""
+
+    effects: tuple[Effect, ...]
+    _by_id: dict[str, Effect] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        ids = [effect.id for effect in self.effects]
+        names = [name for effect in self.effects for name in effect.parameter_names()]
+        twice = sorted({name for group in (ids, names) for name in group if group.count(name) > 1})
+        if twice:
+            raise ValueError(f"the catalogue has {twice[0]!r} twice; give each effect its own id and prefix")
+        object.__setattr__(self, "_by_id", {effect.id: effect for effect in self.effects})
+
+    @property
+    def ids(self) -> tuple[str, ...]:
+        """All ids, in order."""
+        return tuple(self._by_id)
+
+    def __getitem__(self, effect_id: str) -> Effect:
+        return self._by_id[effect_id]
+
+    def __contains__(self, effect_id: object) -> bool:
+        return effect_id in self._by_id
+
+    def extended(self, *effects: Effect) -> Catalogue:
+        """This catalogue with further effects at its end: how to use effects of your own."""
+        return Catalogue((*self.effects, *effects))
+
+    def pick(self, ids: tuple[str, ...]) -> tuple[Effect, ...]:
+        """The named effects in catalogue order. Raises KeyError for an unknown id."""
+        missing = set(ids) - set(self._by_id)
+        if missing:
+            raise KeyError(f"no effect named {sorted(missing)[0]!r}; there are {', '.join(self._by_id)}")
+        return tuple(effect for effect in self.effects if effect.id in ids)

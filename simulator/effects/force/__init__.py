@@ -1,0 +1,1 @@
+"""Effects that add a force on the stem."""

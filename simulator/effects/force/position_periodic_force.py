@@ -1,0 +1,30 @@
+"""A force that is periodic in position."""
+
+from __future__ import annotations
+
+import math
+
+import casadi as ca
+
+from simulator.effect import Effect, Expression, Parameter, Quantities, Site, Values
+
+
+class PositionPeriodicForce(Effect):
+    """F = a sin(2 pi x/l) + b cos(2 pi x/l), l the pitch: screw, thread, gear, coil of a spring, cogging of a motor.
+
+    With a pitch given it is linear in a and b. A pitch near the stroke or above it looks like a curved spring.
+    """
+
+    id = "position_periodic_force"
+    site = Site.FORCE
+    sentence = "a force repeats along the stroke at a fixed pitch, as with a screw, a gear or a coil"
+    check = "drive screw, gear or spring for the named pitch, and for damage that comes round with it"
+    parameters = (
+        Parameter("a", "N", "amplitude of the sine", scale=10.0, neutral=0.0),
+        Parameter("b", "N", "amplitude of the cosine", scale=10.0, neutral=0.0),
+        Parameter("pitch", "m", "distance after which the force repeats", scale=5e-3, lower=0.0, positive=True),
+    )
+
+    def force(self, q: Quantities, p: Values, s: Values, ds: Values) -> Expression:
+        phase = 2 * math.pi * q.x / p["pitch"]
+        return p["a"] * ca.sin(phase) + p["b"] * ca.cos(phase)

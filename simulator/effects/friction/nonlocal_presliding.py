@@ -1,0 +1,44 @@
+"""Presliding hysteresis with non-local memory, by Maxwell-slip elements (equation 2.32-2.35)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from simulator.effect import Effect, Expression, Memory, Parameter, Quantities, Site, Values
+from simulator.imitation import hidden_in_friction
+from simulator.play import play
+
+ELEMENTS = 4
+"""Number of elements: four bend the transition curve at a quarter, half, three quarters and the whole of its range."""
+
+
+class NonlocalPresliding(Effect):
+    """F = f/4 sum over i of (x - a_i)/d_i, the anchors a_i dragged along at the distances d_i = i d/4, i = 1..4.
+
+    It is F_h(z) of (2.32) and (2.33) in the finite-state form of Maxwell slip: after every reversal a new transition
+    curve starts, and where an inner loop closes, the outer one goes on, which one bristle does not do. Sliding, it is a
+    constant friction f; with fc beside it the level S(v) of (2.35) is fc + f.
+    """
+
+    id = "nonlocal_presliding"
+    site = Site.FORCE
+    sentence = "before break-away the packing remembers several reversals, as a stack of contacts that slip in turn"
+    check = "a packing of many rings, its compression, and how small reversals of the set point are answered"
+    parameters = (
+        Parameter("f", "N", "friction of all elements, sliding", scale=60.0, lower=0.0, neutral=0.0),
+        Parameter("d", "m", "displacement at which the last element slips", scale=4e-4, lower=0.0, positive=True),
+    )
+    memory = tuple(Memory(f"a{i}", "m", at_position=True) for i in range(1, ELEMENTS + 1))
+    passive = True
+
+    def jump(self, q: Quantities, p: Values, s: Values) -> Mapping[str, Expression]:
+        return {f"a{i}": play(s[f"a{i}"], q.x, 2 * p["d"] * i / ELEMENTS) for i in range(1, ELEMENTS + 1)}
+
+    def force(self, q: Quantities, p: Values, s: Values, ds: Values) -> Expression:
+        bent = sum((q.x - s[f"a{i}"]) / i for i in range(1, ELEMENTS + 1))
+        return p["f"] / p["d"] * bent
+
+    def imitated(self, base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
+        d, deflection = self.parameter_name("d"), base["lugre.fs"] / base["lugre.sigma0"]
+        part = hidden_in_friction(self.parameter_name("f"), base, 0.3)
+        return [part | {d: multiple * deflection} for multiple in (0.7, 2.0)]

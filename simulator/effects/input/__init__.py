@@ -1,0 +1,1 @@
+"""Effects between the drive and the force on the stem."""

@@ -1,0 +1,1 @@
+"""Effects between the stem and the measured position."""
