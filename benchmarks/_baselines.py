@@ -11,13 +11,11 @@ from collections.abc import Callable
 
 import lmfit
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.optimize import least_squares
 
-from recordings import Recording
+from recordings import Array, Recording
 
-Array = NDArray[np.float64]
 Run = Callable[[Recording, Array, float, float, float], tuple[float, float, str]]
 
 

@@ -8,7 +8,6 @@ from typing import Any
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
 from identification.estimators.noise_aware.estimator import NoiseAware
 from identification.estimators.noise_aware.linearised_model import (
@@ -19,8 +18,7 @@ from identification.estimators.noise_aware.linearised_model import (
     _first_variances,
     _Model,
 )
-
-Array = NDArray[np.float64]
+from recordings import Array
 
 FAR = 1e3
 """One-step error [m] from which a predictor has run off."""

@@ -4,11 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 from filterpy.kalman import KalmanFilter
-from numpy.typing import NDArray
 
 from detector import Calibration
-
-Array = NDArray[np.float64]
 
 
 class PlainObserver:

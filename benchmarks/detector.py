@@ -15,17 +15,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks._machine import machine
 from benchmarks._plain_observer import PlainObserver, filterpy_filter
 from detector import Blocks, Calibration, Fleet, Measurements, Samples, Watch, learn, strokes_of
 from detector.published import chapter_5, section_4_4
-from recordings import BadInput
+from recordings import Array, BadInput
 from simulator.damadics import Actuator, Form, Noise, Parameters, Scenario, Stimulus, run, stimuli
 from studies import chapter5, section44, ten_hertz
-
-Array = NDArray[np.float64]
 
 PLANT_HOUR = Path(__file__).resolve().parents[2] / "shared" / "data" / "damadics" / "OneHourTestData_ExampleII.mat"
 N_VALVES = 1000

@@ -14,7 +14,6 @@ import argparse
 import time
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks._innovation_form import InnovationForm
 from benchmarks._machine import machine
@@ -24,9 +23,9 @@ from identification.estimators.noise_aware.estimator import STRICT, NoiseAware, 
 from identification.estimators.noise_aware.force_noise import first_values, quickest, with_smooth_force
 from identification.estimators.noise_aware.linearised_model import Linearised
 from identification.estimators.noise_aware.search import fit_noise_aware
+from recordings import Array
 from simulator import BASE, Excitation, Sensors, kernel, random_valve, simulate
 
-Array = NDArray[np.float64]
 NAMES = ("spring.K", "lugre.fc", "fs - fc", "lugre.vs", "lugre.sigma0", "lugre.sigma1", "lugre.sigma2", "mass.m")
 WAYS = ("raw", "smoothed", "innovations", "filter", "noise-aware", "auto")
 """Output error on the recorded force and on the smoothed force; the innovation form and the likelihood of an extended

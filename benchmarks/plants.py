@@ -18,9 +18,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from recordings import Array
 
 STEP = 4e-5
 """Longest step [s]."""

@@ -15,10 +15,8 @@ from scipy.signal import lfilter
 
 from benchmarks.plants import STEP, integrate
 from benchmarks.plants_effects import CLAMPS, FIRST, HELD, KNOWN, STALL, Valve, fields_of
-from recordings import Plant, Recording, Signal, write
+from recordings import Array, Plant, Recording, Signal, write
 from simulator import BASE, kernel
-
-Array = NDArray[np.float64]
 
 SECONDS = {"staircase": 40.0, "sine": 50.0, "multisine": 40.0}
 """The experiments, the last of them held out."""

@@ -16,8 +16,7 @@ from typing import Literal
 
 import numpy as np
 
-from detector.arithmetic.native import Array
-from recordings import BadInput
+from recordings import Array, BadInput
 
 Form = Literal["corrected", "printed"]
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identification.data.experiment import Experiment
 from identification.estimators.coordinates import parameters
@@ -16,10 +15,8 @@ from identification.estimators.least_squares import Normal, descend
 from identification.estimators.output_error.problem import Problem, Setting
 from identification.sparse_regression import Crosscheck
 from identification.uncertainty.covariance import Uncertainty
-from recordings import Recording
+from recordings import Array, Recording
 from simulator import FittedTo, Value, ValveModel
-
-Array = NDArray[np.float64]
 
 SETTLING = 1.0
 """The initial state of a hold-out recording is estimated from this much of its beginning [s]."""

@@ -18,9 +18,8 @@ from numpy.typing import NDArray
 from identification.data.experiment import Experiment, Segment
 from identification.data.smoothing import DEAD_ZONE
 from identification.estimators.fit import Fit
+from recordings import Array
 from simulator import kernel
-
-Array = NDArray[np.float64]
 
 GATES = {"spring.K": 0.02, "bristle force": 0.05, "lugre.sigma2": 0.25, "mass.m": 0.30}
 """Relative differences up to which regression and fit agree."""

@@ -7,6 +7,7 @@ Traceback (most recent call last):
 recordings.errors.BadInput: nowhere.h5: there is no such file; check the path
 """
 
+from recordings.arrays import Array
 from recordings.description import describe
 from recordings.errors import BadInput, NegativeAnswer
 from recordings.files import save_text
@@ -19,7 +20,7 @@ from recordings.library import bundled, bundled_names, bundled_path
 from recordings.plant import Event, Plant
 from recordings.plots import picture
 from recordings.recording import Recording
-from recordings.signal import UNDERSTOOD, Array, Role, Signal, SignalSpec
+from recordings.signal import UNDERSTOOD, Role, Signal, SignalSpec
 from recordings.units import UNITS, Unit, convert, find_unit, unit
 
 __all__ = [

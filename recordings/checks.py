@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from recordings.signal import Array, Role
+from recordings.arrays import Array
+from recordings.signal import Role
 
 _BLOCK = 1 << 18
 

@@ -8,8 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
+from recordings.arrays import Array
 from recordings.hdf5.reader import RecordingFile, open_recording
-from recordings.signal import Array, SignalSpec
+from recordings.signal import SignalSpec
 
 GAP_STEPS = 5
 """A step of time longer than this many median steps is called a gap."""

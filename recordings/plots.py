@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from recordings.arrays import Array
 from recordings.description import GAP_STEPS, describe
 from recordings.hdf5.reader import read
 from recordings.recording import Recording
-from recordings.signal import Array, Signal
+from recordings.signal import Signal
 
 _MOST_POINTS = 4000
 """Points drawn of one signal; more would not be seen and would make the page heavy."""

@@ -11,11 +11,12 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from recordings.arrays import Array
 from recordings.checks import value_problem
 from recordings.errors import BadInput
 from recordings.hdf5.header import Header, Source
 from recordings.plant import Event, Plant
-from recordings.signal import Array, Signal
+from recordings.signal import Signal
 
 
 @dataclass(frozen=True, eq=False, repr=False)

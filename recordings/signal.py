@@ -9,12 +9,10 @@ from types import MappingProxyType
 from typing import Any, Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
+from recordings.arrays import Array
 from recordings.errors import BadInput
 from recordings.units import find_unit, siblings, unit
-
-Array = NDArray[np.float64]
 
 Role = Literal["time", "input", "output", "extra"]
 """What a signal is to the plant: its clock, what drives it, what it answers with, or anything else."""

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 
-Array = NDArray[np.float64]
+from recordings import Array
 
 LONGEST = 0.1
 """Longest dead time [s]."""

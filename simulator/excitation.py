@@ -10,11 +10,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from recordings import BadInput
+from recordings import Array, BadInput
 
-Array = NDArray[np.float64]
 Shape = Callable[[Array, float, np.random.Generator], Array]
 
 LOW, HIGH = 0.1, 0.9

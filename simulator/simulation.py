@@ -7,15 +7,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from recordings import BadInput, Plant, Recording, Signal
+from recordings import Array, BadInput, Plant, Recording, Signal
 from simulator.compile.kernel import Kernel, kernel
 from simulator.delay import LONGEST
 from simulator.effects import CATALOGUE
 from simulator.excitation import HIGH, LOW, Excitation, force_demand, staircase
-
-Array = NDArray[np.float64]
 
 FINE_STEP = 5e-5
 """Sub-step of simulated recordings [s]: its error is far below any sensor noise."""

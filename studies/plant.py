@@ -9,11 +9,10 @@ from typing import Any, Literal
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
 from detector import Decisions, Observer, Samples, State
+from recordings import Array
 
-Array = NDArray[np.float64]
 compiled: Callable[[Any], Any] = numba.njit
 FaultName = Literal["none", "friction", "spring"]
 FAULTS: dict[FaultName, int] = {"none": 0, "friction": 1, "spring": 2}

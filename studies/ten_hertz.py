@@ -7,14 +7,12 @@ Learned on 390 s of a healthy valve in motion, the benchmark's noise on, frictio
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from detector import Judgement, Measurements, Watch, learn
+from recordings import Array
 from simulator import Value, ValveModel
 from simulator.damadics import FAULTS, Actuator, Fault, Noise, Parameters, Scenario, Stimulus, run, stimuli
 from studies import drawing
-
-Array = NDArray[np.float64]
 
 SAMPLE_S, ONSET_S, AFTER_S, FILLED_S = 0.1, 60.0, 60.0, 10.0
 LEVELS = {"small": 0.25, "big": 0.75}

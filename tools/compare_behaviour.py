@@ -89,13 +89,13 @@ def impose_motion(source: Path, to: Path) -> None:
 
 def watched(bristle: Bristle) -> None:
     """A detector that learns on a recording and then sees another, of which it knows the fault."""
-    given = ("--excite", "positioner:60", "--rate", "100", "--seed", "7", *NOISE)
+    given = ("--excite", "multisine:60", "--rate", "100", "--seed", "7", *NOISE)
     bristle("healthy-simulate", "simulate", "--to", "healthy.h5", *given)
     bristle(
         "worn-simulate", "simulate", "--to", "worn.h5", *given, "--given", "lugre.fc=140", "--given", "lugre.fs=160"
     )
     bristle("watched-fit", "fit", "healthy.h5", "--out", "watched-model.json")
-    known = ("--model", "watched-model.json", "--calibrate", "healthy.h5")
+    known = ("--model", "watched-model.json", "--calibrate", "healthy.h5", "--false-alarms", "300")
     bristle("replay", "replay", "worn.h5", *known, "--events", "events.jsonl")
 
 

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from detector.generators.contract import Array
-from recordings import BadInput
+from recordings import Array, BadInput
 
 BLOCK_S = 600
 """Largest values are taken over blocks of this length [s]."""

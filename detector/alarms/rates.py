@@ -18,8 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from detector.arithmetic.native import Array
-from recordings import BadInput
+from recordings import Array, BadInput
 
 MONTH_S = 30 * 86400.0
 LEAST_BLOCKS = 20

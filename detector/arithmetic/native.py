@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from detector.arithmetic.kept import KeptCode
+from recordings import Array
 
 __all__ = ["Array", "Integers", "native"]
 
-Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 

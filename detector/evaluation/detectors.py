@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 from scipy.signal import lfilter
 
-from detector.evaluation.benchmark.runs import CV, P1, P2, T1, Array, F, X
+from detector.evaluation.benchmark.runs import CV, P1, P2, T1, F, X
 from detector.evaluation.isolation.symptoms import MEMORIES, SCORES, Symptoms
 from detector.evaluation.linear import linearise
 from detector.generators import (
@@ -41,6 +41,7 @@ from detector.observer.velocity import SteadyKalman
 from detector.published import chapter_5
 from detector.watch.learning import learn as calibrated
 from detector.watch.measurements import Measurements
+from recordings import Array
 from simulator.damadics import SPANS, Parameters
 
 _STROKE = Parameters().stroke

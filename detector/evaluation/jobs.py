@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from detector.alarms.levels import raised
-from detector.evaluation.benchmark.runs import SIGNALS, Array, Setting, simulate
+from detector.evaluation.benchmark.runs import SIGNALS, Setting, simulate
 from detector.evaluation.detectors import Seen
 from detector.evaluation.isolation.diagnosis import Diagnosis, portrait
 from detector.evaluation.learned import BANK, SETTLE_S, Learned
 from detector.evaluation.performance import Zone, indices, misisolation
+from recordings import Array
 from simulator.damadics import Form, Scenario
 
 Json = dict[str, Any]

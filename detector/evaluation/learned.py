@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from detector.alarms.levels import Levels, alarms, largest
-from detector.evaluation.benchmark.runs import Array
 from detector.evaluation.detectors import DETECTORS, Channels, Seen
 from detector.evaluation.isolation.diagnosis import Diagnosis
 from detector.evaluation.isolation.symptoms import Symptoms, learn_symptoms
+from recordings import Array
 
 SETTLE_S = 300
 """Alarms count from here on: the benchmark's ton [s]."""

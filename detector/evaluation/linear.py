@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from detector.evaluation.benchmark.runs import CV, P1, P2, Array, F, X
+from detector.evaluation.benchmark.runs import CV, P1, P2, F, X
 from detector.generators.plant import LinearPlant
+from recordings import Array
 
 _DEPTH = 3
 

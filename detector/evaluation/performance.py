@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from detector.generators.contract import Array
+from recordings import Array
 
 Truths = NDArray[np.bool_]
 

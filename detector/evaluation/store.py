@@ -11,8 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from detector.evaluation.benchmark.runs import Array
-from recordings import BadInput
+from recordings import Array, BadInput
 
 
 @dataclass(frozen=True)

@@ -18,13 +18,13 @@ import numpy as np
 from detector.alarms.levels import BLOCK_S, Levels, alarms, calibrate
 from detector.evaluation import jobs
 from detector.evaluation.benchmark.fault_examples import Example, examples
-from detector.evaluation.benchmark.runs import Array, Setting, elsewhere, healthy, simulate
+from detector.evaluation.benchmark.runs import Setting, elsewhere, healthy, simulate
 from detector.evaluation.detectors import Seen
 from detector.evaluation.isolation.diagnosis import learn_diagnosis, portrait
 from detector.evaluation.learned import BANK, SETTLE_S, Learned, learn
 from detector.evaluation.plan import Plan
 from detector.evaluation.store import Store
-from recordings import BadInput
+from recordings import Array, BadInput
 from simulator.damadics import Form, scenario
 
 Progress = Callable[[str, int, int], None]

@@ -8,11 +8,8 @@ from dataclasses import dataclass
 from typing import Any, final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from recordings import BadInput
-
-Array = NDArray[np.float64]
+from recordings import Array, BadInput
 
 
 @dataclass(frozen=True, eq=False)

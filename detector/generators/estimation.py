@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from detector.arithmetic.native import native
-from detector.generators.contract import Array, Generator
-from recordings import BadInput
+from detector.generators.contract import Generator
+from recordings import Array, BadInput
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from detector.generators.contract import Array, Generator
-from recordings import BadInput
+from detector.generators.contract import Generator
+from recordings import Array, BadInput
 
 
 @dataclass(frozen=True)

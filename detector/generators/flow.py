@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from detector.generators.contract import Array, Generator
-from recordings import BadInput
+from detector.generators.contract import Generator
+from recordings import Array, BadInput
 
 _FLAT = 1e-6
 

@@ -8,8 +8,8 @@ from typing import Literal
 
 import numpy as np
 
-from detector.generators.contract import Array, Generator
-from recordings import BadInput
+from detector.generators.contract import Generator
+from recordings import Array, BadInput
 
 Term = Literal["negative", "normal", "positive", "off"]
 """``off`` : negative or positive."""

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from detector.arithmetic.native import native
-from detector.generators.contract import Array, Generator
+from detector.generators.contract import Generator
 from detector.generators.parity import null_rows
 from detector.generators.plant import LinearPlant
-from recordings import BadInput
+from recordings import Array, BadInput
 
 _EXACT = 1e-8
 

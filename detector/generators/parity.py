@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from detector.generators.contract import Array, Generator, windows, with_past
+from detector.generators.contract import Generator, windows, with_past
 from detector.generators.plant import LinearPlant
-from recordings import BadInput
+from recordings import Array, BadInput
 
 
 def null_rows(matrix: Array) -> Array:

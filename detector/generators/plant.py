@@ -6,8 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from detector.generators.contract import Array
-from recordings import BadInput
+from recordings import Array, BadInput
 
 _NONE: Array = np.zeros((0, 0))
 """A matrix left out."""

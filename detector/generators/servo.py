@@ -12,9 +12,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from detector.generators import servo_kernel as kernel
-from detector.generators.contract import Array, Generator
+from detector.generators.contract import Generator
 from detector.generators.waves import Waves, learn_waves
-from recordings import BadInput
+from recordings import Array, BadInput
 
 NAMEPLATE = {
     "gain": 95.0, "dead": 0.45, "fill": 0.95, "vent": 0.55, "spring": 80e3, "preload": 20e3, "plug": 0.068,

@@ -5,11 +5,9 @@ from __future__ import annotations
 from math import asin, fabs, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
 from detector.arithmetic.native import native
-
-Array = NDArray[np.float64]
+from recordings import Array
 
 SYMBOLS = (
     "gain", "dead", "fill", "vent", "spring", "preload", "plug", "play", "damp", "volume", "lag", "leak", "supply",

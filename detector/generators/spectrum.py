@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from detector.generators.contract import Array, Generator, windows, with_past
-from recordings import BadInput
+from detector.generators.contract import Generator, windows, with_past
+from recordings import Array, BadInput
 
 _BLOCK = 4096
 

@@ -10,8 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from detector.arithmetic.native import native
-from detector.generators.contract import Array
-from recordings import BadInput
+from recordings import Array, BadInput
 
 PARTS = 10
 """Values given for each second."""

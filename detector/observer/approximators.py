@@ -14,8 +14,8 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from detector.arithmetic.native import Array, Integers, native
-from recordings import BadInput
+from detector.arithmetic.native import Integers, native
+from recordings import Array, BadInput
 
 SIGMOID, GAUSSIAN = 0.0, 1.0
 _STEEPEST = 700.0

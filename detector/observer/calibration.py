@@ -17,14 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from detector.alarms.rates import Blocks, strokes_of
-from detector.arithmetic.native import Array
 from detector.observer.decision import Rule
 from detector.observer.observer import Bounds, Observer, Start
 from detector.observer.sample import Sample, Samples, Screening, Verdict
 from detector.observer.state import Decisions
 from detector.observer.velocity import SteadyKalman, surprise
 from detector.watch.measurements import INPUTS, Measurements, Row
-from recordings import BadInput
+from recordings import Array, BadInput
 
 DEAD_ZONE, CONSECUTIVE, MARGIN = 0.8, 2, 1.3
 """Adapt above 0.8 rho only; two samples running; a threshold of 1.3 times what was seen at least."""

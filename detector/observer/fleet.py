@@ -13,13 +13,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from detector.arithmetic.native import Array, native
+from detector.arithmetic.native import native
 from detector.observer.calibration import Calibration
 from detector.observer.kernel import fades, free_errors
 from detector.observer.sample import LARGEST, LEAST_STEP, PATIENCE, Verdict
 from detector.observer.smooth_sign import saturated_root
 from detector.observer.velocity import settled_gain
-from recordings import BadInput
+from recordings import Array, BadInput
 
 (XI1, XI2, X1, X2, U, B1, RHO, SETTLED, COUNT, ALARM, PUSH, TIME, LAST, RUNNING, OUTLIERS, STEP, FADE1, MEAN1, FADE2,
  MEAN2, PER_S, RAMP, GAIN0, GAIN1, GAIN2, WIDTH) = range(26)  # fmt: skip

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from math import fabs, sqrt
 
-from detector.arithmetic.native import Array, native
+from detector.arithmetic.native import native
+from recordings import Array
 
 RADIAL, SMOOTH = 0.0, 1.0
 LAYER = 0.1

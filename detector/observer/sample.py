@@ -11,8 +11,8 @@ from math import fabs, isfinite
 import numpy as np
 from numpy.typing import NDArray
 
-from detector.arithmetic.native import Array, Integers, native
-from recordings import BadInput, Recording
+from detector.arithmetic.native import Integers, native
+from recordings import Array, BadInput, Recording
 
 LARGEST = 1e9
 """No position, velocity or input of a valve is larger in any unit; beyond it a number is an outlier."""

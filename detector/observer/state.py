@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from detector.arithmetic.native import Array, Integers
+from detector.arithmetic.native import Integers
 from detector.observer import kernel
 from detector.observer.sample import Verdict
-from recordings import BadInput
+from recordings import Array, BadInput
 
 _ESTIMATES = {"e1": kernel.E1, "b1": kernel.B1, "alpha1": kernel.A1, "alpha4": kernel.A4, "alpha5": kernel.A5}
 

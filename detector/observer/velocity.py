@@ -13,8 +13,8 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from detector.arithmetic.native import Array, native
-from recordings import BadInput
+from detector.arithmetic.native import native
+from recordings import Array, BadInput
 
 _UNSURE = 1e6
 """Initial variances of velocity and acceleration, over the intensity of the jerk: as good as unknown."""

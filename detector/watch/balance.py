@@ -14,9 +14,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from detector.arithmetic.native import Array
 from detector.watch.innovation import DIRECTIONS, ModelFilter
 from detector.watch.measurements import Row
+from recordings import Array
 
 N = len(DIRECTIONS)
 

@@ -16,8 +16,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from detector.arithmetic.native import Array
 from detector.watch.measurements import Row
+from recordings import Array
 from simulator import CATALOGUE, Kernel, Site, kernel
 
 DIRECTIONS = ("friction", "spring", "offset")

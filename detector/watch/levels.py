@@ -14,9 +14,8 @@ from typing import Any
 import numpy as np
 
 from detector.alarms.rates import Blocks, least_limit, strokes_of
-from detector.arithmetic.native import Array
 from detector.watch.measurements import Measurements, Row
-from recordings import BadInput
+from recordings import Array, BadInput
 
 TOLERANCE = 0.1
 """A pressure may leave the range it was learned in by this share of its level, and by a quarter of that range."""

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from detector.arithmetic.native import Array
-from recordings import BadInput, Recording
+from recordings import Array, BadInput, Recording
 
 INPUTS = ("force", "setpoint", "pressure", "drive")
 """What may stand for the input u of the observer."""

@@ -13,12 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from detector.alarms.rates import Blocks, least_limit, strokes_of
-from detector.arithmetic.native import Array
 from detector.observer.calibration import MARGIN, noise_of
 from detector.watch.innovation import DIRECTIONS, Innovation, Load, ModelFilter
 from detector.watch.measurements import Measurements
 from detector.watch.sequential import ChangeTest, N
-from recordings import BadInput
+from recordings import Array, BadInput
 from simulator import ValveModel
 
 ROUNDS = 4

@@ -8,13 +8,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from detector.arithmetic.native import Array
 from detector.watch.balance import Balance, BalanceTest
 from detector.watch.innovation import DIRECTIONS, FilterState, ModelFilter
 from detector.watch.measurements import Measurements, Row
 from detector.watch.model_learning import SKIPPED, learned_test, prepared, trimmed
 from detector.watch.sequential import ChangeTest, Evidence
-from recordings import BadInput
+from recordings import Array, BadInput
 from simulator import ValveModel
 
 TESTS = (*DIRECTIONS, "energy")

@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from detector.arithmetic.native import Array
 from detector.watch.innovation import DIRECTIONS, Innovation
+from recordings import Array
 
 N = len(DIRECTIONS)
 

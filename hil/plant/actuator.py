@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hil.plant.orders import COMMANDS, FRICTION, INPUT_COMMANDS, Orders
-from hil.plant.plant import Array
-from recordings import BadInput
+from recordings import Array, BadInput
 from simulator import CATALOGUE
 from simulator.damadics import (
     CHANNELS,

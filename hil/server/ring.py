@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from hil.plant.plant import Array
 from hil.registers.codec import saturated
 from hil.registers.ring import COUNTER
 from hil.server.layout import Place
+from recordings import Array
 
 _NEVER = 0xFFFFFFFF
 

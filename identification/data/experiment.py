@@ -10,10 +10,8 @@ from numpy.typing import NDArray
 
 from identification.data.noise import noise_std
 from identification.data.smoothing import Motion, smooth
-from recordings import BadInput, Recording
+from recordings import Array, BadInput, Recording
 from simulator import Causality
-
-Array = NDArray[np.float64]
 
 SHORTEST = 20
 """A segment with fewer samples than this teaches nothing and is left out."""

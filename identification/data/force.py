@@ -17,12 +17,10 @@ from importlib import resources
 from types import ModuleType
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import median_filter, uniform_filter1d
 
+from recordings import Array
 from simulator import native_module
-
-Array = NDArray[np.float64]
 
 EVENT, QUIET = 0.02, 1.0
 """Times over which the intensity is one [s]: about an event, and elsewhere."""

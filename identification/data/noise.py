@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from recordings import Array
 
 _DIFFERENCE = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
 """Fourth difference: it removes every cubic, so that what stays of a smooth signal is its white noise."""

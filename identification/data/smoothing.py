@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import savgol_coeffs, savgol_filter
 
-Array = NDArray[np.float64]
+from recordings import Array
 
 WIDEST = 0.024
 """Widest smoothing window [s], at least `FEWEST` samples; where the noise is low a narrower one blurs less."""

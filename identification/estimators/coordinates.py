@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from recordings import Array
 from simulator import CATALOGUE, Kernel, Parameter
-
-Array = NDArray[np.float64]
 
 FLOOR = 1e-7
 """A parameter that may be zero but moves in its logarithm stops at this fraction of its scale."""

@@ -8,7 +8,6 @@ from enum import Enum
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identification.data.experiment import Experiment
 from identification.estimators.coordinates import Coordinates, parameters
@@ -26,10 +25,9 @@ from identification.estimators.output_error.basin_search import shaken
 from identification.estimators.output_error.homotopy import Homotopy, Path
 from identification.estimators.output_error.problem import Problem
 from identification.estimators.starting_values import Start, regression, starts
-from recordings import BadInput
+from recordings import Array, BadInput
 from simulator import BASE, CATALOGUE, Kernel, kernel
 
-Array = NDArray[np.float64]
 Estimator = Literal["auto", "output-error", "noise-aware"]
 """How a force-driven fit is made: `output-error` takes the recorded force for exact, `noise-aware` estimates it along
 with the motion, `auto` takes the second where the force has noise that matters."""

@@ -10,15 +10,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identification.data.experiment import Experiment, imposed
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.least_squares import Descent, Normal, descend
 from identification.estimators.output_error.problem import Problem, Setting
+from recordings import Array
 from simulator import CATALOGUE, kernel, shows_imposed
-
-Array = NDArray[np.float64]
 
 STIFFNESS_STARTS = (3e5, 2e6, 8e6)
 """Bristle stiffnesses to start from [N/m]."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identification.report.canvas import INK, MEASURED, REFERENCE, canvas, finish_legend, inked
 from identification.report.decimate import cells
@@ -13,8 +12,8 @@ from identification.report.numbers import number
 from identification.report.runs import Run, runs
 from identification.report.section import Section
 from identification.result import Identification
+from recordings import Array
 
-Array = NDArray[np.float64]
 Cloud = tuple[Array, Array]
 """Velocities [m/s] and friction forces [N], each (n_known,)."""
 

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identification.report.canvas import ALARM, INK, NEUTRAL, RESIDUAL, canvas, finish_legend, inked
 from identification.report.numbers import number, percent
@@ -14,8 +13,7 @@ from identification.report.runs import Run, runs
 from identification.report.section import Section
 from identification.report.verdict import AT_FLOOR, over_noise, verdict
 from identification.result import Identification
-
-Array = NDArray[np.float64]
+from recordings import Array
 
 LAGS = 120
 """Lags shown, at most a quarter of the shortest recording."""

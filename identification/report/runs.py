@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identification.result import Identification, Trajectory
-
-Array = NDArray[np.float64]
+from recordings import Array
 
 DRAWN = {"m": (1e3, "mm"), "N": (1.0, "N")}
 """SI unit -> factor and unit in which a signal is drawn."""

@@ -6,15 +6,12 @@ import os
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identification.report.fit_page import write_report
 from identification.report.section import Section
 from identification.tracing.model import Model
 from identification.tracing.residual import quantities
 from identification.tracing.result import Trace
-
-Array = NDArray[np.float64]
 
 POINTS, SHOWN = 2000, 400
 """Points of a picture, and frequencies of a spectrum, at most."""

@@ -11,7 +11,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identification.data.experiment import Experiment, experiment
 from identification.estimators.coordinates import Coordinates
@@ -28,8 +27,6 @@ from identification.tracing.shortlist import SHOWN, looked
 from identification.tracing.swap import exchanged, size
 from recordings import BadInput, NegativeAnswer, Recording
 from simulator import BASE, kernel
-
-Array = NDArray[np.float64]
 
 FULLY = 4
 """How many candidates are refitted to the whole at most."""

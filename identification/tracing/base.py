@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identification.data.experiment import Experiment, Segment, imposed
 from identification.estimators.coordinates import Coordinates
@@ -20,8 +19,6 @@ from identification.tracing.judge import Whiteness, whiteness
 from identification.tracing.model import FINAL, REFIT, Bench, Model, coordinates, problem
 from recordings import NegativeAnswer
 from simulator import BASE, kernel
-
-Array = NDArray[np.float64]
 
 WAYS = 4
 """Ways that a base model is sought on chunks: one that lacks an effect fits badly at the end of all of them."""

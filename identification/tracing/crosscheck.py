@@ -15,16 +15,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identification.estimators.imposed_motion.estimator import ImposedScene
 from identification.estimators.noise_aware.linearised_model import Scene
 from identification.sparse_regression import WINDOW, weak
 from identification.tracing.model import Model, coordinates, defaults, in_order
 from identification.tracing.screen import Rhythms, rhythms_of, shapes, strengths
+from recordings import Array
 from simulator import CATALOGUE, Kernel, Site, kernel, shows_imposed
-
-Array = NDArray[np.float64]
 
 NOTHING = 0.05
 """Share of the force left below which the choice is none."""

@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import norm
 from scipy.stats import t as student
 
 from identification.estimators.noise_aware.estimator import OUTLIER, Estimate, cauchy
 from identification.estimators.noise_aware.linearised_model import Scene
-
-Array = NDArray[np.float64]
+from recordings import Array
 
 BLOCK = 1.0
 """Length of the blocks that are taken for independent [s]."""

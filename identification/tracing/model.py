@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identification.data.experiment import Experiment
 from identification.estimators.coordinates import Coordinates, parameters
@@ -15,9 +14,8 @@ from identification.estimators.imposed_motion.estimator import ImposedFit
 from identification.estimators.noise_aware.estimator import Estimate, NoiseAware, lean, resolving
 from identification.estimators.noise_aware.linearised_model import Looseness, Scene
 from identification.estimators.noise_aware.search import tamed
+from recordings import Array
 from simulator import CATALOGUE, Kernel, kernel
-
-Array = NDArray[np.float64]
 
 FINAL = Looseness(1.0, 1e-5, 0.1, 5e-4, honest=False)
 """Looseness of all fits while tracing: they start near their end."""

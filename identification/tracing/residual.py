@@ -6,12 +6,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identification.tracing.algorithm import Tracing
 from identification.tracing.model import Model
-
-Array = NDArray[np.float64]
+from recordings import Array
 
 BINS = 12
 RESTING = 0.01

@@ -17,9 +17,8 @@ from scipy.signal import find_peaks
 
 from identification.estimators.least_squares import Normal
 from identification.tracing.model import RESTED, Bench, Model
+from recordings import Array
 from simulator import CATALOGUE, Parameter
-
-Array = NDArray[np.float64]
 
 PLACES = (0.15, 0.35, 0.5, 0.65, 0.85)
 """Places along the travel at which local effects are tried, as shares of it."""

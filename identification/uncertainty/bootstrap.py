@@ -11,7 +11,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import norm
 from scipy.stats import t as student
 
@@ -21,10 +20,8 @@ from identification.estimators.fit import Fit, fit
 from identification.estimators.noise_aware.estimator import NoiseAware, resolving, scenes
 from identification.estimators.noise_aware.force_noise import swing
 from identification.uncertainty.covariance import Uncertainty, judged_by
-from recordings import BadInput, NegativeAnswer
+from recordings import Array, BadInput, NegativeAnswer
 from simulator import kernel
-
-Array = NDArray[np.float64]
 
 FEWEST, MOST_FAILED = 5, 0.5
 """Trials that are asked for at least, and share of them that may fail."""

@@ -10,16 +10,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identification.estimators.coordinates import parameters
 from identification.estimators.fit import Fit, Outcome
 from identification.estimators.noise_aware.estimator import TUNING, Estimate
 from identification.estimators.noise_aware.force_noise import RESOLVED, swing, turn
 from identification.estimators.output_error.problem import Problem, Setting
+from recordings import Array
 from simulator import Status
-
-Array = NDArray[np.float64]
 
 BLOCK = 0.5
 """Length of a block of the robust covariance [s], at least 20 samples."""

@@ -9,15 +9,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identification.estimators.fit import Fit
 from identification.estimators.least_squares import descend
 from identification.estimators.output_error.problem import Problem
 from identification.uncertainty.covariance import Uncertainty
-from recordings import BadInput
-
-Array = NDArray[np.float64]
+from recordings import Array, BadInput
 
 CHI2_90 = 2.7055
 """90 % quantile of the chi-square distribution with one degree of freedom."""

@@ -9,10 +9,11 @@ from typing import Any
 import h5py
 import numpy as np
 
+from recordings.arrays import Array
 from recordings.hdf5.header import Header
 from recordings.hdf5.layout import FORMAT, VERSION
 from recordings.plant import Event
-from recordings.signal import Array, SignalSpec
+from recordings.signal import SignalSpec
 
 _TEXT = h5py.string_dtype()
 _EVENT_COLUMNS = {"time": np.dtype("<f8"), "kind": _TEXT, "text": _TEXT}

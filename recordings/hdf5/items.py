@@ -12,10 +12,11 @@ from typing import Any
 import h5py
 import numpy as np
 
+from recordings.arrays import Array
 from recordings.errors import BadInput
 from recordings.files import check_regular
 from recordings.hdf5.problems import unreadable
-from recordings.signal import Array, text_problem
+from recordings.signal import text_problem
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _IMPORT = "turn other files into a recording with 'bristle import'"

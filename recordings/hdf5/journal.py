@@ -29,12 +29,13 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
+from recordings.arrays import Array
 from recordings.errors import BadInput
 from recordings.files import appearing
 from recordings.hdf5.header import Header
 from recordings.hdf5.items import journal_path
 from recordings.plant import Event, Plant
-from recordings.signal import Array, SignalSpec
+from recordings.signal import SignalSpec
 
 _MAGIC = b"bristle journal 1\n"
 _FRAME = struct.Struct("<cII")  # kind, length, checksum

@@ -14,6 +14,7 @@ import h5py
 import numpy as np
 from numpy.typing import ArrayLike
 
+from recordings.arrays import Array
 from recordings.checks import TIME_REMEDY, time_fault
 from recordings.errors import BadInput
 from recordings.files import sync, writing
@@ -24,7 +25,7 @@ from recordings.hdf5.items import check_vacant, journal_path
 from recordings.hdf5.journal import Chunk, Journal
 from recordings.hdf5.recover import recover
 from recordings.plant import Event, Plant
-from recordings.signal import Array, SignalSpec
+from recordings.signal import SignalSpec
 
 CHUNK_ROWS = 4096
 

@@ -8,6 +8,7 @@ from types import MappingProxyType, TracebackType
 
 import h5py
 
+from recordings.arrays import Array
 from recordings.checks import value_problem
 from recordings.errors import BadInput
 from recordings.hdf5.header import Header
@@ -17,7 +18,7 @@ from recordings.hdf5.probe import probe
 from recordings.hdf5.problems import Problems, edge
 from recordings.plant import Event
 from recordings.recording import Recording
-from recordings.signal import Array, Signal, SignalSpec
+from recordings.signal import Signal, SignalSpec
 
 
 class RecordingFile:

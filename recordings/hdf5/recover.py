@@ -16,6 +16,7 @@ from typing import BinaryIO
 import h5py
 import numpy as np
 
+from recordings.arrays import Array
 from recordings.errors import BadInput
 from recordings.files import appearing, sync, writing
 from recordings.hdf5.disk import new_hdf5
@@ -26,7 +27,6 @@ from recordings.hdf5.layout import layout_of
 from recordings.hdf5.problems import Problems
 from recordings.hdf5.reader import open_recording, opened
 from recordings.plant import Event
-from recordings.signal import Array
 
 
 @dataclass(frozen=True)

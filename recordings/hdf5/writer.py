@@ -8,6 +8,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from recordings.arrays import Array
 from recordings.errors import BadInput
 from recordings.files import appearing
 from recordings.hdf5.disk import new_hdf5
@@ -15,7 +16,7 @@ from recordings.hdf5.format import append_events, create_events, create_signal, 
 from recordings.hdf5.items import check_vacant, journal_path, member, open_hdf5, raw_attribute
 from recordings.hdf5.problems import edge
 from recordings.recording import Recording
-from recordings.signal import Array, text_problem
+from recordings.signal import text_problem
 
 Truth = Mapping[str, "float | str | Array"]
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from recordings.arrays import Array
 from recordings.checks import holds_number
 from recordings.errors import BadInput
 from recordings.importers.clock import keep_rows, time_column
@@ -17,7 +18,7 @@ from recordings.importers.mapping import ImportMapping, SignalSource
 from recordings.importers.table import Table
 from recordings.plant import Plant
 from recordings.recording import Recording
-from recordings.signal import UNDERSTOOD, Array, Role, Signal
+from recordings.signal import UNDERSTOOD, Role, Signal
 from recordings.units import convert, find_unit
 
 _OPERATOR = re.compile(r"[-+*\[]")

@@ -16,9 +16,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from recordings.arrays import Array
 from recordings.errors import BadInput
 from recordings.importers.table import Table
-from recordings.signal import Array
 from recordings.units import convert, unit
 
 _TOKEN = re.compile(

@@ -9,12 +9,12 @@ from typing import Any
 import h5py
 import numpy as np
 
+from recordings.arrays import Array
 from recordings.errors import BadInput
 from recordings.hdf5.items import check_size, is_plain, open_hdf5
 from recordings.hdf5.probe import probe
 from recordings.hdf5.problems import edge
 from recordings.importers.table import Table, named_columns
-from recordings.signal import Array
 
 Variables = dict[str, Array]
 

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from recordings.arrays import Array
 from recordings.errors import BadInput
 from recordings.importers.table import BadCell, Table, named_columns
-from recordings.signal import Array
 
 
 def read_parquet(path: Path) -> Table:

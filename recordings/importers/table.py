@@ -9,8 +9,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from recordings.arrays import Array
 from recordings.errors import BadInput
-from recordings.signal import UNDERSTOOD, Array
+from recordings.signal import UNDERSTOOD
 from recordings.units import find_unit
 
 _BRACKETED = re.compile(r"^(.*?)\s*[\[(]\s*([^\[\]()]+?)\s*[\])]\s*$")

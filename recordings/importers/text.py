@@ -17,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
+from recordings.arrays import Array
 from recordings.errors import BadInput
 from recordings.importers.mapping import FileLayout
 from recordings.importers.sniff import (
@@ -28,7 +29,6 @@ from recordings.importers.sniff import (
     split_row,
 )
 from recordings.importers.table import BadCell, Table, named_columns
-from recordings.signal import Array
 
 _BLOCK_ROWS = 20_000
 _SAMPLE_LINES = 60

@@ -13,12 +13,12 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from recordings import Array
 from simulator.compile.build import BuildFailed, compiler, shared_library
 
 if TYPE_CHECKING:
     from simulator.compile.scan import Sizes
 
-Array = NDArray[np.float64]
 Loop = Callable[[Array, Array, bool, float, Array, Array, Array, Array, Array, Array], int]
 """loop(t, u, hold, h_max, p, s, y, S, Y, resets) fills s, y, S and Y and returns the failed sample or -1.
 

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-from recordings import BadInput
+from recordings import Array, BadInput
 from simulator.compile.build import compiler
 from simulator.compile.scan import Scan, Scanner, Shots
 from simulator.compile.step import Layout, force_driven, motion_driven, uncertain
@@ -18,7 +17,6 @@ from simulator.delay import delay_columns
 from simulator.effect import Catalogue, Effect, Memory, Site
 from simulator.effects import CATALOGUE
 
-Array = NDArray[np.float64]
 Causality = Literal["force", "motion", "uncertain force"]
 
 

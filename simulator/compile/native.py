@@ -19,8 +19,9 @@ from typing import Any
 
 import casadi as ca
 
+from recordings import Array
 from simulator.compile.cache import artefact, machine
-from simulator.compile.compiled import Array, Loop, Loops
+from simulator.compile.compiled import Loop, Loops
 from simulator.compile.translate import python_source
 
 PRELUDE = """from __future__ import annotations

@@ -13,9 +13,9 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from recordings import Array
 from simulator.compile import compiled
 
-Array = NDArray[np.float64]
 Expression = Any
 
 MOST_SUB_STEPS = 10**9

@@ -12,12 +12,9 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import NDArray
 
-from recordings import BadInput
+from recordings import Array, BadInput
 from simulator.damadics.actuator.parameters import STEP
-
-Array = NDArray[np.float64]
 
 LEVELS: Mapping[str, float] = MappingProxyType({"small": 0.25, "medium": 0.5, "big": 0.75, "incipient": 1.0})
 """Strengths of the benchmark's faults [1]; an incipient fault grows to its strength."""

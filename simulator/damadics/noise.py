@@ -12,9 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
-from recordings import BadInput
+from recordings import Array, BadInput
 
-Array = NDArray[np.float64]
 Steps = NDArray[np.int64]
 
 CHANNELS = ("CV", "P1", "P2", "T1", "X", "F", "CVI", "Ps", "Pz")

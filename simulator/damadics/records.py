@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from recordings import Event, Plant, Recording, Role, Signal
+from recordings import Array, Event, Plant, Recording, Role, Signal
 from simulator.damadics.actuator.machine import COLUMN, Actuator
 from simulator.damadics.actuator.parameters import Parameters
 from simulator.damadics.faults import STEPS_PER_SECOND, Fault, strengths
@@ -15,7 +15,6 @@ from simulator.damadics.noise import CHANNELS, Noise
 from simulator.damadics.scenarios import Scenario
 from simulator.damadics.transmitters import SPANS
 
-Array = NDArray[np.float64]
 Truth = dict[str, float | Array | str]
 
 HIDDEN = ("Fv", "Fv3", "Fvc", "X3", "position", "pressure", "x", "v", "friction", "density")

@@ -6,11 +6,9 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import NDArray
 
+from recordings import Array
 from simulator.damadics.noise import CHANNELS, Noise, Steps
-
-Array = NDArray[np.float64]
 
 SPANS: Mapping[str, float] = MappingProxyType(
     {"CV": 1.0, "P1": 4e6, "P2": 4e6, "T1": 200.0, "X": 1.0, "F": 40.0, "CVI": 1.0, "Ps": 1e6, "Pz": 1e6}

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from detector.evaluation.benchmark.runs import Array, Setting, with_fault
+from detector.evaluation.benchmark.runs import Setting, with_fault
+from recordings import Array
 from simulator.damadics import FAULTS, LEVELS, FaultKind, Form
 
 SEEDS = 50_000

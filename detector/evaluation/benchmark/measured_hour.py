@@ -9,11 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from detector.alarms.levels import alarms, calibrate, raised
-from detector.evaluation.benchmark.runs import Array
 from detector.evaluation.detectors import Seen
 from detector.evaluation.learned import learn
 from detector.evaluation.study import SAFETY
-from recordings import BadInput
+from recordings import Array, BadInput
 
 BLOCK_S = 60
 """There is little data: levels are set from blocks of this length [s]."""

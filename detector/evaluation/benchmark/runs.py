@@ -11,7 +11,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from recordings import BadInput
+from recordings import Array, BadInput
 from simulator.damadics import (
     CHANNELS,
     FAULTS,
@@ -27,8 +27,6 @@ from simulator.damadics import (
     strengths,
 )
 from simulator.damadics.stimuli import step_one
-
-Array = NDArray[np.float64]
 
 SIGNALS = ("CV", "P1", "P2", "T1", "X", "F")
 """Columns of a run: the benchmark's basic measurements, each a share of its span; CV without noise."""

@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 
 from detector.evaluation.benchmark.runs import CV, X
 from detector.evaluation.isolation.symptoms import MEMORIES, SCORES
-from detector.generators.contract import Array
-from recordings import BadInput
+from recordings import Array, BadInput
 
 WINDOW_S = 300
 """Symptoms are taken together over so long [s], or since the alarm where that is less."""

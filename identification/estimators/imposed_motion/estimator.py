@@ -19,9 +19,8 @@ from identification.estimators.coordinates import Coordinates
 from identification.estimators.least_squares import Normal, descend, weighted
 from identification.estimators.noise_aware.estimator import OUTLIER, Estimate, prior
 from identification.estimators.noise_aware.linearised_model import Linearised, Looseness, Scene
+from recordings import Array
 from simulator import CATALOGUE, Kernel, Site, shows_imposed
-
-Array = NDArray[np.float64]
 
 BEGINNING = 0.05
 """Share of the travel after which memory has forgotten where it started; what is before does not count."""

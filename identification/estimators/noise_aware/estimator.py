@@ -15,15 +15,14 @@ from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identification.data.experiment import Experiment
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.least_squares import Normal, move, weighted
 from identification.estimators.noise_aware.linearised_model import Linearised, Looseness, Scene, first_path, linearise
+from recordings import Array
 from simulator import Kernel
 
-Array = NDArray[np.float64]
 T = TypeVar("T")
 
 WORKERS = 2

@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identification.data.experiment import Experiment
 from identification.estimators.coordinates import Coordinates
@@ -17,9 +16,8 @@ from identification.estimators.output_error.basin_search import shaken
 from identification.estimators.output_error.homotopy import Homotopy, Path
 from identification.estimators.output_error.problem import Problem, Setting
 from identification.estimators.starting_values import regression, starts
+from recordings import Array
 from simulator import Kernel, kernel
-
-Array = NDArray[np.float64]
 
 MATTERS = 3e-4
 """Noise of the force, as a share of Coulomb friction, from which it is not neglected. Noise shakes the simulated

@@ -17,9 +17,8 @@ from numpy.typing import NDArray
 from identification.data.experiment import Segment
 from identification.data.force import Force, estimate_force, loops, smoother
 from identification.estimators.coordinates import Coordinates
+from recordings import Array
 from simulator import Kernel
-
-Array = NDArray[np.float64]
 
 WIDEST_NODES = 5e-3
 """Longest time between nodes of a path [s]: between slow samples the force can do more than move at one slope."""

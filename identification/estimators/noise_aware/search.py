@@ -10,13 +10,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.noise_aware.estimator import Estimate, NoiseAware, Stages, lean
 from identification.estimators.noise_aware.linearised_model import Looseness, Scene
-
-Array = NDArray[np.float64]
+from recordings import Array
 
 CHUNK, CHUNK_S, CHUNKS = 2500, 4.0, 6
 """Least nodes and seconds of a chunk, and number of chunks of all recordings together, about."""

@@ -6,12 +6,8 @@ is the shape of the Stribeck curve or the bristle, and the first stage's cost te
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from identification.estimators.output_error.homotopy import Homotopy
-
-Array = NDArray[np.float64]
+from recordings import Array
 
 BETTER = 0.95
 """A change is kept when it brings the cost below this share of what it was."""

@@ -10,16 +10,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identification.data.experiment import Experiment, Segment
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.least_squares import Descent, Normal, descend
 from identification.estimators.output_error.problem import Problem, Setting
 from identification.estimators.starting_values import LOOSE, precision
+from recordings import Array
 from simulator import Kernel
-
-Array = NDArray[np.float64]
 
 WINDOWS, LATE = (0.05, 0.2, 1.0), 5.0
 """Reset windows [s] of the early stages and of the first late one, which has a finer sub-step."""

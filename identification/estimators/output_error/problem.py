@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from identification.data.experiment import Experiment, Segment
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.least_squares import Normal, weighted
+from recordings import Array
 from simulator import Kernel
 
-Array = NDArray[np.float64]
 T = TypeVar("T")
 
 WORKERS = 2

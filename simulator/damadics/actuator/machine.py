@@ -9,9 +9,8 @@ from dataclasses import dataclass, field
 from typing import Any, Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
-from recordings import BadInput
+from recordings import Array, BadInput
 from simulator.compile.build import compiler
 from simulator.compile.scan import Scanner
 from simulator.damadics.actuator import force_form, play_form, servomotor
@@ -23,7 +22,6 @@ from simulator.damadics.names import nearest
 from simulator.effect import Catalogue, Effect, Memory
 from simulator.effects import BASE, CATALOGUE
 
-Array = NDArray[np.float64]
 Form = Literal["play", "lugre"]
 FORMS: tuple[Form, ...] = get_args(Form)
 
