@@ -11,9 +11,9 @@ import numpy as np
 
 from identification.estimators.noise_aware.estimator import NoiseAware
 from identification.estimators.noise_aware.linearised_model import (
+    Grid,
     Linearised,
-    Looseness,
-    Scene,
+    PathFreedom,
     _filtered,
     _first_variances,
     _Model,
@@ -57,13 +57,13 @@ class InnovationForm(NoiseAware):
         A, S = line._smoother
         return np.asarray(A + S @ move)
 
-    def line(self, scene: Scene, p: Array, path: Array, loose: Looseness) -> Linearised | None:
+    def line(self, grid: Grid, p: Array, path: Array, freedom: PathFreedom) -> Linearised | None:
         """The one-step errors along a path at parameters p; None where the predictor runs off."""
-        model = _Model.of(self.kernel, self.coordinates, scene, p, path, loose.h_max)
+        model = _Model.of(self.kernel, self.coordinates, grid, p, path, freedom.h_max)
         if model is None:
             return None
-        first = _first_variances(self.kernel, scene, p, loose, path)
-        kalman = _filtered(self.kernel, scene, p, replace(loose, curvature=0.0), model.without_parameters(), first)
+        first = _first_variances(self.kernel, grid, p, freedom, path)
+        kalman = _filtered(self.kernel, grid, p, replace(freedom, curvature=0.0), model.without_parameters(), first)
         if kalman is None:
             return None
         seen = np.isfinite(model.E[:, 0])

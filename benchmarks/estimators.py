@@ -19,7 +19,7 @@ from benchmarks._innovation_form import InnovationForm
 from benchmarks._machine import machine
 from identification import Estimator, Experiment, Fit, experiment, fit, uncertainty
 from identification.estimators.coordinates import Coordinates
-from identification.estimators.noise_aware.estimator import STRICT, NoiseAware, resolving, scenes
+from identification.estimators.noise_aware.estimator import STRICT, NoiseAware, grids, resolving
 from identification.estimators.noise_aware.force_noise import first_values, quickest, with_smooth_force
 from identification.estimators.noise_aware.linearised_model import Linearised
 from identification.estimators.noise_aware.search import fit_noise_aware
@@ -65,7 +65,7 @@ def bound(truth: dict[str, float], experiments: list[Experiment]) -> Array:
     """Standard deviations at the bound [%] in the order of `NAMES`."""
     model = kernel(BASE, "uncertain force")
     c = coordinates(experiments)
-    found = NoiseAware(model, c, scenes(experiments)).start(c.theta(model.vector(truth)), STRICT, steps=4)
+    found = NoiseAware(model, c, grids(experiments)).start(c.theta(model.vector(truth)), STRICT, steps=4)
     if found is None:
         return np.full(len(NAMES), np.nan)
     covariance = found.covariance * np.outer(c.slope(c.p(found.theta)), c.slope(c.p(found.theta)))
@@ -101,7 +101,7 @@ PREDICTORS = {"innovations": InnovationForm, "filter": ExtendedKalman}
 
 def by_prediction(way: type[NoiseAware], experiments: list[Experiment]) -> dict[str, float] | None:
     """Parameters by the one-step errors of a predictor; None where it diverges."""
-    c, seen = coordinates(experiments), scenes(experiments)
+    c, seen = coordinates(experiments), grids(experiments)
     found = first_values(kernel(BASE), c, with_smooth_force(experiments, seen))
     if not found:
         return None

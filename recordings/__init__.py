@@ -9,7 +9,7 @@ recordings.errors.BadInput: nowhere.h5: there is no such file; check the path
 
 from recordings.arrays import Array
 from recordings.description import describe
-from recordings.errors import BadInput, NegativeAnswer
+from recordings.errors import BadInput, BadParameter, BristleError, LinkError, NegativeAnswer, ProtocolError
 from recordings.files import save_text
 from recordings.hdf5.header import Header, Source
 from recordings.hdf5.live import RecordingWriter
@@ -19,6 +19,7 @@ from recordings.hdf5.writer import read_truth, write
 from recordings.library import bundled, bundled_names, bundled_path
 from recordings.plant import Event, Plant
 from recordings.plots import picture
+from recordings.progress import Progress, silent
 from recordings.recording import Recording
 from recordings.signal import UNDERSTOOD, Role, Signal, SignalSpec
 from recordings.units import UNITS, Unit, convert, find_unit, unit
@@ -28,10 +29,15 @@ __all__ = [
     "UNITS",
     "Array",
     "BadInput",
+    "BadParameter",
+    "BristleError",
     "Event",
     "Header",
+    "LinkError",
     "NegativeAnswer",
     "Plant",
+    "Progress",
+    "ProtocolError",
     "Recording",
     "RecordingFile",
     "RecordingWriter",
@@ -53,6 +59,7 @@ __all__ = [
     "read_truth",
     "recover",
     "save_text",
+    "silent",
     "unit",
     "validate",
     "write",

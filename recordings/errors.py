@@ -1,10 +1,28 @@
-"""The two ways a command ends badly, kept apart by type: the input was bad, or the answer is negative."""
+"""Every error that the house raises on purpose, as one tree to catch at the level one can handle.
+
+::
+
+    BristleError                 everything below
+    ├── BadInput                 something given cannot be used: a file, an item in it, an address  (exit code 2)
+    │   └── BadParameter         the same of a parameter of a call: its name and its value
+    ├── NegativeAnswer           the work was done and the answer is negative                       (exit code 1)
+    └── LinkError                the way to a device failed or went away
+        └── ProtocolError        the device answers, but not as its protocol has it
+
+The two of a command's endings are told by exit codes; links that come back are no errors but events.
+"""
 
 from __future__ import annotations
 
+from typing import Any
 
-class BadInput(ValueError):
-    """Something the user gave cannot be used; the command line prints it as one line and exits with 2.
+
+class BristleError(Exception):
+    """What all errors of the house are."""
+
+
+class BadInput(BristleError, ValueError):
+    """Something that was given cannot be used; the command line prints it as one line and exits with 2.
 
     Parameters
     ----------
@@ -14,19 +32,58 @@ class BadInput(ValueError):
         What is there.
     remedy : str
         What is allowed, or what to do.
+    parameter : str, optional
+        The parameter of the call that would mend it. The command line adds the option of that name.
 
     >>> str(BadInput("rec.h5: /signals/time", "the time goes backwards at sample 7", "sort the rows by time"))
     'rec.h5: /signals/time: the time goes backwards at sample 7; sort the rows by time'
     """
 
-    def __init__(self, where: str, found: str, remedy: str) -> None:
-        self.where, self.found, self.remedy = where, found, remedy
+    def __init__(self, where: str, found: str, remedy: str, *, parameter: str | None = None) -> None:
+        self.where, self.found, self.remedy, self.parameter = where, found, remedy, parameter
         super().__init__(" ".join(f"{where}: {found}; {remedy}".split()))
 
-    def __reduce__(self) -> tuple[type[BadInput], tuple[str, str, str]]:
-        """Pickle by the three parts, so that a worker process can send it home."""
-        return type(self), (self.where, self.found, self.remedy)
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle by the parts, so that a worker process can send it home."""
+        return _bad_input, (self.where, self.found, self.remedy, self.parameter)
 
 
-class NegativeAnswer(Exception):
-    """The command did its work and the answer is negative; the command line prints it and exits with 1."""
+class BadParameter(BadInput):
+    """A parameter of a call has a value that cannot be used. The command line writes the parameter as its option.
+
+    Parameters
+    ----------
+    parameter : str
+        Name of the parameter: ``"given"``.
+    value : object
+        What was given for it, or the part of it that is wrong.
+    found, remedy : str
+        As in `BadInput`.
+
+    >>> str(BadParameter("given", "mass.q", "there is no such parameter", "there is mass.m"))
+    'given mass.q: there is no such parameter; there is mass.m'
+    """
+
+    def __init__(self, parameter: str, value: object, found: str, remedy: str) -> None:
+        super().__init__(f"{parameter} {value}".strip(), found, remedy, parameter=parameter)
+        self.value = value
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle by the parts, so that a worker process can send it home."""
+        return type(self), (self.parameter, self.value, self.found, self.remedy)
+
+
+def _bad_input(where: str, found: str, remedy: str, parameter: str | None) -> BadInput:
+    return BadInput(where, found, remedy, parameter=parameter)
+
+
+class NegativeAnswer(BristleError):
+    """The work was done and the answer is negative; the command line prints it and exits with 1."""
+
+
+class LinkError(BristleError):
+    """The way to a device failed, went away, or cannot be kept up."""
+
+
+class ProtocolError(LinkError):
+    """A device answers, but not as its protocol has it."""

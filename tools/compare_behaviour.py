@@ -14,10 +14,11 @@ from __future__ import annotations
 
 import argparse
 import filecmp
+import functools
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import h5py
@@ -35,26 +36,32 @@ class Bristle:
     """The command of one installation, run in a folder; its answers on the terminal are kept beside the files."""
 
     def __init__(self, python: str, folder: Path) -> None:
-        self._python, self._folder = python, folder
+        self._python, self.folder = python, folder
 
     def __call__(self, name: str, *words: str) -> None:
         """Run one command. Raises SystemExit when it ends as bad input or with a defect."""
         command = [self._python, "-m", "bristle", *words]
-        done = subprocess.run(command, cwd=self._folder, capture_output=True, text=True, check=False)
+        done = subprocess.run(command, cwd=self.folder, capture_output=True, text=True, check=False)
         if done.returncode not in (0, 1) or "Traceback" in done.stderr:
             sys.exit(f"{' '.join(command)}: exit code {done.returncode}\n{done.stderr}")
-        (self._folder / f"{name}.txt").write_text(f"exit code {done.returncode}\n{done.stdout}", encoding="utf-8")
+        (self.folder / f"{name}.txt").write_text(f"exit code {done.returncode}\n{done.stdout}", encoding="utf-8")
         print(f"{name}: exit code {done.returncode}", flush=True)
 
 
-def record(bristle: Bristle, folder: Path) -> None:
-    """Write all answers into a folder."""
+def bundled(bristle: Bristle) -> None:
+    """The recordings that come with the package."""
     answers(bristle, "bundled", ["bundled:step", "bundled:sine"], "bundled:mixed")
-    for seed in SEEDS:
-        answers(bristle, f"noisy-{seed}", *noisy(bristle, seed))
-    impose_motion(folder / "noisy-11-1.h5", folder / "imposed.h5")
+
+
+def imposed(bristle: Bristle) -> None:
+    """A recording whose motion is imposed."""
+    noisy(bristle, SEEDS[0])
+    impose_motion(bristle.folder / f"noisy-{SEEDS[0]}-1.h5", bristle.folder / "imposed.h5")
     answers(bristle, "imposed", ["imposed.h5"], None)
-    watched(bristle)
+
+
+def evaluated(bristle: Bristle) -> None:
+    """A short evaluation of three detectors."""
     smoke = ("--smoke", "--workers", "1", "--detectors", "bank,kalman,estimation")
     bristle("evaluate", "evaluate", "--out", "evaluation", *smoke)
 
@@ -65,6 +72,11 @@ def answers(bristle: Bristle, name: str, fitted: Sequence[str], holdout: str | N
     bristle(f"{name}-fit", "fit", *fitted, *judged, "--out", f"{name}-model.json")
     traced = ("--out", f"{name}-trace.json", "--model-out", f"{name}-traced-model.json")
     bristle(f"{name}-trace", "trace", *fitted, *judged, *traced)
+
+
+def noisy_set(seed: int, bristle: Bristle) -> None:
+    """One seeded set with noise on both channels."""
+    answers(bristle, f"noisy-{seed}", *noisy(bristle, seed))
 
 
 def noisy(bristle: Bristle, seed: int) -> tuple[list[str], str]:
@@ -99,6 +111,16 @@ def watched(bristle: Bristle) -> None:
     bristle("replay", "replay", "worn.h5", *known, "--events", "events.jsonl")
 
 
+PARTS: dict[str, Callable[[Bristle], None]] = {
+    "bundled": bundled,
+    **{f"noisy-{seed}": functools.partial(noisy_set, seed) for seed in SEEDS},
+    "imposed": imposed,
+    "replay": watched,
+    "evaluation": evaluated,
+}
+"""What is written down, by a name of its own."""
+
+
 def differences(one: Path, other: Path) -> Iterator[str]:
     """What differs between two records, a line each."""
     names = {str(path.relative_to(root)) for root in (one, other) for glob in COMPARED for path in root.rglob(glob)}
@@ -118,13 +140,16 @@ def main() -> int:
     recording = calls.add_parser("record", help="write down what the commands answer")
     recording.add_argument("folder", type=Path)
     recording.add_argument("--python", default=sys.executable, help="the interpreter of the state that is recorded")
+    recording.add_argument("--parts", nargs="+", choices=PARTS, default=list(PARTS), help="only these")
     comparing = calls.add_parser("compare", help="compare two records to the last digit")
     comparing.add_argument("one", type=Path)
     comparing.add_argument("other", type=Path)
     asked = parser.parse_args()
     if asked.call == "record":
         asked.folder.mkdir(parents=True)
-        record(Bristle(asked.python, asked.folder), asked.folder)
+        bristle = Bristle(asked.python, asked.folder)
+        for part in asked.parts:
+            PARTS[part](bristle)
         return 0
     found = list(differences(asked.one, asked.other))
     print("\n".join(found) or "no difference")

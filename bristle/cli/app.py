@@ -12,7 +12,7 @@ from typing import NoReturn
 
 import typer
 
-from recordings.errors import BadInput, NegativeAnswer
+from recordings.errors import BadInput, BadParameter, NegativeAnswer
 
 COMMANDS = {
     "demo": "demo",
@@ -59,7 +59,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     try:
         code = command.main(args=_repeated(sys.argv[1:] if arguments is None else arguments), standalone_mode=False)
     except BadInput as error:
-        return _say(str(error), 2)
+        return _say(_as_option(error), 2)
     except NegativeAnswer as answer:
         return _say(str(answer), 1)
     except (KeyboardInterrupt, typer.Abort):
@@ -91,6 +91,16 @@ def _usage(error: Exception) -> int:
     context = getattr(error, "ctx", None)
     helpful = f"; see '{context.command_path} --help'" if context else ""
     return _say(f"{' '.join(error.format_message().split())}{helpful}", 2)
+
+
+def _as_option(error: BadInput) -> str:
+    """What is wrong with an input, with the parameter it names written as the option of this command line."""
+    if error.parameter is None:
+        return str(error)
+    option = f"--{error.parameter.replace('_', '-')}"
+    if isinstance(error, BadParameter):
+        return f"{option}{str(error).removeprefix(error.parameter)}"
+    return f"{error} ({option})"
 
 
 def _say(message: str, code: int) -> int:

@@ -79,10 +79,10 @@ def _spectrum(models: list[tuple[Model, str, str]]) -> Any:
         x_axis_type="log",
     )  # fmt: skip
     for model, colour, legend in models:
-        scene, force = max(zip(model.bench.fitted, model.force_left, strict=True), key=lambda pair: pair[0].t[-1])
-        grid = np.linspace(scene.t[0], scene.t[-1], len(scene.t))
+        segment, force = max(zip(model.data.fitted, model.force_left, strict=True), key=lambda pair: pair[0].t[-1])
+        grid = np.linspace(segment.t[0], segment.t[-1], len(segment.t))
         window = np.hanning(len(grid))
-        amplitude = 2 * np.abs(np.fft.rfft(np.interp(grid, scene.t, force) * window)) / window.sum()
+        amplitude = 2 * np.abs(np.fft.rfft(np.interp(grid, segment.t, force) * window)) / window.sum()
         f = np.fft.rfftfreq(len(grid), grid[1] - grid[0])
         edges = np.geomspace(f[1], f[-1], SHOWN + 1)
         place = np.digitize(f[1:], edges)

@@ -99,12 +99,12 @@ class Tracing:
     @property
     def experiments(self) -> tuple[Experiment, ...]:
         """The experiments that were fitted."""
-        return self.base.bench.recorded[0]
+        return self.base.data.recorded[0]
 
     @property
     def held(self) -> tuple[Experiment, ...]:
         """The experiments that were held out."""
-        return self.base.bench.recorded[1]
+        return self.base.data.recorded[1]
 
     @property
     def only_held(self) -> bool:
@@ -202,7 +202,7 @@ def _pruned(model: Model, added: tuple[str, ...]) -> tuple[Model, tuple[str, ...
 
 def judged(model: Model) -> tuple[Candidate, ...]:
     """The candidates of one round: all by score, the best sought on chunks or along the paths of the model, and those
-    that then explain most refitted and judged on the held-out scenes.
+    that then explain most refitted and judged on the held-out grids.
     """
     scores = screen(model)
     seen = sorted(looked(model, scores), key=lambda b: -b.gain if b.ends else np.inf)
@@ -233,9 +233,9 @@ def _promising(model: Model, seen: Sequence[Begun]) -> dict[str, Begun]:
     """Of candidates on chunks, best first, those worth being refitted to the whole recordings, by effect: not far
     behind the best, and likely to gain enough there; and likewise of those along the paths of the model.
     """
-    kept, fully = (KEPT_IMPOSED, FULLY_IMPOSED) if model.bench.imposed else (KEPT, FULLY)
+    kept, fully = (KEPT_IMPOSED, FULLY_IMPOSED) if model.data.imposed else (KEPT, FULLY)
     sought = [b for b in seen if b.ends][:fully]
-    least = max(kept * sought[0].gain, LIKELY * WORTH * model.bench.in_chunks) if sought else 0.0
+    least = max(kept * sought[0].gain, LIKELY * WORTH * model.data.in_chunks) if sought else 0.0
     most = max((gain_of(model, b.near) for b in seen), default=0.0)
     nearby = {b.score.effect: replace(b, ends=()) for b in seen if gain_of(model, b.near) > max(WORTH, kept * most)}
     return nearby | {b.score.effect: b for b in sought if b.gain >= least}
@@ -246,12 +246,12 @@ def _ended(model: Model, b: Begun) -> Candidate:
     effect, refit = b.score.effect, refitted(model, b)
     if refit is None or refit.held is None or model.held is None:
         return Candidate(effect, b.gain, b.score.values, why=NO_SOLUTION)
-    fitted = compare(model.estimate, refit.estimate, model.bench.fitted)
-    held = compare(model.held, refit.held, model.bench.held)
+    fitted = compare(model.estimate, refit.estimate, model.data.fitted)
+    held = compare(model.held, refit.held, model.data.held)
     values = {name: value for name, value in refit.values.items() if name in b.score.values}
     shows = fitted.gain > _least(model, model.estimate)
     steady = _steady(model, held)
-    clear = fitted.gain > CLEAR and held.p_value < CLEAR_LEVEL and not model.bench.imposed
+    clear = fitted.gain > CLEAR and held.p_value < CLEAR_LEVEL and not model.data.imposed
     enough = shows and held.gain > _least(model, model.held) - WORTH and (steady or clear)
     why = (
         f"explains held-out data (t = {held.t:.1f})" if enough
@@ -264,12 +264,12 @@ def _ended(model: Model, b: Begun) -> Candidate:
 def _steady(model: Model, held: Comparison) -> bool:
     """Whether a held-out gain is one by itself."""
     level = CLEAR_LEVEL if held.gain > WORTH else LEVEL
-    return held.p_value < level or (held.elsewhere > WORTH and not model.bench.imposed)
+    return held.p_value < level or (held.elsewhere > WORTH and not model.data.imposed)
 
 
 def _least(model: Model, estimate: Estimate) -> float:
-    """Fall of the cost that an effect is worth, on the scenes of an estimate of a model."""
-    if not model.bench.imposed:
+    """Fall of the cost that an effect is worth, on the grids of an estimate of a model."""
+    if not model.data.imposed:
         return WORTH
     return WORTH + NOTABLE * estimate.samples * max(estimate.loss - 1, 0.0)
 
@@ -328,18 +328,18 @@ def same_class(candidates: Sequence[Candidate]) -> tuple[str, ...]:
         )
         assert best.refit.held is not None
         assert c.refit.held is not None
-        against = compare(c.refit.held, best.refit.held, best.refit.bench.held)
+        against = compare(c.refit.held, best.refit.held, best.refit.data.held)
         if near or (abs(against.t) < INSIGNIFICANT and abs(c.gain - best.gain) < WORTH / 3):
             found.append(c.effect)
     return tuple(found)
 
 
 def _verdict(base: Model, model: Model, added: tuple[str, ...]) -> tuple[str, tuple[str, ...], Model]:
-    """The verdict: a name only when little is left with it, on the held-out scenes above all."""
+    """The verdict: a name only when little is left with it, on the held-out grids above all."""
     if not added:
         return ("none" if white(base) else "unlisted"), (), base
-    held, fitted = (EXPLAINED_IMPOSED,) * 2 if base.bench.imposed else (EXPLAINED, EXPLAINED_FIT)
-    most = np.inf if base.bench.imposed else ALONE if len(added) == 1 else TOGETHER
+    held, fitted = (EXPLAINED_IMPOSED,) * 2 if base.data.imposed else (EXPLAINED, EXPLAINED_FIT)
+    most = np.inf if base.data.imposed else ALONE if len(added) == 1 else TOGETHER
     before, after = held_left(base), held_left(model)
     named = _explained(before, after, held) and _explained(fit_left(base), fit_left(model), fitted)
     return (added[0], added, model) if named and after.loss < most else ("unlisted", (), base)

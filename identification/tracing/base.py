@@ -10,13 +10,13 @@ import numpy as np
 from identification.data.experiment import Experiment, Segment, imposed
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.fit import Outcome
-from identification.estimators.imposed_motion.estimator import imposed_scenes, showing
+from identification.estimators.imposed_motion.estimator import imposed_grids, showing
 from identification.estimators.imposed_motion.start import fit_imposed
-from identification.estimators.noise_aware.estimator import NoiseAware, lean, scenes
+from identification.estimators.noise_aware.estimator import NoiseAware, grids, lean
 from identification.estimators.noise_aware.force_noise import first_values, quickest, with_smooth_force
 from identification.estimators.noise_aware.search import on_chunks, sought
 from identification.tracing.judge import Whiteness, whiteness
-from identification.tracing.model import FINAL, REFIT, Bench, Model, coordinates, problem
+from identification.tracing.model import FINAL, REFIT, Model, TrialData, coordinates, problem
 from recordings import NegativeAnswer
 from simulator import BASE, kernel
 
@@ -44,7 +44,7 @@ def first_model(experiments: Sequence[Experiment], others: Sequence[Experiment],
     """
     if experiments[0].causality == "motion" or given.get("spring.K") == 0.0:
         return imposed_model(experiments, others, given)
-    return base_model(experiments, bench_of(experiments, others, given))
+    return base_model(experiments, trial_data(experiments, others, given))
 
 
 def imposed_model(experiments: Sequence[Experiment], others: Sequence[Experiment], given: Mapping[str, float]) -> Model:
@@ -57,63 +57,63 @@ def imposed_model(experiments: Sequence[Experiment], others: Sequence[Experiment
     if path is None:
         raise NegativeAnswer(Outcome.DIVERGED.value)
     p = free.p(path.unknowns[: whole.n_free])
-    fitted, held = (tuple(imposed_scenes(some, valve, p)) for some in (experiments, others))
-    bench = Bench(
+    fitted, held = (tuple(imposed_grids(some, valve, p)) for some in (experiments, others))
+    data = TrialData(
         fitted, held, dict(given), (float(x.min()), float(x.max())), float(np.std(u)) or 1.0, imposed=True,
         candidates=showing(experiments), recorded=(tuple(experiments), tuple(others)),
     )  # fmt: skip
-    work = problem(BASE, bench, fitted)
+    work = problem(BASE, data, fitted)
     found = work.follow(work.coordinates.theta(p), stages=((FINAL, REFIT),))
     if found is None:
         raise NegativeAnswer(Outcome.DIVERGED.value)
-    return Model(BASE, bench, lean(found))
+    return Model(BASE, data, lean(found))
 
 
-def base_model(experiments: Sequence[Experiment], bench: Bench) -> Model:
+def base_model(experiments: Sequence[Experiment], data: TrialData) -> Model:
     """The base model, fitted without start values."""
-    valve, free = kernel(BASE), coordinates(BASE, bench)
-    found = first_values(valve, free, with_smooth_force(experiments, bench.fitted))
+    valve, free = kernel(BASE), coordinates(BASE, data)
+    found = first_values(valve, free, with_smooth_force(experiments, data.fitted))
     if not found:
         raise NegativeAnswer(Outcome.DIVERGED.value)
     omega, guess = quickest(free, found), free.values(found[-1])
-    bench = replace(bench.resolving(omega), heaviest=HEAVIER * guess["mass.m"], stiffest=RIGID * guess["lugre.sigma0"])
-    work = NoiseAware(bench.kernel(BASE), coordinates(BASE, bench), bench.fitted)
+    data = replace(data.resolving(omega), heaviest=HEAVIER * guess["mass.m"], stiffest=RIGID * guess["lugre.sigma0"])
+    work = NoiseAware(data.kernel(BASE), coordinates(BASE, data), data.fitted)
     best = sought(on_chunks(work), *found, most=WAYS)
     best = None if best is None else work.follow(best.theta, stages=((FINAL, REFIT),))
     if best is None:
         raise NegativeAnswer(Outcome.DIVERGED.value)
-    bound = settled(Model(BASE, bench, lean(best)))
+    bound = settled(Model(BASE, data, lean(best)))
     return stiffened(bound if white(bound) else freed(bound) or bound)
 
 
 def freed(model: Model) -> Model | None:
     """A base model that presses on its bounds without them; None where it does not, or still leaves something."""
     values, inf = model.values, float("inf")
-    bounds = (values["mass.m"], model.bench.heaviest), (values["lugre.sigma0"], model.bench.stiffest)
+    bounds = (values["mass.m"], model.data.heaviest), (values["lugre.sigma0"], model.data.stiffest)
     if all(value < AT_BOUND * most for value, most in bounds):
         return None
-    bench = replace(model.bench, heaviest=inf, stiffest=inf)
-    found = replace(model, bench=bench).sought()
+    data = replace(model.data, heaviest=inf, stiffest=inf)
+    found = replace(model, data=data).sought()
     if found is None or found.estimate.loss > LACKING:
         return None
-    carried = found.carried(bench)
+    carried = found.carried(data)
     free = None if carried is None else settled(carried)
     return free if free is not None and white(free) else None
 
 
 def stiffened(model: Model) -> Model:
     """The model with bristles that may become stiffer once more: what lacks an effect may have softened them."""
-    if model.bench.imposed:
+    if model.data.imposed:
         return model
-    return replace(model, bench=replace(model.bench, stiffest=STIFFER * model.values["lugre.sigma0"]))
+    return replace(model, data=replace(model.data, stiffest=STIFFER * model.values["lugre.sigma0"]))
 
 
-def bench_of(experiments: Sequence[Experiment], held: Sequence[Experiment], given: Mapping[str, float]) -> Bench:
-    """The bench of some experiments."""
-    fitted, other = scenes(experiments), scenes(held)
+def trial_data(experiments: Sequence[Experiment], held: Sequence[Experiment], given: Mapping[str, float]) -> TrialData:
+    """The data of some experiments."""
+    fitted, other = grids(experiments), grids(held)
     x = np.concatenate([s.motion[:, 0] for s in fitted])
     force = np.concatenate([s.force.u for s in fitted])
-    return Bench(
+    return TrialData(
         tuple(fitted), tuple(other), dict(given), (float(x.min()), float(x.max())), float(np.std(force)),
         recorded=(tuple(experiments), tuple(held)),
     )  # fmt: skip
@@ -129,7 +129,7 @@ def settled(model: Model) -> Model:
     if white(model):
         return min(model, model.refitted(), key=lambda m: m.estimate.cost)
     here, other = rested(model), model.sought()
-    there = None if other is None else other.carried(model.bench)
+    there = None if other is None else other.carried(model.data)
     if there is None or there.estimate.cost >= here.estimate.cost or there.estimate.loss >= here.estimate.loss:
         return here
     return rested(there)
@@ -164,15 +164,15 @@ def split(experiments: Sequence[Experiment]) -> tuple[list[Experiment], list[Exp
 
 
 def white(model: Model) -> bool:
-    """Whether nothing is left on fitted and held-out scenes."""
+    """Whether nothing is left on fitted and held-out grids."""
     return fit_left(model).white and held_left(model).white
 
 
 def fit_left(model: Model) -> Whiteness:
-    """Whether anything is left on the fitted scenes."""
+    """Whether anything is left on the fitted grids."""
     return whiteness(model.estimate)
 
 
 def held_left(model: Model) -> Whiteness:
-    """Whether anything is left on the held-out scenes."""
+    """Whether anything is left on the held-out grids."""
     return whiteness(model.held) if model.held is not None else Whiteness(False, 0.0, float("inf"), 1.0)

@@ -16,8 +16,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.estimators.imposed_motion.estimator import ImposedScene
-from identification.estimators.noise_aware.linearised_model import Scene
+from identification.estimators.imposed_motion.estimator import ImposedGrid
+from identification.estimators.noise_aware.linearised_model import Grid
 from identification.sparse_regression import WINDOW, weak
 from identification.tracing.model import Model, coordinates, defaults, in_order
 from identification.tracing.screen import Rhythms, rhythms_of, shapes, strengths
@@ -58,14 +58,14 @@ def second_opinion(base: Model) -> SecondOpinion | None:
     """Pysindy's choice for a base model; None where the valve hardly slides, or the model has no solution along its
     own motion."""
     for travel, some in itertools.product(TRAVELS, (base.thinned(), base)):
-        pairs = list(zip(some.bench.fitted, some.estimate.paths, strict=True))
+        pairs = list(zip(some.data.fitted, some.estimate.paths, strict=True))
         left, own = _left(some, pairs, travel)
         if left is not None and len(left) >= FEWEST:
             break
     else:
         return None
     terms, rhythms = dict[str, Array](), rhythms_of(base)
-    for effect in base.bench.candidates:
+    for effect in base.data.candidates:
         if effect in base.effects or not shows_imposed(CATALOGUE[effect]) or CATALOGUE[effect].site is not Site.FORCE:
             continue
         mine = np.column_stack([np.zeros((len(left), 0)), *_terms(some, effect, rhythms, pairs, own, travel)])
@@ -82,7 +82,7 @@ def second_opinion(base: Model) -> SecondOpinion | None:
     return SecondOpinion(effect if share > NOTHING else "none", share)
 
 
-Pairs = list[tuple[Scene, Array]]
+Pairs = list[tuple[Grid, Array]]
 
 
 def _left(model: Model, pairs: Pairs, travel: float) -> tuple[Array | None, Array]:
@@ -90,13 +90,13 @@ def _left(model: Model, pairs: Pairs, travel: float) -> tuple[Array | None, Arra
     target = kernel(model.effects, "motion")
     p = target.vector(model.values)
     left, own = list[Array](), list[Array]()
-    for scene, path in pairs:
-        found = _imposed(target, model, scene, path, p)
+    for grid, path in pairs:
+        found = _imposed(target, model, grid, path, p)
         if found is None:
             return None, np.empty((0, 0))
         predicted, by = found
-        left.append(_weak(model, travel, scene, path, scene.force.u - predicted)[:, 0])
-        own.append(_weak(model, travel, scene, path, by[:, : len(p)][:, coordinates(model.effects, model.bench).free]))
+        left.append(_weak(model, travel, grid, path, grid.force.u - predicted)[:, 0])
+        own.append(_weak(model, travel, grid, path, by[:, : len(p)][:, coordinates(model.effects, model.data).free]))
     return np.concatenate(left), _unit(np.concatenate(own))
 
 
@@ -106,13 +106,13 @@ def _terms(model: Model, effect: str, rhythms: Rhythms, pairs: Pairs, own: Array
     target = kernel(effects, "motion")
     at = [target.parameters.index(name) for name in strengths(effect)]
     for shape in shapes(model, effect, rhythms):
-        p = target.vector(defaults(effect, model.bench) | model.values | shape)
+        p = target.vector(defaults(effect, model.data) | model.values | shape)
         parts = list[Array]()
-        for scene, path in pairs:
-            found = _imposed(target, model, scene, path, p)
+        for grid, path in pairs:
+            found = _imposed(target, model, grid, path, p)
             if found is None:
                 break
-            parts.append(_weak(model, travel, scene, path, found[1][:, at]))
+            parts.append(_weak(model, travel, grid, path, found[1][:, at]))
         if len(parts) < len(pairs):
             continue
         table = np.concatenate(parts)
@@ -122,28 +122,28 @@ def _terms(model: Model, effect: str, rhythms: Rhythms, pairs: Pairs, own: Array
         yield from _unit(table[:, apart]).T
 
 
-def _imposed(target: Kernel, model: Model, scene: Scene, path: Array, p: Array) -> tuple[Array, Array] | None:
+def _imposed(target: Kernel, model: Model, grid: Grid, path: Array, p: Array) -> tuple[Array, Array] | None:
     """The force that a motion takes (n,), and its derivatives by parameters and first memory (n, n_columns)."""
-    if isinstance(scene, ImposedScene):
-        driven = scene.driven
+    if isinstance(grid, ImposedGrid):
+        driven = grid.driven
     else:
-        driven = np.column_stack([path[:, 0], path[:, 1], np.gradient(path[:, 1], scene.t), path[:, -2]])
+        driven = np.column_stack([path[:, 0], path[:, 1], np.gradient(path[:, 1], grid.t), path[:, -2]])
     start = target.start(driven[0, 0], 0.0, driven[0, 3])
     for i, state in enumerate(target.states):
-        if not model.bench.imposed and state in model.kernel.states:
+        if not model.data.imposed and state in model.kernel.states:
             start[i] = path[0, model.kernel.states.index(state)]
-    found = target.run(scene.t, driven, p, start, h_max=1e-3, sensitivities=True)
+    found = target.run(grid.t, driven, p, start, h_max=1e-3, sensitivities=True)
     if found.jacobian is None or found.failed is not None:
         return None
     return found.outputs[:, 0], found.jacobian[:, 0, :]
 
 
-def _weak(model: Model, travel: float, scene: Scene, path: Array, values: Array) -> Array:
+def _weak(model: Model, travel: float, grid: Grid, path: Array, values: Array) -> Array:
     """Means over windows in which the valve moves: at rest the bristle holds any force."""
-    table, p = values.reshape(len(scene.t), -1), model.values
+    table, p = values.reshape(len(grid.t), -1), model.values
     slides = np.abs(path[:, 1]) * WINDOW > travel * p["lugre.fc"] / p["lugre.sigma0"]
     sure = np.isfinite(table).all(axis=1) & slides
-    return weak(np.where(sure[:, None], table, 0.0), sure, float(np.median(np.diff(scene.t))))
+    return weak(np.where(sure[:, None], table, 0.0), sure, float(np.median(np.diff(grid.t))))
 
 
 def _unit(table: Array) -> Array:

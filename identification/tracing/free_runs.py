@@ -19,9 +19,9 @@ from simulator import kernel
 
 def as_fit(model: Model, experiments: Sequence[Experiment]) -> Fit:
     """The model as a fit to experiments, whose force is smoothed unless it is what the model predicts."""
-    valve = kernel(model.effects, "motion" if model.bench.imposed else "force")
+    valve = kernel(model.effects, "motion" if model.data.imposed else "force")
     problem, estimate = Problem(valve, model.coordinates, experiments), model.estimate
-    if model.bench.imposed:
+    if model.data.imposed:
         unknowns = problem.start(estimate.theta)
         path = Path(unknowns, estimate.normal, Setting(0.0), 0, estimate.settled)
         return judged(valve, model.coordinates, problem, path)
@@ -58,4 +58,4 @@ def position_error(model: Model, experiments: Sequence[Experiment]) -> dict[str,
 def holdout_rmse(model: Model, experiments: Sequence[Experiment], held: Sequence[Experiment]) -> float:
     """Free-run error of a model on held-out experiments [m], [N] where the force is predicted; NaN when it diverges."""
     error = error_of(free_runs(as_fit(model, experiments), held, fitted=False)) or {}
-    return error.get("rmse_N" if model.bench.imposed else "rmse_m", float("nan"))
+    return error.get("rmse_N" if model.data.imposed else "rmse_m", float("nan"))

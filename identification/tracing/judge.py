@@ -9,7 +9,7 @@ from scipy.stats import norm
 from scipy.stats import t as student
 
 from identification.estimators.noise_aware.estimator import OUTLIER, Estimate, cauchy
-from identification.estimators.noise_aware.linearised_model import Scene
+from identification.estimators.noise_aware.linearised_model import Grid
 from recordings import Array
 
 BLOCK = 1.0
@@ -26,7 +26,7 @@ OUTLIERS = 1e-3
 
 @dataclass(frozen=True)
 class Comparison:
-    """One model against another on the same scenes. gain : fall of the cost; t : Student's t of it over blocks;
+    """One model against another on the same grids. gain : fall of the cost; t : Student's t of it over blocks;
     p_value : one-sided; elsewhere : fall of the cost beside the `FEW` blocks where it fell most.
     """
 
@@ -36,9 +36,9 @@ class Comparison:
     elsewhere: float
 
 
-def compare(before: Estimate, after: Estimate, scenes: tuple[Scene, ...]) -> Comparison:
+def compare(before: Estimate, after: Estimate, grids: tuple[Grid, ...]) -> Comparison:
     """How much better the second estimate explains the position, block by block."""
-    gains = np.concatenate([_blocks(_robust(before, i) - _robust(after, i), scene) for i, scene in enumerate(scenes)])
+    gains = np.concatenate([_blocks(_robust(before, i) - _robust(after, i), grid) for i, grid in enumerate(grids)])
     spread = float(np.std(gains, ddof=1)) or 1e-12
     value = float(np.mean(gains)) / (spread / np.sqrt(len(gains)))
     elsewhere = float(np.sort(gains)[:-FEW].sum())
@@ -46,7 +46,7 @@ def compare(before: Estimate, after: Estimate, scenes: tuple[Scene, ...]) -> Com
 
 
 def _robust(estimate: Estimate, i: int) -> Array:
-    """Robust loss plus log variance of the innovations of one scene (n,)."""
+    """Robust loss plus log variance of the innovations of one grid (n,)."""
     line = estimate.linearised[i]
     seen = np.isfinite(line.variances)
     variances = np.where(seen, line.variances, 1.0)
@@ -54,9 +54,9 @@ def _robust(estimate: Estimate, i: int) -> Array:
     return np.asarray((loss + np.log(variances)).sum(axis=1), float)
 
 
-def _blocks(values: Array, scene: Scene) -> Array:
+def _blocks(values: Array, grid: Grid) -> Array:
     """Sums over blocks of time."""
-    block = np.floor((scene.t - scene.t[0]) / BLOCK).astype(int)
+    block = np.floor((grid.t - grid.t[0]) / BLOCK).astype(int)
     return np.asarray(np.bincount(block, values), float)
 
 

@@ -12,13 +12,13 @@ from identification.data.experiment import Experiment
 from identification.estimators.coordinates import Coordinates, parameters
 from identification.estimators.imposed_motion.estimator import ImposedFit
 from identification.estimators.noise_aware.estimator import Estimate, NoiseAware, lean, resolving
-from identification.estimators.noise_aware.linearised_model import Looseness, Scene
+from identification.estimators.noise_aware.linearised_model import Grid, PathFreedom
 from identification.estimators.noise_aware.search import tamed
 from recordings import Array
 from simulator import CATALOGUE, Kernel, kernel
 
-FINAL = Looseness(1.0, 1e-5, 0.1, 5e-4, honest=False)
-"""Looseness of all fits while tracing: they start near their end."""
+FINAL = PathFreedom(1.0, 1e-5, 0.1, 5e-4, honest=False)
+"""PathFreedom of all fits while tracing: they start near their end."""
 COARSE = replace(FINAL, h_max=2e-3)
 """The same of searches on chunks."""
 REFIT = 12
@@ -37,15 +37,15 @@ RESTED = 2
 
 
 @dataclass(frozen=True)
-class Bench:
-    """What all models are tried on: scenes to fit and scenes held out, constants that are held, the travel (lowest,
+class TrialData:
+    """What all models are tried on: grids to fit and grids held out, constants that are held, the travel (lowest,
     highest position seen) [m], the stiffest bristle [N/m], for one that no node resolves explains what it likes, and
     the heaviest mass [kg], which does, too; imposed : the motion is, and the force is predicted; candidates : effects
-    that can show in what is predicted; recorded : the experiments of the scenes, fitted and held out.
+    that can show in what is predicted; recorded : the experiments of the grids, fitted and held out.
     """
 
-    fitted: tuple[Scene, ...]
-    held: tuple[Scene, ...]
+    fitted: tuple[Grid, ...]
+    held: tuple[Grid, ...]
     given: Mapping[str, float]
     travel: tuple[float, float]
     force_std: float
@@ -59,21 +59,21 @@ class Bench:
         """The kernel of some effects."""
         return kernel(effects, "motion" if self.imposed else "uncertain force")
 
-    def thinned(self) -> tuple[Bench, list[tuple[int, slice]]]:
-        """A bench of chunks of the fitted scenes, with where each comes from: enough for a first look."""
+    def thinned(self) -> tuple[TrialData, list[tuple[int, slice]]]:
+        """A data of chunks of the fitted grids, with where each comes from: enough for a first look."""
         if self.imposed:  # memory would have to be found anew in every chunk, and the whole costs little
-            return self, [(i, slice(0, len(scene.t))) for i, scene in enumerate(self.fitted)]
-        places = [(i, at) for i, scene in enumerate(self.fitted) for at in _chunks(scene)]
+            return self, [(i, slice(0, len(grid.t))) for i, grid in enumerate(self.fitted)]
+        places = [(i, at) for i, grid in enumerate(self.fitted) for at in _chunks(grid)]
         return replace(self, fitted=tuple(self.fitted[i].part(at.start, at.stop) for i, at in places)), places
 
-    def resolving(self, omega: float) -> Bench:
+    def resolving(self, omega: float) -> TrialData:
         """The same with nodes close enough for a swing of omega [rad/s], within reason."""
         return replace(self, fitted=tuple(resolving(self.fitted, omega)), held=tuple(resolving(self.held, omega)))
 
     @property
     def samples(self) -> int:
-        """Number of nodes of the fitted scenes."""
-        return sum(len(scene.t) for scene in self.fitted)
+        """Number of nodes of the fitted grids."""
+        return sum(len(grid.t) for grid in self.fitted)
 
     @property
     def in_chunks(self) -> float:
@@ -88,21 +88,21 @@ class Bench:
 
 @dataclass(frozen=True)
 class Model:
-    """Effects with their estimate on the fitted scenes."""
+    """Effects with their estimate on the fitted grids."""
 
     effects: tuple[str, ...]
-    bench: Bench
+    data: TrialData
     estimate: Estimate
 
     @property
     def kernel(self) -> Kernel:
         """The kernel of these effects."""
-        return self.bench.kernel(self.effects)
+        return self.data.kernel(self.effects)
 
     @property
     def coordinates(self) -> Coordinates:
         """The coordinates of the free parameters."""
-        return coordinates(self.effects, self.bench)
+        return coordinates(self.effects, self.data)
 
     @property
     def values(self) -> dict[str, float]:
@@ -111,9 +111,9 @@ class Model:
 
     @property
     def force_left(self) -> list[Array]:
-        """What the model had to add to the force as recorded, per fitted scene (n,) [N]."""
-        pairs = zip(self.estimate.paths, self.bench.fitted, strict=True)
-        return [path[:, -2] - scene.force.u for path, scene in pairs]
+        """What the model had to add to the force as recorded, per fitted grid (n,) [N]."""
+        pairs = zip(self.estimate.paths, self.data.fitted, strict=True)
+        return [path[:, -2] - grid.force.u for path, grid in pairs]
 
     @functools.cached_property
     def rested_cost(self) -> float:
@@ -122,11 +122,11 @@ class Model:
 
     @functools.cached_property
     def held(self) -> Estimate | None:
-        """The paths on the held-out scenes at the fitted parameters."""
-        judge = problem(self.effects, self.bench, self.bench.held)
+        """The paths on the held-out grids at the fitted parameters."""
+        judge = problem(self.effects, self.data, self.data.held)
         found = judge.start(self.estimate.theta, FINAL, steps=HELD_STEPS)
         for _ in range(HELD_ROUNDS - 1):
-            if found is None or self.bench.imposed:
+            if found is None or self.data.imposed:
                 break
             before, found = found, judge.at(found.theta, found.paths, FINAL, steps=HELD_STEPS) or found
             if found.cost > before.cost - HELD_FALL:
@@ -134,51 +134,51 @@ class Model:
         return None if found is None else lean(found)
 
     def at_held(self) -> Model:
-        """The same model looked at on the scenes that are held out, where it has a solution on them."""
+        """The same model looked at on the grids that are held out, where it has a solution on them."""
         if self.held is None:
             return self
-        return replace(self, bench=replace(self.bench, fitted=self.bench.held), estimate=self.held)
+        return replace(self, data=replace(self.data, fitted=self.data.held), estimate=self.held)
 
     def thinned(self) -> Model:
-        """The same model on chunks of its scenes."""
-        bench, places = self.bench.thinned()
+        """The same model on chunks of its grids."""
+        data, places = self.data.thinned()
         paths = [np.ascontiguousarray(self.estimate.paths[i][at]) for i, at in places]
-        estimate = problem(self.effects, bench, bench.fitted).at(self.estimate.theta, paths, FINAL, steps=0)
-        return self if estimate is None else Model(self.effects, bench, estimate)
+        estimate = problem(self.effects, data, data.fitted).at(self.estimate.theta, paths, FINAL, steps=0)
+        return self if estimate is None else Model(self.effects, data, estimate)
 
     def relaxed(self, steps: int) -> Model:
         """The same parameters after further steps of the paths."""
-        work = problem(self.effects, self.bench, self.bench.fitted)
+        work = problem(self.effects, self.data, self.data.fitted)
         estimate = work.at(self.estimate.theta, self.estimate.paths, FINAL, steps=steps)
-        return self if estimate is None else Model(self.effects, self.bench, estimate)
+        return self if estimate is None else Model(self.effects, self.data, estimate)
 
     def refitted(self) -> Model:
         """The same effects after further steps."""
         return self.descended(FINAL, REFIT)
 
-    def descended(self, loose: Looseness, steps: int) -> Model:
+    def descended(self, freedom: PathFreedom, steps: int) -> Model:
         """The same effects after so many further steps, or until two of them change little."""
-        work = problem(self.effects, self.bench, self.bench.fitted)
-        begun = work.at(self.estimate.theta, self.estimate.paths, loose, steps=0)
-        return self if begun is None else replace(self, estimate=lean(work.descend(begun, loose, steps, IDLE)))
+        work = problem(self.effects, self.data, self.data.fitted)
+        begun = work.at(self.estimate.theta, self.estimate.paths, freedom, steps=0)
+        return self if begun is None else replace(self, estimate=lean(work.descend(begun, freedom, steps, IDLE)))
 
     def sought(self) -> Model | None:
-        """The best fit of these effects to chunks of the scenes; None where all diverge."""
+        """The best fit of these effects to chunks of the grids; None where all diverge."""
         return next(iter(followed(self.looks())), None)
 
     def looks(
         self, *effect: str, values: Mapping[str, float] | None = None, from_here: bool = True
     ) -> list[Model]:  # fmt: skip
-        """First fits to chunks of the scenes of this model, or of it and one more effect at some values, best first:
+        """First fits to chunks of the grids of this model, or of it and one more effect at some values, best first:
         from here, unless not wanted, with the mass, the damping and the friction curve set back to usual ones, and
         from where the effect says that a model without it may have bent. Empty where all diverge.
 
         A base model bends its parameters to make up for what it lacks, and from there the way back can be barred.
         """
         effects = in_order(*self.effects, *effect)
-        bench, _ = self.bench.thinned()
-        work = problem(effects, bench, bench.fitted)
-        known = {k: v for e in effect for k, v in defaults(e, self.bench).items()} | self.values | dict(values or {})
+        data, _ = self.data.thinned()
+        work = problem(effects, data, data.fitted)
+        known = {k: v for e in effect for k, v in defaults(e, self.data).items()} | self.values | dict(values or {})
         theta = work.coordinates.theta(work.kernel.vector(known))
         starts = [theta] * from_here + tamed(work.coordinates, theta)[:1]
         bent = [work.kernel.vector(known | dict(start)) for e in effect for start in self.imitations(e)]
@@ -187,53 +187,53 @@ class Model:
         best = sorted([*own, *imitated], key=lambda look: look.cost)[:FOLLOWED]
         if imitated and all(look is not imitated[0] for look in best):  # plays and hysteresis come to rest slowly
             best.append(imitated[0])
-        return [Model(effects, bench, look) for look in best]
+        return [Model(effects, data, look) for look in best]
 
     def imitations(self, effect: str) -> list[Mapping[str, float]]:
         """Values by which this model may imitate an effect, from which to seek it."""
-        if self.bench.imposed:
+        if self.data.imposed:
             return []
         return list(CATALOGUE[effect].imitated(self.values))
 
     def without(self, effect: str) -> Model | None:
         """The other effects of this model, fitted on from here."""
         effects = tuple(e for e in self.effects if e != effect)
-        target = self.bench.kernel(effects)
-        theta = coordinates(effects, self.bench).theta_of(self.values)
-        kept = [] if self.bench.imposed else [self.kernel.states.index(name) for name in target.states]
+        target = self.data.kernel(effects)
+        theta = coordinates(effects, self.data).theta_of(self.values)
+        kept = [] if self.data.imposed else [self.kernel.states.index(name) for name in target.states]
         paths = [np.ascontiguousarray(path[:, kept]) for path in self.estimate.paths]
-        begun = problem(effects, self.bench, self.bench.fitted).at(theta, paths, FINAL, steps=RESTED)
-        return None if begun is None else Model(effects, self.bench, begun).refitted()
+        begun = problem(effects, self.data, self.data.fitted).at(theta, paths, FINAL, steps=RESTED)
+        return None if begun is None else Model(effects, self.data, begun).refitted()
 
     def exchanged(self, effect: str, other: str, values: Mapping[str, float]) -> Model | None:
         """This model with another effect, at some values to start from, in the place of one. None where it diverges."""
         effects = in_order(*(e for e in self.effects if e != effect), other)
-        work = problem(effects, self.bench, self.bench.fitted)
-        known = defaults(other, self.bench) | self.values | dict(values)
+        work = problem(effects, self.data, self.data.fitted)
+        known = defaults(other, self.data) | self.values | dict(values)
         end = work.follow(work.coordinates.theta(work.kernel.vector(known)), stages=((FINAL, REFIT),), worth=IDLE)
-        return None if end is None else Model(effects, self.bench, lean(end)).refitted()
+        return None if end is None else Model(effects, self.data, lean(end)).refitted()
 
-    def carried(self, bench: Bench) -> Model | None:
-        """These parameters fitted on to all of a bench, along new paths."""
-        work = problem(self.effects, bench, bench.fitted)
+    def carried(self, data: TrialData) -> Model | None:
+        """These parameters fitted on to all of a data, along new paths."""
+        work = problem(self.effects, data, data.fitted)
         end = work.follow(self.estimate.theta, stages=((FINAL, REFIT),), worth=IDLE)
-        return None if end is None else Model(self.effects, bench, lean(end))
+        return None if end is None else Model(self.effects, data, lean(end))
 
     def with_effect(self, effect: str, values: Mapping[str, float], steps: int = 0) -> Model | None:
         """This model and one more effect at some values of its parameters (by full name, the others at their defaults),
         its memory run along the paths. None where that has no solution.
         """
         effects = in_order(*self.effects, effect)
-        target, here = self.bench.kernel(effects), self.kernel
-        p = target.vector(defaults(effect, self.bench) | self.values | dict(values))
-        pairs = zip(self.bench.fitted, self.estimate.paths, strict=True)
-        found = self.estimate.paths if self.bench.imposed else [extended(here, target, *pair, p) for pair in pairs]
+        target, here = self.data.kernel(effects), self.kernel
+        p = target.vector(defaults(effect, self.data) | self.values | dict(values))
+        pairs = zip(self.data.fitted, self.estimate.paths, strict=True)
+        found = self.estimate.paths if self.data.imposed else [extended(here, target, *pair, p) for pair in pairs]
         paths = [path for path in found if path is not None]
         if len(paths) < len(found):
             return None
-        theta = coordinates(effects, self.bench).theta(p)
-        estimate = problem(effects, self.bench, self.bench.fitted).at(theta, paths, FINAL, steps=steps)
-        return None if estimate is None else Model(effects, self.bench, estimate)
+        theta = coordinates(effects, self.data).theta(p)
+        estimate = problem(effects, self.data, self.data.fitted).at(theta, paths, FINAL, steps=steps)
+        return None if estimate is None else Model(effects, self.data, estimate)
 
 
 def _looks(work: NoiseAware | ImposedFit, starts: Sequence[Array]) -> list[Estimate]:
@@ -255,16 +255,16 @@ def apart(effect: str, one: Model, other: Model) -> bool:
 
 
 CHUNK, EVERY = 2.0, 7.0
-"""Length and distance of the chunks of a thinned scene [s]."""
+"""Length and distance of the chunks of a thinned grid [s]."""
 
 
-def _chunks(scene: Scene) -> list[slice]:
-    """Chunks spread over a scene; all of a short one."""
-    dt = (scene.t[-1] - scene.t[0]) / (len(scene.t) - 1)
+def _chunks(grid: Grid) -> list[slice]:
+    """Chunks spread over a grid; all of a short one."""
+    dt = (grid.t[-1] - grid.t[0]) / (len(grid.t) - 1)
     length, distance = round(CHUNK / dt), round(EVERY / dt)
-    if len(scene.t) < 2 * distance or length < 20:
-        return [slice(0, len(scene.t))]
-    return [slice(first, first + length) for first in range(0, len(scene.t) - length, distance)]
+    if len(grid.t) < 2 * distance or length < 20:
+        return [slice(0, len(grid.t))]
+    return [slice(first, first + length) for first in range(0, len(grid.t) - length, distance)]
 
 
 def in_order(*effects: str) -> tuple[str, ...]:
@@ -272,38 +272,38 @@ def in_order(*effects: str) -> tuple[str, ...]:
     return tuple(e for e in CATALOGUE.ids if e in effects)
 
 
-def defaults(effect: str, bench: Bench) -> dict[str, float]:
+def defaults(effect: str, data: TrialData) -> dict[str, float]:
     """Neutral strengths, typical shapes and known constants of an effect, by full name."""
     found = {}
     for parameter in CATALOGUE[effect].parameters:
         value = parameter.scale if parameter.neutral is None else parameter.neutral
-        found[CATALOGUE[effect].parameter_name(parameter.symbol)] = bench.stroke if parameter.known else value
+        found[CATALOGUE[effect].parameter_name(parameter.symbol)] = data.stroke if parameter.known else value
     return found
 
 
-def coordinates(effects: tuple[str, ...], bench: Bench) -> Coordinates:
+def coordinates(effects: tuple[str, ...], data: TrialData) -> Coordinates:
     """The coordinates of some effects: known constants and degenerate parameters are held."""
-    target = bench.kernel(effects)
-    known = {name: bench.stroke for name, p in parameters(target).items() if p.known}
-    given = {name: value for name, value in bench.given.items() if name in target.parameters}
-    free = Coordinates.of(target, known | given, bench.force_std)
-    most = {"lugre.sigma0": bench.stiffest, "mass.m": bench.heaviest}
+    target = data.kernel(effects)
+    known = {name: data.stroke for name, p in parameters(target).items() if p.known}
+    given = {name: value for name, value in data.given.items() if name in target.parameters}
+    free = Coordinates.of(target, known | given, data.force_std)
+    most = {"lugre.sigma0": data.stiffest, "mass.m": data.heaviest}
     caps = np.array([most.get(name, np.inf) for name in free.names])
     return replace(free, upper=np.minimum(free.upper, caps))
 
 
-def problem(effects: tuple[str, ...], bench: Bench, scenes: Sequence[Scene]) -> NoiseAware | ImposedFit:
-    """The fit of some effects to some scenes."""
-    way = ImposedFit if bench.imposed else NoiseAware
-    return way(bench.kernel(effects), coordinates(effects, bench), scenes)
+def problem(effects: tuple[str, ...], data: TrialData, grids: Sequence[Grid]) -> NoiseAware | ImposedFit:
+    """The fit of some effects to some grids."""
+    way = ImposedFit if data.imposed else NoiseAware
+    return way(data.kernel(effects), coordinates(effects, data), grids)
 
 
-def extended(here: Kernel, target: Kernel, scene: Scene, path: Array, p: Array) -> Array | None:
+def extended(here: Kernel, target: Kernel, grid: Grid, path: Array, p: Array) -> Array | None:
     """A path of `here` as one of `target`: what `here` does not have runs along it."""
     wide = np.zeros((len(path), len(target.states)))
     wide[:, : len(target.states) - 2] = target.start(path[0, 0], path[0, 1], path[0, -2])
     shared = [target.states.index(name) for name in here.states]
     wide[:, shared] = path
-    run = target.shoot(scene.t, scene.force.u, p, wide, h_max=1e-3, carry=True)
+    run = target.shoot(grid.t, grid.force.u, p, wide, h_max=1e-3, carry=True)
     wide[:, shared] = path
     return None if run.failed is not None or not np.isfinite(wide).all() else wide

@@ -16,7 +16,7 @@ import numpy as np
 from identification.data.experiment import Experiment
 from identification.estimators.noise_aware.estimator import MOST_BETWEEN, SWING
 from identification.estimators.noise_aware.force_noise import swing, with_smooth_force
-from identification.tracing.base import bench_of, first_model, settled, white
+from identification.tracing.base import first_model, settled, trial_data, white
 from identification.tracing.free_runs import as_fit
 from identification.tracing.model import Model, followed
 from identification.tracing.refine import Begun, begun, near, refitted
@@ -40,12 +40,12 @@ def chance(model: Model, refit: Model, effect: str, doubtful: bool) -> float | N
     """The probability that some candidate gains on a twin of a model as much as a refit with an effect gains on the
     recordings, from as few twins as decide it; None where the gain is beyond doubt. doubtful : whatever it is.
     """
-    if model.bench.imposed:
+    if model.data.imposed:
         return None
     if not doubtful and model.estimate.cost - refit.estimate.cost > _clear(model):
         return None
     gain, values = surplus(model, refit, effect), {n: refit.values[n] for n in refit.values if n not in model.values}
-    rng, by_chance, many = np.random.default_rng(0), list[float](), len(model.bench.candidates)
+    rng, by_chance, many = np.random.default_rng(0), list[float](), len(model.data.candidates)
     for left in reversed(range(TWINS)):
         found = _gain_of_a_twin(model, effect, values, rng)
         by_chance += [] if found is None else [max(LEAST, found)]
@@ -71,14 +71,14 @@ def surplus(model: Model, refit: Model, effect: str) -> float:
 
 def _clear(model: Model) -> float:
     """Gain beyond doubt for recordings of such sampling."""
-    spacing = max(s.dt for e in model.bench.recorded[0] for s in e.segments)
+    spacing = max(s.dt for e in model.data.recorded[0] for s in e.segments)
     return CLEAR if swing(model.values) * spacing < SWING * MOST_BETWEEN else CLEAR_UNRESOLVED
 
 
 def _gain_of_a_twin(model: Model, effect: str, values: dict[str, float], rng: np.random.Generator) -> float | None:
     """What an effect gains on one twin of a model; None where the model is not found again at all."""
-    bench = model.bench
-    pairs = zip(bench.recorded, (bench.fitted, bench.held), strict=True)
+    data = model.data
+    pairs = zip(data.recorded, (data.fitted, data.held), strict=True)
     fitted, held = (twin(as_fit(model, with_smooth_force(*pair)), rng) for pair in pairs)
     found = _sought(model, fitted, held)
     if found is None:
@@ -91,14 +91,14 @@ def _gain_of_a_twin(model: Model, effect: str, values: dict[str, float], rng: np
 
 def _sought(model: Model, fitted: list[Experiment], held: list[Experiment]) -> Model | None:
     """The same effects fitted to other recordings: a base model as at first, others from usual values of the base."""
-    given = model.bench.given
+    given = model.data.given
     if model.effects == BASE:
         try:
             return first_model(fitted, held, given)
         except NegativeAnswer:
             return None
-    seen = bench_of(fitted, held, given).resolving(swing(model.values))
-    bench = replace(model.bench, fitted=seen.fitted, held=seen.held, recorded=seen.recorded)
-    ends = followed(replace(model, bench=bench).looks(from_here=False))
-    carried = ends[0].carried(bench) if ends else None
+    seen = trial_data(fitted, held, given).resolving(swing(model.values))
+    data = replace(model.data, fitted=seen.fitted, held=seen.held, recorded=seen.recorded)
+    ends = followed(replace(model, data=data).looks(from_here=False))
+    carried = ends[0].carried(data) if ends else None
     return None if carried is None else settled(carried)

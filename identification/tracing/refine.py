@@ -70,7 +70,7 @@ def _along(model: Model, effect: str, values: Mapping[str, float], beside: float
         left, gain = promised(now.normal)[1], model.estimate.cost - now.cost
         return left < IDLE or gain + left < PROSPECT or gain + AHEAD * left < KEPT * beside
 
-    work = NoiseAware(found.kernel, found.coordinates, found.bench.fitted)
+    work = NoiseAware(found.kernel, found.coordinates, found.data.fitted)
     return replace(found, estimate=lean(work.descend(found.estimate, FINAL, REFIT, max(IDLE, SLOW * beside), vain)))
 
 
@@ -78,8 +78,8 @@ def refitted(model: Model, b: Begun) -> Model | None:
     """The best refit of a candidate to the whole recordings: on chunks a worse end may look better. The one along the
     paths of the model is enough where it gains what chunks promise for the whole.
     """
-    enough = gain_of(model, b.near) * model.bench.in_chunks > b.gain
-    refits = [b.near] if enough else [b.near, *(end.carried(model.bench) for end in b.ends)]
+    enough = gain_of(model, b.near) * model.data.in_chunks > b.gain
+    refits = [b.near] if enough else [b.near, *(end.carried(model.data) for end in b.ends)]
     return min((r for r in refits if r is not None), key=lambda r: r.estimate.cost, default=None)
 
 

@@ -41,7 +41,7 @@ class Quantity:
 
 def quantities(model: Model) -> dict[str, Quantity]:
     """What an engineer would plot the force left over, by name."""
-    parts = [_courses(scene.t, path) for scene, path in zip(model.bench.fitted, model.estimate.paths, strict=True)]
+    parts = [_courses(grid.t, path) for grid, path in zip(model.data.fitted, model.estimate.paths, strict=True)]
     columns = dict(zip(parts[0], (np.concatenate([part[name] for part in parts]) for name in parts[0]), strict=True))
     return {name: Quantity(values, *NEXT[name]) for name, values in columns.items()}
 
@@ -85,7 +85,7 @@ def remainder(found: Tracing) -> Remainder:
     """
     model = found.final.at_held() if found.only_held else found.final
     force = np.concatenate(model.force_left)
-    std = np.concatenate([s.force.std for s in model.bench.fitted])
+    std = np.concatenate([s.force.std for s in model.data.fitted])
     share = float(np.clip((found.after.loss - 1.0) / max(found.before.loss - 1.0, 1e-9), 0.0, 1.0))
     z2, known = (force / std) ** 2, quantities(model)
     del known["direction"]  # two values make no range; the velocity has it too

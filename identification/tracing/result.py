@@ -47,7 +47,7 @@ class Trace:
     @property
     def unit(self) -> str:
         """What is predicted: a position in m, or a force in N."""
-        return "N" if self.tracing.base.bench.imposed else "m"
+        return "N" if self.tracing.base.data.imposed else "m"
 
     @property
     def verdict(self) -> str:
@@ -163,11 +163,11 @@ def trace(
     full name, SI units; hold : the force is held between samples. Raises BadInput and NegativeAnswer as `identify`.
     """
     found = select(recordings, holdout=holdout, given=given, hold=hold)
-    if found.base.bench.imposed:
+    if found.base.data.imposed:
         fitted, held = ([imposed(e) for e in some] for some in (found.experiments, found.held))
     else:
-        fitted = with_smooth_force(found.experiments, found.base.bench.fitted)
-        held = with_smooth_force(found.held, found.base.bench.held)
+        fitted = with_smooth_force(found.experiments, found.base.data.fitted)
+        held = with_smooth_force(found.held, found.base.data.held)
     base = identification_of(found.base, recordings, fitted, held)
     final = base if found.final is found.base else identification_of(found.final, recordings, fitted, held)
     left = None if found.after.white and found.verdict != "unlisted" else remainder(found)
@@ -187,14 +187,14 @@ def _errors(found: Tracing, base: Identification, final: Identification) -> dict
             )
         }  # fmt: skip
     errors["noise_floor_m"] = float(np.sqrt(np.mean([e.noise_position**2 for e in found.experiments])))
-    if found.base.bench.imposed:
-        errors["noise_floor_N"] = float(np.sqrt(np.mean([np.mean(s.force.std**2) for s in found.base.bench.fitted])))
+    if found.base.data.imposed:
+        errors["noise_floor_N"] = float(np.sqrt(np.mean([np.mean(s.force.std**2) for s in found.base.data.fitted])))
     return errors
 
 
 def _error(model: Model, error: dict[str, float] | None, experiments: Sequence[Experiment]) -> dict[str, float] | None:
     """A free-run error; where it is the force's, the position's beside it, with the plain names of the contract."""
-    if not model.bench.imposed or error is None:
+    if not model.data.imposed or error is None:
         return error
     position = position_error(model, experiments)
     return {"rmse_N": error["rmse_N"], "nrmse_N": error.get("nrmse", 0.0)} | position

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.signal import find_peaks
 
 from identification.estimators.least_squares import Normal
-from identification.tracing.model import RESTED, Bench, Model
+from identification.tracing.model import RESTED, Model, TrialData
 from recordings import Array
 from simulator import CATALOGUE, Parameter
 
@@ -51,10 +51,10 @@ class Rhythms:
 
 def screen(base: Model) -> list[Score]:
     """The scores of all candidates that the base does not have, best first."""
-    candidates = [e for e in base.bench.candidates if e not in base.effects]
+    candidates = [e for e in base.data.candidates if e not in base.effects]
     rhythms = rhythms_of(base)
     thin = base.thinned()
-    share = base.bench.samples / thin.bench.samples
+    share = base.data.samples / thin.data.samples
     found = [best(thin, effect, rhythms) for effect in candidates]
     found = [s if s is None else Score(s.effect, s.gain * share, s.values) for s in found]
     return sorted((s for s in found if s is not None), key=lambda s: -s.gain)
@@ -78,16 +78,16 @@ def score(base: Model, effect: str, shape: Mapping[str, float]) -> Score | None:
     A strength that can only grow from zero is also tried at some sizes: a play operator at rest on noise shows
     nothing to first order.
     """
-    found = [_score(base, effect, shape, trial) for trial in ({}, *_trials(effect, base.bench))]
+    found = [_score(base, effect, shape, trial) for trial in ({}, *_trials(effect, base.data))]
     known = [one for one in found if one is not None]
     return max(known, key=lambda one: one.gain) if known else None
 
 
-def _trials(effect: str, bench: Bench) -> list[dict[str, float]]:
+def _trials(effect: str, data: TrialData) -> list[dict[str, float]]:
     """Sizes at which to try the strengths of an effect with memory that can only grow: multiples of the noise for a
     length, shares of the scale otherwise.
     """
-    noise, found = bench.fitted[0].noise_y, list[dict[str, float]]()
+    noise, found = data.fitted[0].noise_y, list[dict[str, float]]()
     for name, p in strengths(effect).items():
         if p.lower == p.neutral and CATALOGUE[effect].memory:
             sizes = (4 * noise, 16 * noise) if p.unit == "m" else (0.1 * p.scale, 0.5 * p.scale)
@@ -149,23 +149,23 @@ def shapes(base: Model, effect: str, rhythms: Rhythms) -> Iterator[dict[str, flo
 
 def _axis(parameter: Parameter, base: Model, rhythms: Rhythms) -> list[float]:
     """Values of one shape parameter, by its unit."""
-    bench = base.bench
+    data = base.data
     if parameter.unit == "Hz":
         return rhythms.frequencies or [parameter.scale]
     if parameter.symbol == "pitch":
         return rhythms.pitches or [parameter.scale]
     if parameter.unit == "m" and not parameter.positive:
-        return [bench.travel[0] + share * bench.stroke for share in PLACES]
+        return [data.travel[0] + share * data.stroke for share in PLACES]
     if parameter.unit == "m" and parameter.symbol == "w":
-        return [share * bench.stroke for share in WIDTHS]
+        return [share * data.stroke for share in WIDTHS]
     return [parameter.scale]
 
 
 def _frequencies(base: Model) -> list[float]:
-    """The strongest frequencies [Hz] in what is left, above three periods of the longest scene."""
+    """The strongest frequencies [Hz] in what is left, above three periods of the longest grid."""
     left = base.force_left
-    longest = max(range(len(left)), key=lambda i: base.bench.fitted[i].t[-1])
-    t = base.bench.fitted[longest].t
+    longest = max(range(len(left)), key=lambda i: base.data.fitted[i].t[-1])
+    t = base.data.fitted[longest].t
     grid = np.linspace(t[0], t[-1], len(t))
     signal = np.interp(grid, t, left[longest])
     power: Array = np.abs(np.fft.rfft((signal - signal.mean()) * np.hanning(len(signal)))) ** 2
@@ -175,9 +175,9 @@ def _frequencies(base: Model) -> list[float]:
 
 def _pitches(base: Model) -> list[float]:
     """The strongest periods [m] of what is left along the travel."""
-    bench = base.bench
+    data = base.data
     bins = 512
-    edges = np.linspace(*bench.travel, bins + 1)
+    edges = np.linspace(*data.travel, bins + 1)
     x = np.concatenate([path[:, 0] for path in base.estimate.paths])
     moving = np.concatenate([np.abs(path[:, 1]) for path in base.estimate.paths]) > 1e-4
     force = np.concatenate(base.force_left)
@@ -186,8 +186,8 @@ def _pitches(base: Model) -> list[float]:
     mean = np.bincount(place, force[moving], minlength=bins) / np.maximum(count, 1)
     mean -= mean[count > 0].mean() if (count > 0).any() else 0.0
     power: Array = np.abs(np.fft.rfft(np.where(count > 0, mean, 0.0) * np.hanning(bins), 4 * bins)) ** 2
-    k = np.asarray(np.fft.rfftfreq(4 * bins, bench.stroke / bins), float)
-    return [1 / f for f in _strongest(k, power, (k > 1.5 / bench.stroke) & (k < 100 / bench.stroke))]
+    k = np.asarray(np.fft.rfftfreq(4 * bins, data.stroke / bins), float)
+    return [1 / f for f in _strongest(k, power, (k > 1.5 / data.stroke) & (k < 100 / data.stroke))]
 
 
 def _strongest(f: Array, power: Array, allowed: NDArray[np.bool_]) -> list[float]:

@@ -29,7 +29,7 @@ Refits = Mapping[str, Model | None]
 
 def looked(model: Model, scores: Sequence[Score]) -> list[Begun]:
     """The candidates that are worth a look, as far as it goes."""
-    close = [] if model.bench.imposed else [s for s in scores[:NEAR] if s.gain > SEEN]
+    close = [] if model.data.imposed else [s for s in scores[:NEAR] if s.gain > SEEN]
     refits, all_of_it = _refits(model, close)
     shown = _shown(model, scores, refits, all_of_it)
     plain = model.sought() if shown else None
@@ -66,7 +66,7 @@ def _shown(model: Model, scores: Sequence[Score], refits: Refits, all_of_it: Mod
     """
     gain = {s.effect: gain_of(model, refits.get(s.effect)) for s in scores}
     promising = [s for i, s in enumerate(scores) if _promises(s, i, scores[0])]
-    left = model.bench.imposed or not white(model)
+    left = model.data.imposed or not white(model)
     if all_of_it is not None:
         most = gain_of(model, all_of_it)
         alike = [s for s in promising if max(s.gain, gain[s.effect]) > KEPT * most]  # a refit may have failed

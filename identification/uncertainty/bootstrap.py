@@ -17,7 +17,7 @@ from scipy.stats import t as student
 from identification.data.experiment import Experiment, Segment
 from identification.data.smoothing import smooth
 from identification.estimators.fit import Fit, fit
-from identification.estimators.noise_aware.estimator import NoiseAware, resolving, scenes
+from identification.estimators.noise_aware.estimator import NoiseAware, grids, resolving
 from identification.estimators.noise_aware.force_noise import swing
 from identification.uncertainty.covariance import Uncertainty, judged_by
 from recordings import Array, BadInput, NegativeAnswer
@@ -113,6 +113,6 @@ def _refitted(found: Fit, experiments: list[Experiment]) -> Array | None:
         again = fit(experiments, effects=found.kernel.effects, given=held, estimator="output-error")
         return again.p if again.outcome.usable else None
     theta = found.estimate.theta
-    seen = resolving(scenes(experiments), swing(c.values(theta)))
+    seen = resolving(grids(experiments), swing(c.values(theta)))
     end = NoiseAware(kernel(found.kernel.effects, "uncertain force"), c, seen).follow(theta)
     return None if end is None else c.p(end.theta)

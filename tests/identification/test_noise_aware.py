@@ -14,8 +14,8 @@ from seeded_valves import changed, recorded
 
 from identification import Fit, Outcome, experiment, fit, identify, uncertainty
 from identification.data.force import estimate_force, loops
-from identification.estimators.noise_aware.estimator import scenes
-from identification.estimators.noise_aware.linearised_model import Scene, first_path
+from identification.estimators.noise_aware.estimator import grids
+from identification.estimators.noise_aware.linearised_model import Grid, first_path
 from identification.estimators.noise_aware.recursions import RUNAWAY
 from recordings import BadInput, Recording
 from simulator import BASE, Excitation, Sensors, kernel, random_valve, simulate
@@ -89,9 +89,9 @@ def test_a_force_at_rest_is_seen_to_rest_between_its_steps():
     assert np.max(np.abs(force.u - true)) < 6 * 1.5  # the steps themselves are followed
 
 
-def scene_of(t: NDArray[np.float64], u: NDArray[np.float64], noise: float) -> Scene:
-    """A scene of which only the force matters."""
-    return Scene(t, t, u, estimate_force(t, u, noise), 1e-6, np.zeros((len(t), 3)))
+def scene_of(t: NDArray[np.float64], u: NDArray[np.float64], noise: float) -> Grid:
+    """A grid of which only the force matters."""
+    return Grid(t, t, u, estimate_force(t, u, noise), 1e-6, np.zeros((len(t), 3)))
 
 
 def test_a_smooth_force_is_known_better_by_more_integrals_and_a_stepped_one_is_left_alone():
@@ -195,7 +195,7 @@ def test_the_whole_identification_says_which_estimator_it_used():
 def test_a_part_of_a_recording_remembers_what_came_before_it():
     hysteresis = kernel((*BASE, "actuator_hysteresis"), "uncertain force")
     p = hysteresis.vector(TRUTH | {"actuator_hysteresis.h": 40.0, "actuator_hysteresis.r": 100.0})
-    [whole] = scenes([experiment(noisy()[0])])
+    [whole] = grids([experiment(noisy()[0])])
     plays = [i for i, name in enumerate(hysteresis.states) if name.startswith("actuator_hysteresis.")]
     path, part = first_path(hysteresis, whole, p), first_path(hysteresis, whole.part(9000, 9500).part(100, 300), p)
     assert path is not None

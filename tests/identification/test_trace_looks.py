@@ -36,6 +36,6 @@ def test_what_gains_enough_along_the_models_paths_is_not_refitted_along_others()
     base = traced("hardening_spring", k3=3e6).tracing.base
     spring = next(s for s in screen(base) if s.effect == "hardening_spring")
     elsewhere, short = near(base, spring), near(base, spring, beside=1e9)
-    promised = gain_of(base, short) * base.bench.in_chunks
+    promised = gain_of(base, short) * base.data.in_chunks
     assert refitted(base, Begun(spring, (elsewhere,), 0.9 * promised, near=short)) is short
     assert gain_of(base, refitted(base, Begun(spring, (elsewhere,), 1.1 * promised, near=short))) > gain_of(base, short)

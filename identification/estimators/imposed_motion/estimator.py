@@ -18,7 +18,7 @@ from identification.data.force import Force
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.least_squares import Normal, descend, weighted
 from identification.estimators.noise_aware.estimator import OUTLIER, Estimate, prior
-from identification.estimators.noise_aware.linearised_model import Linearised, Looseness, Scene
+from identification.estimators.noise_aware.linearised_model import Grid, Linearised, PathFreedom
 from recordings import Array
 from simulator import CATALOGUE, Kernel, Site, shows_imposed
 
@@ -31,7 +31,7 @@ FREE = float(np.log(10.0))
 
 
 @dataclass(frozen=True, kw_only=True)
-class ImposedScene(Scene):
+class ImposedGrid(Grid):
     """A segment with its motion imposed. driven (n, 4) : x, v, a and load; counts (n,) : the samples that are judged;
     force : as recorded, its std that of what a complete model leaves.
     """
@@ -40,8 +40,8 @@ class ImposedScene(Scene):
     counts: NDArray[np.bool_]
 
     @classmethod
-    def seen(cls, s: Segment, e: Experiment, std: float) -> ImposedScene:
-        """The scene of a segment."""
+    def seen(cls, s: Segment, e: Experiment, std: float) -> ImposedGrid:
+        """The grid of a segment."""
         n, m = len(s.t), s.motion
         force = Force(s.u, np.zeros(n), np.full(n, std), np.zeros(n - 1), e.noise_force, 0.0)
         far = np.abs(m.x - m.x[0]) > BEGINNING * np.ptp(m.x)
@@ -51,12 +51,12 @@ class ImposedScene(Scene):
         return cls(s.t, s.y, s.u, force, e.noise_position, motion, driven=driven, counts=counts)
 
 
-def imposed_scenes(experiments: Sequence[Experiment], kernel: Kernel, p: Array) -> list[Scene]:
-    """The scenes of experiments; what a complete model leaves is the noise of the force, and what the noise of the
+def imposed_grids(experiments: Sequence[Experiment], kernel: Kernel, p: Array) -> list[Grid]:
+    """The grids of experiments; what a complete model leaves is the noise of the force, and what the noise of the
     position does to the force that a model with parameters p predicts.
     """
     return [
-        ImposedScene.seen(s, e, std)
+        ImposedGrid.seen(s, e, std)
         for e, stds in ((imposed(e), _left_by_noise(e, kernel, p)) for e in experiments)
         for s, std in zip(e.segments, stds, strict=True)
     ]
@@ -87,67 +87,67 @@ def _left_by_noise(e: Experiment, kernel: Kernel, p: Array) -> list[float]:
 
 
 def _predictions(e: Experiment, kernel: Kernel, p: Array) -> list[Array]:
-    scenes = [ImposedScene.seen(s, e, 1.0) for s in e.segments]
-    return [kernel.run(s.t, s.driven, p, _start(kernel, s)).outputs[:, 0] for s in scenes]
+    grids = [ImposedGrid.seen(s, e, 1.0) for s in e.segments]
+    return [kernel.run(s.t, s.driven, p, _start(kernel, s)).outputs[:, 0] for s in grids]
 
 
-def _start(kernel: Kernel, scene: ImposedScene) -> Array:
-    return kernel.start(scene.driven[0, 0], 0.0, scene.driven[0, 3])
+def _start(kernel: Kernel, grid: ImposedGrid) -> Array:
+    return kernel.start(grid.driven[0, 0], 0.0, grid.driven[0, 3])
 
 
 class ImposedFit:
-    """The fit of one motion-driven kernel to some scenes, by squares of the force."""
+    """The fit of one motion-driven kernel to some grids, by squares of the force."""
 
-    def __init__(self, kernel: Kernel, coordinates: Coordinates, scenes: Sequence[Scene]) -> None:
+    def __init__(self, kernel: Kernel, coordinates: Coordinates, grids: Sequence[Grid]) -> None:
         self.kernel, self.coordinates = kernel, coordinates
-        self.scenes = tuple(scene for scene in scenes if isinstance(scene, ImposedScene))
+        self.grids = tuple(grid for grid in grids if isinstance(grid, ImposedGrid))
         self.names = coordinates.free_names
 
-    def start(self, theta: Array, loose: Looseness, *, steps: int = 0) -> Estimate | None:
+    def start(self, theta: Array, freedom: PathFreedom, *, steps: int = 0) -> Estimate | None:
         """The estimate at fixed parameters. None where the model diverges."""
-        return self.at(theta, (), loose, steps=steps)
+        return self.at(theta, (), freedom, steps=steps)
 
-    def at(self, theta: Array, paths: Sequence[Array], loose: Looseness, *, steps: int = 0) -> Estimate | None:
+    def at(self, theta: Array, paths: Sequence[Array], freedom: PathFreedom, *, steps: int = 0) -> Estimate | None:
         """The same: there are no paths to be found."""
         p = self.coordinates.p(theta)
-        found = [self._line(scene, p) for scene in self.scenes]
+        found = [self._line(grid, p) for grid in self.grids]
         pairs = [pair for pair in found if pair is not None]
         return self._judged(theta, pairs) if len(pairs) == len(found) else None
 
-    def descend(self, now: Estimate, loose: Looseness, steps: int, worth: float = 0.0) -> Estimate:
+    def descend(self, now: Estimate, freedom: PathFreedom, steps: int, worth: float = 0.0) -> Estimate:
         """At most so many damped Gauss-Newton steps."""
         hold = np.full(len(now.theta), max(now.loss, 1.0) / FREE**2)
 
         def evaluate(theta: Array) -> Normal | None:
-            found = self.at(theta, (), loose)
+            found = self.at(theta, (), freedom)
             return None if found is None else found.normal.with_prior(theta, now.theta, hold)
 
         end = descend(evaluate, now.theta, iterations=steps, tolerance=1e-4, longest=0.5)
-        found = None if end is None else self.at(end.theta, (), loose)
+        found = None if end is None else self.at(end.theta, (), freedom)
         return now if end is None or found is None else replace(found, settled=end.settled)
 
     def follow(
-        self, theta: Array, paths: Sequence[Array] | None = None, stages: Sequence[tuple[Looseness, int]] = (),
+        self, theta: Array, paths: Sequence[Array] | None = None, stages: Sequence[tuple[PathFreedom, int]] = (),
         worth: float = 0.0,
     ) -> Estimate | None:  # fmt: skip
         """All stages from a start; None where the model diverges."""
         now: Estimate | None = None
-        for loose, steps in stages:
-            now = self.start(theta, loose) if now is None else now
+        for freedom, steps in stages:
+            now = self.start(theta, freedom) if now is None else now
             if now is None:
                 return None
-            now = self.descend(now, loose, steps)
+            now = self.descend(now, freedom, steps)
         return now
 
-    def _line(self, scene: ImposedScene, p: Array) -> tuple[Array, Linearised] | None:
-        run = self.kernel.run(scene.t, scene.driven, p, _start(self.kernel, scene), sensitivities=True)
+    def _line(self, grid: ImposedGrid, p: Array) -> tuple[Array, Linearised] | None:
+        run = self.kernel.run(grid.t, grid.driven, p, _start(self.kernel, grid), sensitivities=True)
         if run.failed is not None or run.jacobian is None:
             return None
-        predicted, nothing = run.outputs[:, 0], np.zeros(len(scene.t))
+        predicted, nothing = run.outputs[:, 0], np.zeros(len(grid.t))
         by = run.jacobian[:, 0, : len(p)][:, self.coordinates.free] * self.coordinates.slope(p)
-        innovations = np.column_stack([np.where(scene.counts, scene.u - predicted, 0.0), nothing])
-        variances = np.column_stack([np.where(scene.counts, scene.force.std**2, np.inf), nothing + np.inf])
-        path = np.column_stack([scene.motion[:, 0], scene.motion[:, 1], predicted, nothing])
+        innovations = np.column_stack([np.where(grid.counts, grid.u - predicted, 0.0), nothing])
+        variances = np.column_stack([np.where(grid.counts, grid.force.std**2, np.inf), nothing + np.inf])
+        path = np.column_stack([grid.motion[:, 0], grid.motion[:, 1], predicted, nothing])
         line = Linearised(
             innovations, variances, np.stack([-by, np.zeros_like(by)], axis=1), (innovations, variances), ()
         )

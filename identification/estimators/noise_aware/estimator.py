@@ -19,7 +19,7 @@ import numpy as np
 from identification.data.experiment import Experiment
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.least_squares import Normal, move, weighted
-from identification.estimators.noise_aware.linearised_model import Linearised, Looseness, Scene, first_path, linearise
+from identification.estimators.noise_aware.linearised_model import Grid, Linearised, PathFreedom, first_path, linearise
 from recordings import Array
 from simulator import Kernel
 
@@ -48,16 +48,16 @@ OUTLIER = 4.0
 """Sigmas from which an innovation is an outlier."""
 
 STAGES = (
-    (Looseness(1.0, 1e-5, 0.05, 5e-4), 10),
-    (Looseness(1.0, 1e-5, 0.02, 2.5e-4), 8),
+    (PathFreedom(1.0, 1e-5, 0.05, 5e-4), 10),
+    (PathFreedom(1.0, 1e-5, 0.02, 2.5e-4), 8),
 )
-"""Looseness and number of steps of the last stages, on whole recordings."""
-SPARSE_STAGES = ((Looseness(1.0, 1e-4, 0.1, 5e-4), 5), *STAGES)
+"""PathFreedom and number of steps of the last stages, on whole recordings."""
+SPARSE_STAGES = ((PathFreedom(1.0, 1e-4, 0.1, 5e-4), 5), *STAGES)
 """The same where positions are rare."""
-STRICT = Looseness(1.0, 1e-5, 0.0, 2.5e-4, share=1.0)
+STRICT = PathFreedom(1.0, 1e-5, 0.0, 2.5e-4, share=1.0)
 STRICT_STEPS = 3
-"""Looseness and number of steps of the path by which ends of fits are judged."""
-Stages = Sequence[tuple[Looseness, int]]
+"""PathFreedom and number of steps of the path by which ends of fits are judged."""
+Stages = Sequence[tuple[PathFreedom, int]]
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ PRIORS = (
 
 @dataclass(frozen=True)
 class Estimate:
-    """A step's outcome. theta (m,); paths and linearised, one per scene; normal : equations of the innovations with
+    """A step's outcome. theta (m,); paths and linearised, one per grid; normal : equations of the innovations with
     the priors; cost : robust loss plus log variances; loss : mean loss of a position innovation, 1 when all is right;
     outliers : share of those beyond `OUTLIER` sigmas; tuning : of the loss, inf for squares.
     """
@@ -107,49 +107,49 @@ class Estimate:
 
 
 class NoiseAware:
-    """The fit of one kernel (of an uncertain force) to some scenes, with what is free given by coordinates."""
+    """The fit of one kernel (of an uncertain force) to some grids, with what is free given by coordinates."""
 
-    def __init__(self, kernel: Kernel, coordinates: Coordinates, scenes: Sequence[Scene]) -> None:
-        self.kernel, self.coordinates, self.scenes = kernel, coordinates, tuple(scenes)
+    def __init__(self, kernel: Kernel, coordinates: Coordinates, grids: Sequence[Grid]) -> None:
+        self.kernel, self.coordinates, self.grids = kernel, coordinates, tuple(grids)
         self.names = coordinates.free_names
-        self.positions = sum(int(np.isfinite(s.y).sum()) for s in scenes)
-        self.dense = self.positions > DENSE * sum(float(s.t[-1] - s.t[0]) for s in scenes)
+        self.positions = sum(int(np.isfinite(s.y).sum()) for s in grids)
+        self.dense = self.positions > DENSE * sum(float(s.t[-1] - s.t[0]) for s in grids)
 
-    def line(self, scene: Scene, p: Array, path: Array, loose: Looseness) -> Linearised | None:
-        """A scene filtered along a path at parameters p; None where the model has no solution."""
-        return linearise(self.kernel, self.coordinates, scene, p, path, loose)
+    def line(self, grid: Grid, p: Array, path: Array, freedom: PathFreedom) -> Linearised | None:
+        """A grid filtered along a path at parameters p; None where the model has no solution."""
+        return linearise(self.kernel, self.coordinates, grid, p, path, freedom)
 
     def toward(self, line: Linearised, move: Array) -> Array:
         """The way (n, n_states) from a path to the one about which it is linearised next."""
         return line.correction(move)
 
-    def start(self, theta: Array, loose: Looseness, *, steps: int = 3) -> Estimate | None:
+    def start(self, theta: Array, freedom: PathFreedom, *, steps: int = 3) -> Estimate | None:
         """The estimate at fixed parameters, from paths along the smoothed motion. None where the model diverges."""
         p = self.coordinates.p(theta)
-        paths = self._each(lambda i: first_path(self.kernel, self.scenes[i], p))
+        paths = self._each(lambda i: first_path(self.kernel, self.grids[i], p))
         known = [path for path in paths if path is not None]
-        return self.at(theta, known, loose, steps=steps) if len(known) == len(paths) else None
+        return self.at(theta, known, freedom, steps=steps) if len(known) == len(paths) else None
 
-    def at(self, theta: Array, paths: Sequence[Array], loose: Looseness, *, steps: int = 1) -> Estimate | None:
+    def at(self, theta: Array, paths: Sequence[Array], freedom: PathFreedom, *, steps: int = 1) -> Estimate | None:
         """The estimate at fixed parameters after some steps of the paths."""
         p, still = self.coordinates.p(theta), np.zeros(len(theta))
 
         def one(i: int) -> tuple[Array, Linearised] | None:
             path = paths[i]
             for left in range(steps, -1, -1):
-                line = self.line(self.scenes[i], p, path, loose)
+                line = self.line(self.grids[i], p, path, freedom)
                 if line is None or not left:
                     break
-                path = path + loose.share * self.toward(line, still)
+                path = path + freedom.share * self.toward(line, still)
             return None if line is None else (path, line)
 
         found = [f for f in self._each(one) if f is not None]
-        if len(found) < len(self.scenes):
+        if len(found) < len(self.grids):
             return None
         return self._judged(theta, tuple(f[0] for f in found), tuple(f[1] for f in found))
 
     def descend(
-        self, now: Estimate, loose: Looseness, steps: int, worth: float = 0.0,
+        self, now: Estimate, freedom: PathFreedom, steps: int, worth: float = 0.0,
         vain: Callable[[Estimate], bool] | None = None,
     ) -> Estimate:  # fmt: skip
         """Gauss-Newton steps with adaptive damping; a step that raises the cost is taken back. worth : fall of the cost
@@ -167,14 +167,14 @@ class NoiseAware:
             held = replace(now.normal, matrix=now.normal.matrix + HOLD * np.eye(len(now.theta)))
             step = np.clip(move(held, damping), -LONGEST, LONGEST)
             trial = self._rested(
-                self.at(now.theta + step, self._moved(now, step, loose.share), loose, steps=0), now.cost, loose
+                self.at(now.theta + step, self._moved(now, step, freedom.share), freedom, steps=0), now.cost, freedom
             )
             small = bool(np.max(np.abs(step) / self._sigmas(now)) < SETTLED)
             if trial is not None and trial.cost < now.cost + 1.0:
                 settled = small and now.cost - trial.cost < 1.0
                 now, damping, failures = trial, max(damping / 5, 1e-9), 0
             elif failures == 0:
-                now = self.at(now.theta, now.paths, loose, steps=RELAXED) or now
+                now = self.at(now.theta, now.paths, freedom, steps=RELAXED) or now
                 damping, failures = max(5 * damping, 1e-3), 1
             else:
                 damping, failures = max(20 * damping, 1e-3), failures + 1
@@ -184,13 +184,13 @@ class NoiseAware:
                 break
         return replace(now, settled=settled)
 
-    def _rested(self, trial: Estimate | None, below: float, loose: Looseness) -> Estimate | None:
+    def _rested(self, trial: Estimate | None, below: float, freedom: PathFreedom) -> Estimate | None:
         """The trial after as many steps of its paths as it needs to cost less, within reason."""
         for _ in range(RESTING if self.dense else 0):
             if trial is None or trial.cost < below:
                 break
             still = np.zeros(len(trial.theta))
-            trial = self.at(trial.theta, self._moved(trial, still, loose.share), loose, steps=0)
+            trial = self.at(trial.theta, self._moved(trial, still, freedom.share), freedom, steps=0)
         return trial
 
     def follow(
@@ -201,13 +201,13 @@ class NoiseAware:
         """
         now: Estimate | None = None
         stages = stages or (STAGES if self.dense else SPARSE_STAGES)
-        for loose, steps in stages:
+        for freedom, steps in stages:
             if now is not None:
                 theta, paths = now.theta, now.paths
-            begun = self.start(theta, loose) if paths is None else self.at(theta, paths, loose, steps=4)
+            begun = self.start(theta, freedom) if paths is None else self.at(theta, paths, freedom, steps=4)
             if begun is None:
                 return now
-            now = self.descend(begun, loose, steps, worth)
+            now = self.descend(begun, freedom, steps, worth)
         return now
 
     def strict(self, now: Estimate) -> Estimate | None:
@@ -247,10 +247,10 @@ class NoiseAware:
         return Estimate(theta, paths, lines, total, total.cost + cost, loss / seen_y / UNIT_LOSS, far / seen_y)
 
     def _each(self, task: Callable[[int], T]) -> list[T]:
-        if len(self.scenes) == 1:
+        if len(self.grids) == 1:
             return [task(0)]
         with ThreadPoolExecutor(WORKERS) as pool:
-            return list(pool.map(task, range(len(self.scenes))))
+            return list(pool.map(task, range(len(self.grids))))
 
 
 def lean(estimate: Estimate) -> Estimate:
@@ -281,22 +281,22 @@ def cauchy(r: Array, tuning: float = TUNING) -> Array:
     return np.asarray(r**2 if np.isinf(tuning) else tuning**2 * np.log1p((r / tuning) ** 2), float)
 
 
-def scenes(experiments: Sequence[Experiment]) -> list[Scene]:
-    """The scenes of all segments."""
+def grids(experiments: Sequence[Experiment]) -> list[Grid]:
+    """The grids of all segments."""
     pairs = [(s, e) for e in experiments for s in e.segments]
     with ThreadPoolExecutor(WORKERS) as pool:
-        return list(pool.map(lambda pair: Scene.of(pair[0], pair[1].noise_position, pair[1].noise_force), pairs))
+        return list(pool.map(lambda pair: Grid.of(pair[0], pair[1].noise_position, pair[1].noise_force), pairs))
 
 
-def resolving(seen: Sequence[Scene], omega: float) -> list[Scene]:
+def resolving(seen: Sequence[Grid], omega: float) -> list[Grid]:
     """Scenes with nodes close enough for a swing of omega [rad/s], within reason.
 
     Between nodes a break-away is linearised as a whole: where the mass swings on its bristles by more than a radian in
     that time, paths do not settle.
     """
 
-    def between(scene: Scene) -> int:
-        spacing = float(np.median(np.diff(scene.t)))
+    def between(grid: Grid) -> int:
+        spacing = float(np.median(np.diff(grid.t)))
         return int(np.clip(np.ceil(omega * spacing / SWING), 1, MOST_BETWEEN))
 
-    return [scene.divided(between(scene)) for scene in seen]
+    return [grid.divided(between(grid)) for grid in seen]

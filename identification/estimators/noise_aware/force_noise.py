@@ -9,8 +9,8 @@ import numpy as np
 
 from identification.data.experiment import Experiment
 from identification.estimators.coordinates import Coordinates
-from identification.estimators.noise_aware.estimator import Estimate, NoiseAware, resolving, scenes
-from identification.estimators.noise_aware.linearised_model import Scene
+from identification.estimators.noise_aware.estimator import Estimate, NoiseAware, grids, resolving
+from identification.estimators.noise_aware.linearised_model import Grid
 from identification.estimators.noise_aware.search import UNEXPLAINED, fit_noise_aware, on_chunks, sought
 from identification.estimators.output_error.basin_search import shaken
 from identification.estimators.output_error.homotopy import Homotopy, Path
@@ -23,7 +23,7 @@ MATTERS = 3e-4
 """Noise of the force, as a share of Coulomb friction, from which it is not neglected. Noise shakes the simulated
 bristle by its share of the break-away deflection in every sample, and 0.2 % of it spoils break-away force by 30 %."""
 WAYS_LOOSE = 3
-"""Ways that are gone with loose paths for a start of free runs, at most."""
+"""Ways that are gone with freedom paths for a start of free runs, at most."""
 RESOLVED = 1.0
 """`turn` up to which the sampling resolves break-away where the force is noisy."""
 FREE_STEP = 2.5e-4
@@ -46,20 +46,20 @@ def force_noise_matters(experiments: Sequence[Experiment]) -> bool:
     return guess is not None and noise > MATTERS * abs(guess["fc"])
 
 
-def with_smooth_force(experiments: Sequence[Experiment], seen: Sequence[Scene] | None = None) -> list[Experiment]:
-    """The experiments with their force smoothed; seen : their scenes, where they are at hand."""
-    left = iter(scenes(experiments) if seen is None else seen)
+def with_smooth_force(experiments: Sequence[Experiment], seen: Sequence[Grid] | None = None) -> list[Experiment]:
+    """The experiments with their force smoothed; seen : their grids, where they are at hand."""
+    left = iter(grids(experiments) if seen is None else seen)
     found = []
     for e in experiments:
         pairs = [(s, next(left)) for s in e.segments]
-        smooth = [replace(s, u=np.interp(s.t, scene.t, scene.free_force)) for s, scene in pairs]
+        smooth = [replace(s, u=np.interp(s.t, grid.t, grid.free_force)) for s, grid in pairs]
         found.append(e.with_segments(tuple(smooth)))
     return found
 
 
 def fit_uncertain(valve: Kernel, coordinates: Coordinates, experiments: Sequence[Experiment]) -> NoiseAwareFit | None:
     """Fit without start values; None where no start leads anywhere."""
-    seen = scenes(experiments)
+    seen = grids(experiments)
     smooth = with_smooth_force(experiments, seen)
     found = first_values(valve, coordinates, smooth)
     if not found:
@@ -88,7 +88,7 @@ def loose_start(valve: Kernel, coordinates: Coordinates, experiments: Sequence[E
     found = first_values(valve, coordinates, experiments)
     if not found:
         return None
-    seen = resolving(scenes(experiments), quickest(coordinates, found))
+    seen = resolving(grids(experiments), quickest(coordinates, found))
     whole = NoiseAware(kernel(valve.effects, "uncertain force"), coordinates, seen)
     end = sought(on_chunks(whole), *found, most=WAYS_LOOSE)
     return None if end is None or end.loss > UNEXPLAINED else end.theta
@@ -109,10 +109,8 @@ def quickest(coordinates: Coordinates, starts: Sequence[Array]) -> float:
     return max(swing(coordinates.values(theta)) for theta in starts)
 
 
-def estimated(
-    valve: Kernel, coordinates: Coordinates, found: Sequence[Array], seen: Sequence[Scene]
-) -> Estimate | None:
-    """Parameters and paths of scenes from one start or several, the best first; None where none leads anywhere."""
+def estimated(valve: Kernel, coordinates: Coordinates, found: Sequence[Array], seen: Sequence[Grid]) -> Estimate | None:
+    """Parameters and paths of grids from one start or several, the best first; None where none leads anywhere."""
     return fit_noise_aware(NoiseAware(kernel(valve.effects, "uncertain force"), coordinates, seen), *found)
 
 

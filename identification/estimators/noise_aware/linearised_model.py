@@ -34,7 +34,7 @@ UNKNOWN = 0.3
 
 
 @dataclass(frozen=True)
-class Scene:
+class Grid:
     """A segment on the nodes of its path. t (n,) [s]; y (n,) [m] and u (n,) [N] measured, NaN at nodes between
     samples; force : what the recording alone says of it; noise_y [m]; motion (n, 3): smoothed x [m] and v [m/s], and v
     behind a dead zone at the level of the noise; lead : of a part, what comes before it, up to its first node.
@@ -46,16 +46,16 @@ class Scene:
     force: Force
     noise_y: float
     motion: Array
-    lead: Scene | None = None
+    lead: Grid | None = None
 
     @classmethod
-    def of(cls, segment: Segment, noise_y: float, noise_u: float) -> Scene:
-        """The scene of a segment with the noise of its channels, standard deviations."""
+    def of(cls, segment: Segment, noise_y: float, noise_u: float) -> Grid:
+        """The grid of a segment with the noise of its channels, standard deviations."""
         force = estimate_force(segment.t, segment.u, noise_u)
         y = np.where(segment.seen, segment.y, np.nan)
         motion = np.column_stack([segment.motion.x, segment.motion.v, segment.motion.crept])
-        scene = cls(np.ascontiguousarray(segment.t), y, segment.u, force, noise_y, motion)
-        return scene.divided(int(np.ceil(segment.dt / WIDEST_NODES - 1e-9)))
+        grid = cls(np.ascontiguousarray(segment.t), y, segment.u, force, noise_y, motion)
+        return grid.divided(int(np.ceil(segment.dt / WIDEST_NODES - 1e-9)))
 
     @functools.cached_property
     def free_force(self) -> Array:
@@ -64,16 +64,16 @@ class Scene:
         found = smoother(self.t[seen], self.u[seen], self.force)
         return self.force.u if found is None else np.interp(self.t, self.t[seen], found)
 
-    def part(self, first: int, last: int) -> Scene:
+    def part(self, first: int, last: int) -> Grid:
         """The nodes [first, last)."""
         f, s = self.force, slice(first, last)
         force = Force(f.u[s], f.slope[s], f.std[s], f.intensity[first : last - 1], f.noise, f.likelihood)
         t, motion = np.ascontiguousarray(self.t[s]), np.ascontiguousarray(self.motion[s])
         lead = self.part(0, first + 1) if first else self.lead
-        return Scene(t, self.y[s], self.u[s], force, self.noise_y, motion, lead)
+        return Grid(t, self.y[s], self.u[s], force, self.noise_y, motion, lead)
 
-    def divided(self, between: int) -> Scene:
-        """The same scene with every interval divided in so many."""
+    def divided(self, between: int) -> Grid:
+        """The same grid with every interval divided in so many."""
         if between <= 1:
             return self
         n = len(self.t)
@@ -90,11 +90,11 @@ class Scene:
             intensity=np.repeat(f.intensity, between),
         )  # fmt: skip
         motion = np.column_stack([np.interp(t, self.t, column) for column in self.motion.T])
-        return Scene(t, spread(self.y), spread(self.u), force, self.noise_y, motion, self.lead)
+        return Grid(t, spread(self.y), spread(self.u), force, self.noise_y, motion, self.lead)
 
 
 @dataclass(frozen=True)
-class Looseness:
+class PathFreedom:
     """How much freedom the path has beside what the model says. force : factor on the standard deviations of the force;
     bristle : noise of the memory per interval, as a share of the break-away deflection fc/sigma0; curvature : share of
     an interval's present misfit that counts as its error of linearisation; h_max [s] largest sub-step; share : of the
@@ -132,45 +132,45 @@ class Linearised:
         return out
 
 
-def first_path(kernel: Kernel, scene: Scene, p: Array, h_max: float = 1e-3) -> Array | None:
+def first_path(kernel: Kernel, grid: Grid, p: Array, h_max: float = 1e-3) -> Array | None:
     """A path (n, n_states) along the smoothed motion and force, on which the memory of the effects has run along: that
     of a part since before it began, for plays remember turns that are long past.
     """
     value = dict(zip(kernel.parameters, p, strict=True))
-    start = kernel.start(scene.motion[0, 0], 0.0, scene.force.u[0])
-    path = np.zeros((len(scene.t), len(kernel.states)))
+    start = kernel.start(grid.motion[0, 0], 0.0, grid.force.u[0])
+    path = np.zeros((len(grid.t), len(kernel.states)))
     path[:, : len(start)] = start
     path[:, 0], path[:, 1] = (
-        scene.motion[:, 0],
-        scene.motion[:, 2],
+        grid.motion[:, 0],
+        grid.motion[:, 2],
     )  # noise on v would relax the bristle, and linearise rest as motion
-    path[:, -2], path[:, -1] = scene.force.u, scene.force.slope
+    path[:, -2], path[:, -1] = grid.force.u, grid.force.slope
     deflection = value["lugre.fc"] / value["lugre.sigma0"]
-    left = scene.force.u[0] - value["spring.K"] * path[0, 0] - value["spring.F0"]
+    left = grid.force.u[0] - value["spring.K"] * path[0, 0] - value["spring.F0"]
     path[0, kernel.states.index("lugre.z")] = np.clip(left / value["lugre.sigma0"], -deflection, deflection)
-    before = None if scene.lead is None else first_path(kernel, scene.lead, p, h_max)
+    before = None if grid.lead is None else first_path(kernel, grid.lead, p, h_max)
     if before is not None:
         path[0, 2:-2] = before[-1, 2:-2]
-    run = kernel.shoot(scene.t, scene.force.u, p, path, h_max=h_max, carry=True)
+    run = kernel.shoot(grid.t, grid.force.u, p, path, h_max=h_max, carry=True)
     return None if run.failed is not None or not np.isfinite(path).all() else path
 
 
 def linearise(
-    kernel: Kernel, coordinates: Coordinates, scene: Scene, p: Array, path: Array, loose: Looseness
+    kernel: Kernel, coordinates: Coordinates, grid: Grid, p: Array, path: Array, freedom: PathFreedom
 ) -> Linearised | None:
-    """Filter a scene along a path at parameters p; None where the model has no solution."""
-    model = _Model.of(kernel, coordinates, scene, p, path, loose.h_max)
-    first = _first_variances(kernel, scene, p, loose, path)
-    line = None if model is None else _filtered(kernel, scene, p, loose, model, first)
-    if model is None or line is None or not loose.honest or loose.curvature == 0.0:
+    """Filter a grid along a path at parameters p; None where the model has no solution."""
+    model = _Model.of(kernel, coordinates, grid, p, path, freedom.h_max)
+    first = _first_variances(kernel, grid, p, freedom, path)
+    line = None if model is None else _filtered(kernel, grid, p, freedom, model, first)
+    if model is None or line is None or not freedom.honest or freedom.curvature == 0.0:
         return line
-    plain = _filtered(kernel, scene, p, replace(loose, curvature=0.0), model.without_parameters(), first)
+    plain = _filtered(kernel, grid, p, replace(freedom, curvature=0.0), model.without_parameters(), first)
     return None if plain is None else replace(line, judged=plain.judged)
 
 
 @dataclass(frozen=True)
 class _Model:
-    """The affine model of a scene along a path. E (n, 2): measured less predicted; H (n, 2, s), D (n, 2, m):
+    """The affine model of a grid along a path. E (n, 2): measured less predicted; H (n, 2, s), D (n, 2, m):
     derivatives of the predicted by state and coordinates; F (n - 1, s, s), G (n - 1, s, m): of the intervals; jump
     (n - 1, s): where an interval ends less where the next one starts.
     """
@@ -184,13 +184,13 @@ class _Model:
 
     @classmethod
     def of(
-        cls, kernel: Kernel, coordinates: Coordinates, scene: Scene, p: Array, path: Array, h_max: float
+        cls, kernel: Kernel, coordinates: Coordinates, grid: Grid, p: Array, path: Array, h_max: float
     ) -> _Model | None:
-        shots = kernel.shoot(scene.t, scene.force.u, p, path, h_max=h_max)
+        shots = kernel.shoot(grid.t, grid.force.u, p, path, h_max=h_max)
         if shots.failed is not None:
             return None
-        n, s, q, slope = len(scene.t), path.shape[1], len(p), coordinates.slope(p)
-        E = np.column_stack([scene.y - shots.outputs[:, 0], scene.u - path[:, -2]])
+        n, s, q, slope = len(grid.t), path.shape[1], len(p), coordinates.slope(p)
+        E = np.column_stack([grid.y - shots.outputs[:, 0], grid.u - path[:, -2]])
         H, D = np.zeros((n, 2, s)), np.zeros((n, 2, len(slope)))
         H[:, 0], H[:, 1, -2] = shots.outputs_by[:, 0, q:], 1.0
         D[:, 0] = _columns(shots.outputs_by[:, 0, :q], coordinates.free) * slope
@@ -213,16 +213,16 @@ def _columns(values: Array, chosen: NDArray[np.bool_]) -> Array:
 
 
 def _filtered(
-    kernel: Kernel, scene: Scene, p: Array, loose: Looseness, model: _Model, first: Array
+    kernel: Kernel, grid: Grid, p: Array, freedom: PathFreedom, model: _Model, first: Array
 ) -> Linearised | None:
     n, _, s = model.H.shape
     m = model.D.shape[2]
-    noise = np.array([scene.noise_y, loose.force * scene.force.noise])
+    noise = np.array([grid.noise_y, freedom.force * grid.force.noise])
     R = np.where(np.isfinite(model.E), noise**2, np.inf)
     A, P, S = np.zeros((n, s)), np.zeros((n, s, s)), np.zeros((n, s, m))
     P[0] = np.diag(first)
     V, J, K = np.empty((n, 3)), np.empty((n, 3, m)), np.empty((n, 3, s))
-    E, Q = np.zeros((n, 3)), _noise(kernel, scene, p, loose, model.jump)
+    E, Q = np.zeros((n, 3)), _noise(kernel, grid, p, freedom, model.jump)
     E[:, :2] = np.nan_to_num(model.E)
     loops().filtered(E, model.H, model.D, model.F, model.G, model.jump, Q, R, A, P, S, V, J, K)
     if not (V > 0).all() or not np.isfinite(E).all() or not np.isfinite(J).all():
@@ -238,7 +238,7 @@ def _memory_std(kernel: Kernel, p: Array, share: float) -> Array:
     return np.array([share * (deflection if m.unit == "m" else 1.0) for m in kernel.layout.memory])
 
 
-def _first_variances(kernel: Kernel, scene: Scene, p: Array, loose: Looseness, path: Array) -> Array:
+def _first_variances(kernel: Kernel, grid: Grid, p: Array, freedom: PathFreedom, path: Array) -> Array:
     """Variances (s,) of the first state. Memory that starts at the position or force is as far from it, for all that is
     known, as a part of how far it is along the path: a play may begin anywhere within its gap.
     """
@@ -246,20 +246,20 @@ def _first_variances(kernel: Kernel, scene: Scene, p: Array, loose: Looseness, p
     for i, m in enumerate(kernel.layout.memory):
         if m.at_position or m.at_force:
             apart = path[:, 2 + i] - path[:, 0 if m.at_position else -2]
-            noise = scene.noise_y if m.at_position else scene.force.noise
+            noise = grid.noise_y if m.at_position else grid.force.noise
             memory[i] = noise**2 + UNKNOWN**2 * float(np.mean(apart**2))
-    force = 4 * (loose.force * scene.force.noise) ** 2
-    return np.array([4 * scene.noise_y**2, FIRST_V**2, *memory, force, FIRST_SLOPE**2])
+    force = 4 * (freedom.force * grid.force.noise) ** 2
+    return np.array([4 * grid.noise_y**2, FIRST_V**2, *memory, force, FIRST_SLOPE**2])
 
 
-def _noise(kernel: Kernel, scene: Scene, p: Array, loose: Looseness, jump: Array) -> Array:
+def _noise(kernel: Kernel, grid: Grid, p: Array, freedom: PathFreedom, jump: Array) -> Array:
     """Covariances (n - 1, s, s) of what happens in the intervals beside the model."""
-    s, dt = jump.shape[1], np.diff(scene.t)
-    base = np.array([NOISE_X, NOISE_V, *_memory_std(kernel, p, loose.bristle)]) ** 2
+    s, dt = jump.shape[1], np.diff(grid.t)
+    base = np.array([NOISE_X, NOISE_V, *_memory_std(kernel, p, freedom.bristle)]) ** 2
     Q = np.zeros((len(dt), s, s))
     index = np.arange(s - 2)
-    Q[:, index, index] = base + loose.curvature * jump[:, :-2] ** 2
-    intensity = loose.force**2 * scene.force.intensity
+    Q[:, index, index] = base + freedom.curvature * jump[:, :-2] ** 2
+    intensity = freedom.force**2 * grid.force.intensity
     Q[:, -2, -2], Q[:, -1, -1] = intensity * dt**3 / 3, intensity * dt
     Q[:, -2, -1] = Q[:, -1, -2] = intensity * dt**2 / 2
     return Q

@@ -13,24 +13,24 @@ import numpy as np
 
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.noise_aware.estimator import Estimate, NoiseAware, Stages, lean
-from identification.estimators.noise_aware.linearised_model import Looseness, Scene
+from identification.estimators.noise_aware.linearised_model import Grid, PathFreedom
 from recordings import Array
 
 CHUNK, CHUNK_S, CHUNKS = 2500, 4.0, 6
 """Least nodes and seconds of a chunk, and number of chunks of all recordings together, about."""
-SCREEN = Looseness(1.0, 1e-4, 0.1, 1e-3)
-"""Looseness at which starts are compared: loose settings do not tell a wrong mass from the right one."""
+SCREEN = PathFreedom(1.0, 1e-4, 0.1, 1e-3)
+"""PathFreedom at which starts are compared: freedom settings do not tell a wrong mass from the right one."""
 CHANGES, ROUNDS = 10, 2
 """Number of changes of the best start, and times that they are tried."""
-DIRECT: Stages = ((Looseness(1.0, 1e-3, 0.3, 1e-3), 5), (Looseness(1.0, 1e-4, 0.1, 1e-3), 9))
+DIRECT: Stages = ((PathFreedom(1.0, 1e-3, 0.3, 1e-3), 5), (PathFreedom(1.0, 1e-4, 0.1, 1e-3), 9))
 GENTLE: Stages = (
-    (Looseness(3.0, 3e-3, 0.3, 1e-3, honest=False), 6),
-    (Looseness(1.0, 1e-3, 0.3, 1e-3, honest=False), 6),
-    (Looseness(1.0, 1e-4, 0.1, 1e-3), 8),
+    (PathFreedom(3.0, 3e-3, 0.3, 1e-3, honest=False), 6),
+    (PathFreedom(1.0, 1e-3, 0.3, 1e-3, honest=False), 6),
+    (PathFreedom(1.0, 1e-4, 0.1, 1e-3), 8),
 )
 WIDE: Stages = (
-    (Looseness(3.0, 1e-2, 0.3, 1e-3, honest=False), 6),
-    (Looseness(2.0, 3e-3, 0.3, 1e-3, honest=False), 6),
+    (PathFreedom(3.0, 1e-2, 0.3, 1e-3, honest=False), 6),
+    (PathFreedom(2.0, 3e-3, 0.3, 1e-3, honest=False), 6),
     *DIRECT,
 )
 """Ways from a start on chunks, by how much freedom the path has at first."""
@@ -74,8 +74,8 @@ def fit_noise_aware(problem: NoiseAware, theta: Array, *others: Array) -> Estima
 
 
 def on_chunks(problem: NoiseAware) -> NoiseAware:
-    """The same fit to chunks of its scenes."""
-    return type(problem)(problem.kernel, problem.coordinates, chunks(problem.scenes))
+    """The same fit to chunks of its grids."""
+    return type(problem)(problem.kernel, problem.coordinates, chunks(problem.grids))
 
 
 def sought(small: NoiseAware, theta: Array, *others: Array, most: int = MOST_TRIES) -> Estimate | None:
@@ -144,10 +144,10 @@ def _ways(problem: NoiseAware, starts: Sequence[Array]) -> Iterator[tuple[Array,
         yield start, GENTLE
 
 
-def chunks(scenes: Sequence[Scene]) -> list[Scene]:
-    """Some stretches of every scene, evenly spread, when scenes are long."""
-    total, found = sum(len(s.t) for s in scenes), []
-    for s in scenes:
+def chunks(grids: Sequence[Grid]) -> list[Grid]:
+    """Some stretches of every grid, evenly spread, when grids are long."""
+    total, found = sum(len(s.t) for s in grids), []
+    for s in grids:
         n, count = len(s.t), max(1, round(CHUNKS * len(s.t) / total))
         length = max(CHUNK, int(CHUNK_S * (n - 1) / (s.t[-1] - s.t[0])))
         if 1.5 * length * count >= n:
@@ -179,7 +179,7 @@ def screened(problem: NoiseAware, starts: Sequence[Array]) -> list[Array]:
             value = judge(candidate)
             if value < cost - 10.0:
                 best, cost = candidate, value
-        if before - cost < 0.01 * sum(len(s.t) for s in problem.scenes):
+        if before - cost < 0.01 * sum(len(s.t) for s in problem.grids):
             break
     return [candidate for _, candidate in sorted(seen, key=lambda pair: pair[0])]
 

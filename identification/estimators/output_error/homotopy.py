@@ -66,7 +66,7 @@ class Homotopy:
         self.early = self.full if parts is None else Problem(kernel, coordinates, parts)
         self.dt = min(s.dt for e in self.early.experiments for s in e.segments)
         self.longest = max(float(s.t[-1] - s.t[0]) for e in self.early.experiments for s in e.segments)
-        self.loose = 4 * precision(coordinates, LOOSE)
+        self.freedom = 4 * precision(coordinates, LOOSE)
         self.coarse = min(self.dt, COARSE)
 
     def first(self, theta: Array) -> Descent | None:
@@ -153,7 +153,7 @@ class Homotopy:
     def _stage(self, problem: Problem, theta: Array, setting: Setting) -> Descent | None:
         unknowns = problem.start(theta)
         centre, wide = unknowns.copy(), np.zeros(len(unknowns))
-        wide[: len(theta)] = self.loose
+        wide[: len(theta)] = self.freedom
 
         def evaluate(x: Array) -> Normal | None:
             normal = problem.evaluate(x, setting)
