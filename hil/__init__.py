@@ -1,5 +1,6 @@
 """The wire: register maps, the served plant, and what stands between it and the rest."""
 
+from hil.background import BackgroundRecorder, BackgroundServer
 from hil.client.state import BackOff, LinkState
 from hil.modbus.tls import Certificates
 from hil.monitor.event import MonitorEvent
@@ -45,6 +46,8 @@ __all__ = [
     "ActuatorSetup",
     "Around",
     "BackOff",
+    "BackgroundRecorder",
+    "BackgroundServer",
     "Certificates",
     "Close",
     "Command",
