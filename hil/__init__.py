@@ -33,15 +33,8 @@ from hil.source.sample import LinkEvent, Quality, Reading, Sample
 from hil.source.source import Around, Source, open_source
 from hil.source.statistics import Statistics
 from hil.source.valve import Valve, valves_of
-from hil.testing.authority import TestAuthority, make_test_authority
-from hil.testing.fault_frames import FrameCutter, crc
-from hil.testing.fault_injector import FaultInjector, FaultSchedule
-from hil.testing.fault_io import RtuFaultInjector, TcpFaultInjector
-from hil.testing.fault_modes import MODES, Action, Close, Mode, Send
 
 __all__ = [
-    "MODES",
-    "Action",
     "ActuatorOptions",
     "ActuatorPlant",
     "ActuatorSetup",
@@ -50,18 +43,13 @@ __all__ = [
     "BackgroundRecorder",
     "BackgroundServer",
     "Certificates",
-    "Close",
     "Command",
     "Decoded",
-    "FaultInjector",
-    "FaultSchedule",
-    "FrameCutter",
     "Lateness",
     "LatenessReport",
     "LinkEvent",
     "LinkState",
     "LiveSource",
-    "Mode",
     "Monitor",
     "MonitorEnd",
     "MonitorEvent",
@@ -83,9 +71,7 @@ __all__ = [
     "ReplaySource",
     "Ring",
     "RingReading",
-    "RtuFaultInjector",
     "Sample",
-    "Send",
     "SerialLine",
     "Server",
     "ServerAddress",
@@ -94,19 +80,15 @@ __all__ = [
     "SessionEnd",
     "Source",
     "Statistics",
-    "TcpFaultInjector",
-    "TestAuthority",
     "Valve",
     "ValveReport",
     "ValveStatus",
     "WriteMap",
-    "crc",
     "decode",
     "describe_register_map",
     "encode",
     "listen_address",
     "load_state",
-    "make_test_authority",
     "monitor_session",
     "open_source",
     "parse_address",

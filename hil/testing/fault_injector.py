@@ -13,8 +13,8 @@ from random import Random
 from types import MappingProxyType
 from typing import Any
 
-from hil.testing.fault_frames import Framing
 from hil.testing.fault_modes import FAULTS, MODES, Action, Case, Mode, Send
+from hil.testing.frame_cutter import Framing
 
 NETWORK_ONLY: frozenset[Mode] = frozenset({"wrong_transaction", "close"})
 """What a serial line has no counterpart of."""

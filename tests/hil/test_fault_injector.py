@@ -13,7 +13,8 @@ from pymodbus.client import AsyncModbusSerialClient, AsyncModbusTcpClient
 from pymodbus.exceptions import ModbusException
 from served_ramp import Ramp, device_of, port_of, settings
 
-from hil import (
+from hil import Server
+from hil.testing import (
     MODES,
     Close,
     FaultInjector,
@@ -21,7 +22,6 @@ from hil import (
     FrameCutter,
     RtuFaultInjector,
     Send,
-    Server,
     TcpFaultInjector,
     crc,
 )
