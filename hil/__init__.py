@@ -10,7 +10,6 @@ from hil.monitor.session import MonitorEnd, MonitorSession, monitor_session
 from hil.monitor.state import load_state, save_state
 from hil.monitor.valve import ValveStatus
 from hil.plant.actuator import ActuatorPlant, ActuatorSetup
-from hil.plant.options import ActuatorOptions
 from hil.plant.pace import Lateness, LatenessReport, Pace
 from hil.plant.plant import Command, Plant
 from hil.recorder.files import RecorderSettings
@@ -25,7 +24,7 @@ from hil.server.address import NetworkAddress, PtyAddress, ServerAddress, listen
 from hil.server.server import Server, ServerSettings
 from hil.server.session import ServerEnd, serve_session
 from hil.source.address import parse_address
-from hil.source.live import LiveSource, PollingDied
+from hil.source.live import LiveSource, PollingStopped
 from hil.source.polling import Polling
 from hil.source.replay import ReplaySource
 from hil.source.ring import RingReading
@@ -35,7 +34,6 @@ from hil.source.statistics import Statistics
 from hil.source.valve import Valve, valves_of
 
 __all__ = [
-    "ActuatorOptions",
     "ActuatorPlant",
     "ActuatorSetup",
     "Around",
@@ -59,7 +57,7 @@ __all__ = [
     "Plant",
     "Point",
     "Polling",
-    "PollingDied",
+    "PollingStopped",
     "PtyAddress",
     "Quality",
     "ReadBlock",

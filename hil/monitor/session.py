@@ -98,7 +98,7 @@ async def monitor_session(source: Source, monitor: Monitor, session: MonitorSess
     """Watch a source until it ends, the duration is over, or SIGINT or SIGTERM comes; what is learned is saved then.
 
     Raises BadInput as `Monitor.check`, `Monitor.take` and `Recorder.run` do, also when the state cannot be saved, and
-    PollingDied as the source does.
+    PollingStopped as the source does.
     """
     monitor.check()
     if session.state is not None:

@@ -168,7 +168,7 @@ def test_a_tls_address_needs_certificates():
         async with Server({1: Ramp()}, settings("tls://127.0.0.1:0")):
             pass
 
-    with pytest.raises(BadInput, match="--cert"):
+    with pytest.raises(BadInput, match="give certificate"):
         asyncio.run(main())
 
 
