@@ -1,4 +1,4 @@
-"""The pieces of work of an evaluation: each runs alone in any process and gives plain values that fit in JSON."""
+"""What is measured in one trial: plain values that fit in JSON."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from detector.alarms.levels import raised
 from detector.evaluation.benchmark.runs import SIGNALS, Setting, simulate
-from detector.evaluation.detectors import Seen
-from detector.evaluation.isolation.diagnosis import Diagnosis, portrait
+from detector.evaluation.detectors import BenchmarkRun
+from detector.evaluation.isolation.diagnosis import Diagnosis, feature_vectors
 from detector.evaluation.learned import BANK, SETTLE_S, Learned
 from detector.evaluation.performance import Zone, indices, misisolation
 from recordings import Array
@@ -34,33 +34,33 @@ def zone(what: Scenario, seconds: int) -> Zone:
 
 def judge(what: Scenario, run: Array, learned: Learned, draw: bool) -> Json:
     """Indices of every detector on one run, the diagnosis of the bank, and curves when they are to be drawn."""
-    seen, where = Seen(run, learned.symptoms), zone(what, len(run))
-    statistics, alarm = learned.alarms(seen)
+    data, where = BenchmarkRun(run, learned.symptoms), zone(what, len(run))
+    statistics, alarm = learned.alarms(data)
     found: Json = {"seconds": len(run), "detectors": {}}
     for name, one in alarm.items():
         healthy = raised(one[: where.tfrom], where.ton)
         found["detectors"][name] = asdict(indices(one, where)) | {"false": healthy}
     if BANK in alarm and learned.diagnosis is not None:
-        found["diagnosis"] = diagnosed(what.faults[0].number, seen, alarm[BANK], learned.diagnosis, where)
+        found["diagnosis"] = diagnosed(what.faults[0].number, data, alarm[BANK], learned.diagnosis, where)
     if draw:
         found["curves"] = curves(run, statistics)
     return found
 
 
-def diagnosed(fault: int, seen: Seen, alarm: NDArray[np.bool_], known: Diagnosis, where: Zone) -> Json:
+def diagnosed(fault: int, data: BenchmarkRun, alarm: NDArray[np.bool_], known: Diagnosis, where: Zone) -> Json:
     """Rankings some minutes after the alarm and at the end, and the isolation indices of the group named first."""
     live = alarm.copy()
     live[: where.tfrom] = False
-    at, portraits = portrait(seen.run, seen.symptoms, live)
+    at, rows = feature_vectors(data.signals, data.symptoms, live)
     if not len(at):
         return {"ranked": [], "last": []}
     row = min(int(np.searchsorted(at, at[0] + RANKED_AFTER_S)), len(at) - 1)
-    flagged = known.flagged(seen.run, seen.symptoms, alarm)
+    flagged = known.flagged(data.signals, data.symptoms, alarm)
     mine = np.isin(flagged, known.members(fault))
     isolation = indices(mine, where)
     return {
-        "ranked": known.ranked(portraits[row])[:5],
-        "last": known.ranked(portraits[-1])[:5],
+        "ranked": known.ranked(rows[row])[:5],
+        "last": known.ranked(rows[-1])[:5],
         "isolation": asdict(isolation),
         "rmi": misisolation((flagged > 0).astype(np.int64) - (mine & (flagged > 0)), where),
         "dacc": 1 / len(known.members(fault)) if isolation.detected else 0.0,
@@ -83,13 +83,15 @@ def curves(run: Array, statistics: dict[str, Array]) -> Json:
     return kept
 
 
-def healthy_alarms(run: Array, learned: Learned) -> dict[str, int]:
+def false_alarms(run: Array, learned: Learned) -> dict[str, int]:
     """How many alarms each detector raises on a fault-free run."""
-    _, alarm = learned.alarms(Seen(run, learned.symptoms))
+    _, alarm = learned.alarms(BenchmarkRun(run, learned.symptoms))
     return {name: raised(one, SETTLE_S) for name, one in alarm.items()}
 
 
-def footprint(what: Scenario, form: Form, seed: int, seconds: int, noise_x: float, noise_f: float) -> dict[str, float]:
+def detectability(
+    what: Scenario, form: Form, seed: int, seconds: int, noise_x: float, noise_f: float
+) -> dict[str, float]:
     """How much a fault moves X and F: the run less the same run without the fault, noise alike; over the deviation of
     the residual, for a second (`x`, `f`) and for all seconds together by a perfectly matched filter (`all`).
     """

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from detector.evaluation.detectors import DETECTORS
+from detector.evaluation.outcome import Outcome
 from detector.evaluation.results.rows import Table
-from detector.evaluation.study import Outcome
 from simulator.damadics import scenario
 
 if TYPE_CHECKING:
@@ -68,12 +67,12 @@ def page(outcome: Outcome, made: Sequence[Table]) -> str:
 
 
 def _main(outcome: Outcome) -> Mapping[str, Any]:
-    return outcome.judged[outcome.plan.variants[0]]
+    return outcome.trials[outcome.plan.variants[0]]
 
 
 def _compared(outcome: Outcome) -> str:
     """What the names of the detectors stand for."""
-    names = (f"<b>{escape(name)}</b>: {escape(DETECTORS[name].text)}" for name in outcome.plan.detectors)
+    names = (f"<b>{escape(name)}</b>: {escape(text)}" for name, text in outcome.texts.items())
     return f"<details><summary>The detectors compared</summary><p class='note'>{'<br>'.join(names)}</p></details>"
 
 

@@ -14,9 +14,9 @@ import numpy as np
 from detector.evaluation.benchmark.published import OTHERS, R2
 from detector.evaluation.isolation.structure import groups as structural_groups
 from detector.evaluation.learned import BANK
+from detector.evaluation.outcome import Outcome
 from detector.evaluation.performance import chance
 from detector.evaluation.plan import Plan
-from detector.evaluation.study import Outcome
 from simulator.damadics import FAULTS, Form, scenario
 
 SURE = 0.01
@@ -59,19 +59,19 @@ def detected(outcome: Outcome, variant: str, name: str, detector: str) -> tuple[
 
     Where all trials have it, a random alarm would have to be as early in all; else as frequent, up to the end.
     """
-    trials = outcome.judged[variant][name]
+    trials = outcome.trials[variant][name]
     firsts = [trial["detectors"][detector]["first"] for trial in trials]
-    seen = [first for first in firsts if first is not None]
-    if not seen:
+    hits = [first for first in firsts if first is not None]
+    if not hits:
         return 0, len(trials), False
     what = scenario(name)
     faulty_s = min(what.thor, trials[0]["seconds"]) - what.faults[0].start_s
-    within_s = max(seen) + 1.0 if len(seen) == len(trials) else faulty_s
+    within_s = max(hits) + 1.0 if len(hits) == len(trials) else faulty_s
     share = 1 - exp(-outcome.plan.rate_per_h * within_s / 3600)
-    return len(seen), len(trials), 2 * len(seen) > len(trials) and chance(len(seen), len(trials), share) < SURE
+    return len(hits), len(trials), 2 * len(hits) > len(trials) and chance(len(hits), len(trials), share) < SURE
 
 
-def right(outcome: Outcome, name: str, trial: dict[str, Any], when: str) -> tuple[bool, bool] | None:
+def correctly_isolated(outcome: Outcome, name: str, trial: dict[str, Any], when: str) -> tuple[bool, bool] | None:
     """Whether the right fault, and its group, stands first in a trial's ranking; None where there is none."""
     ranked = trial.get("diagnosis", {}).get(when) or []
     if not ranked:
@@ -83,7 +83,7 @@ def right(outcome: Outcome, name: str, trial: dict[str, Any], when: str) -> tupl
 
 def _summary(outcome: Outcome) -> Table:
     rows = []
-    for variant, scenarios in outcome.judged.items():
+    for variant, scenarios in outcome.trials.items():
         for detector in outcome.plan.detectors:
             sure = [name for name in scenarios if detected(outcome, variant, name, detector)[2]]
             firsts = [
@@ -134,7 +134,7 @@ def _hours(hours: Sequence[float]) -> str:
 def _scenarios(outcome: Outcome) -> Table:
     """A row per scenario and variant: time of the first alarm, median over the trials, by detector."""
     rows = []
-    for variant, scenarios in outcome.judged.items():
+    for variant, scenarios in outcome.trials.items():
         for name, trials in scenarios.items():
             cells = [_cell(outcome, variant, name, detector) for detector in outcome.plan.detectors]
             rows.append((variant, name, str(len(trials)), *cells, R2.get(name, "")))
@@ -149,7 +149,7 @@ def _scenarios(outcome: Outcome) -> Table:
 def _short_words(outcome: Outcome) -> str:
     """Which runs ended before their time, in words."""
     ended = []
-    for variant, scenarios in outcome.judged.items():
+    for variant, scenarios in outcome.trials.items():
         form = next(form for form in outcome.plan.forms if variant.startswith(f"{form}-"))
         for name, trials in scenarios.items():
             least, planned = min(trial["seconds"] for trial in trials), int(outcome.plan.duration(form, scenario(name)))
@@ -161,21 +161,21 @@ def _short_words(outcome: Outcome) -> str:
 
 
 def _cell(outcome: Outcome, variant: str, name: str, detector: str) -> str:
-    seen, count, _ = detected(outcome, variant, name, detector)
-    if not seen:
+    hits, count, _ = detected(outcome, variant, name, detector)
+    if not hits:
         return "-"
-    firsts = [trial["detectors"][detector]["first"] for trial in outcome.judged[variant][name]]
+    firsts = [trial["detectors"][detector]["first"] for trial in outcome.trials[variant][name]]
     middle = _number(np.median([one for one in firsts if one is not None]))
-    return middle if seen == count else f"{middle} ({seen}/{count})"
+    return middle if hits == count else f"{middle} ({hits}/{count})"
 
 
 def _isolation(outcome: Outcome) -> Table:
     rows = []
-    for name, trials in outcome.judged[outcome.plan.variants[0]].items():
+    for name, trials in outcome.trials[outcome.plan.variants[0]].items():
         for seed, trial in enumerate(trials, 1):
-            if (early := right(outcome, name, trial, "ranked")) is None:
+            if (early := correctly_isolated(outcome, name, trial, "ranked")) is None:
                 continue
-            one, late = trial["diagnosis"], right(outcome, name, trial, "last") or (False, False)
+            one, late = trial["diagnosis"], correctly_isolated(outcome, name, trial, "last") or (False, False)
             places = [f"f{int(fault)} ({apart:.2f})" for fault, apart in one["ranked"][:3]]
             i = one["isolation"]
             rows.append((
@@ -204,8 +204,8 @@ def _isolation(outcome: Outcome) -> Table:
 def isolation_words(outcome: Outcome) -> str:
     """How often the right fault or group stands first, over scenarios (most trials) and over trials."""
     variant, scores = outcome.plan.variants[0], []
-    for name, trials in outcome.judged[variant].items():
-        found = [one for trial in trials if (one := right(outcome, name, trial, "ranked")) is not None]
+    for name, trials in outcome.trials[variant].items():
+        found = [one for trial in trials if (one := correctly_isolated(outcome, name, trial, "ranked")) is not None]
         if found and (BANK not in outcome.plan.detectors or detected(outcome, variant, name, BANK)[2]):
             scores.append(np.mean(found, axis=0))
     if not scores:
@@ -223,7 +223,7 @@ def _group_words(groups: Sequence[Sequence[int]]) -> str:
 
 def _confusion(outcome: Outcome) -> Table:
     counts = np.zeros((len(FAULTS) + 1, len(FAULTS) + 1), int)
-    for name, trials in outcome.judged[outcome.plan.variants[0]].items():
+    for name, trials in outcome.trials[outcome.plan.variants[0]].items():
         for trial in trials:
             ranked = trial.get("diagnosis", {}).get("ranked") or []
             counts[scenario(name).faults[0].number, int(ranked[0][0]) if ranked else 0] += 1
@@ -238,7 +238,7 @@ def _confusion(outcome: Outcome) -> Table:
 
 def _unseen(outcome: Outcome) -> Table:
     rows = []
-    for name, found in outcome.footprints.items():
+    for name, found in outcome.detectability.items():
         reason = "no basic signal is touched" if found["all"] < 1e-9 else "its trace drowns in the noise"
         if found["all"] > 8:
             reason = "would show to a matched filter, weak for what is known beforehand"
@@ -275,7 +275,7 @@ def _published() -> Table:
 def _trials(outcome: Outcome) -> Table:
     """Every index of every trial."""
     rows = []
-    for variant, scenarios in outcome.judged.items():
+    for variant, scenarios in outcome.trials.items():
         for name, trials in scenarios.items():
             for seed, trial in enumerate(trials, 1):
                 for detector in outcome.plan.detectors:
