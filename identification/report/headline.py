@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from identification.estimators.fit import Outcome
+from identification.estimators.fitted import Outcome
 from identification.report.cards import cards
 from identification.report.key_figures import KeyFigures, key_figures
 from identification.report.numbers import force_words, mm_words, number, percent, plain
