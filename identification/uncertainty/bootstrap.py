@@ -109,7 +109,10 @@ def _refitted(found: Fit, experiments: list[Experiment]) -> Array | None:
     c = found.coordinates
     if found.estimate is None:
         held = {n: v for n, v, is_free in zip(c.names, c.base.tolist(), c.free, strict=True) if not is_free}
-        again = fit(experiments, effects=found.kernel.effects, given=held, estimator="output-error")
+        again = fit(
+            experiments, effects=found.kernel.effects, given=held, estimator="output-error",
+            catalogue=found.kernel.catalogue,
+        )  # fmt: skip
         return again.p if again.outcome.usable else None
     theta = found.estimate.theta
     end = noise_aware_for(found.kernel, c, grids(experiments), [theta]).in_stages(theta)

@@ -31,7 +31,7 @@ def fit_imposed_motion(
     problem, best = Problem(valve, coordinates, experiments), None
     setting = Setting(0.0)
     progress("starting values", 0, 0)
-    starts = starting_values(experiments, valve.effects, coordinates)[:STARTS]
+    starts = starting_values(experiments, valve, coordinates)[:STARTS]
     for done, start in enumerate(starts):
         progress("fit", done, len(starts))
         unknowns = problem.start(start.theta)

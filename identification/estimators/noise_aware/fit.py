@@ -43,7 +43,7 @@ def noise_aware_for(
     valve: Kernel, coordinates: Coordinates, seen: Sequence[Grid], starts: Sequence[Array]
 ) -> NoiseAware:
     """The estimator for the grids of some experiments, with nodes that resolve what the starting values say."""
-    uncertain = kernel(valve.effects, "uncertain force")
+    uncertain = kernel(valve.effects, "uncertain force", valve.catalogue)
     return NoiseAware(uncertain, coordinates, resolving(seen, quickest(coordinates, starts)))
 
 
@@ -71,7 +71,7 @@ def fit_noise_aware(
 
 def smoothed_starts(valve: Kernel, coordinates: Coordinates, smooth: Sequence[Experiment]) -> list[Array]:
     """Starting values (m,), the best first, from experiments with a smooth force; none where nothing moves."""
-    ranked = starting_values(smooth, valve.effects, coordinates)
+    ranked = starting_values(smooth, valve, coordinates)
     if not ranked:
         return []
     first = basin_search(ranked[0].theta, Homotopy(valve, coordinates, smooth))

@@ -37,7 +37,7 @@ def fit_output_error(
     window = INTEGRATING_WINDOW if integrates(coordinates) else np.inf
     homotopy = Homotopy(valve, coordinates, experiments, window)
     progress("starting values", 0, 0)
-    ranked = starting_values(homotopy.early.experiments, valve.effects, coordinates)
+    ranked = starting_values(homotopy.early.experiments, valve, coordinates)
     best = _best_path(homotopy, ranked, progress)
     progress("fit to whole recordings", 0, 0)
     found = fit_of_free_runs(valve, coordinates, homotopy.full, _polished(homotopy, best))
