@@ -30,7 +30,7 @@ class ImposedGrid(Grid):
     counts: NDArray[np.bool_]
 
     @classmethod
-    def seen(cls, s: Segment, e: Experiment, std: float) -> ImposedGrid:
+    def of_segment(cls, s: Segment, e: Experiment, std: float) -> ImposedGrid:
         """The grid of a segment."""
         n, m = len(s.t), s.motion
         force = Force(s.u, np.zeros(n), np.full(n, std), np.zeros(n - 1), e.noise_force, 0.0)
@@ -46,7 +46,7 @@ def imposed_grids(experiments: Sequence[Experiment], kernel: Kernel, p: Array) -
     position does to the force that a model with parameters p predicts.
     """
     return [
-        ImposedGrid.seen(s, e, std)
+        ImposedGrid.of_segment(s, e, std)
         for e, stds in ((imposed(e), _noise_of_prediction(e, kernel, p)) for e in experiments)
         for s, std in zip(e.segments, stds, strict=True)
     ]
@@ -77,7 +77,7 @@ def _noise_of_prediction(e: Experiment, kernel: Kernel, p: Array) -> list[float]
 
 
 def _predictions(e: Experiment, kernel: Kernel, p: Array) -> list[Array]:
-    grids = [ImposedGrid.seen(s, e, 1.0) for s in e.segments]
+    grids = [ImposedGrid.of_segment(s, e, 1.0) for s in e.segments]
     return [kernel.run(s.t, s.driven, p, first_state(kernel, s)).outputs[:, 0] for s in grids]
 
 

@@ -40,24 +40,24 @@ def force_noise_matters(experiments: Sequence[Experiment]) -> bool:
 
 
 def noise_aware_for(
-    valve: Kernel, coordinates: Coordinates, seen: Sequence[Grid], starts: Sequence[Array]
+    valve: Kernel, coordinates: Coordinates, segment_grids: Sequence[Grid], starts: Sequence[Array]
 ) -> NoiseAware:
     """The estimator for the grids of some experiments, with nodes that resolve what the starting values say."""
     uncertain = kernel(valve.effects, "uncertain force", valve.catalogue)
-    return NoiseAware(uncertain, coordinates, resolving(seen, quickest(coordinates, starts)))
+    return NoiseAware(uncertain, coordinates, resolving(segment_grids, quickest(coordinates, starts)))
 
 
 def fit_noise_aware(
     valve: Kernel, coordinates: Coordinates, experiments: Sequence[Experiment], progress: Progress = silent
 ) -> Fit:
     """Fit a valve whose recorded force is noisy, without starting values."""
-    seen = grids(experiments)
-    smooth = with_smooth_force(experiments, seen)
+    segment_grids = grids(experiments)
+    smooth = with_smooth_force(experiments, segment_grids)
     progress("starting values", 0, 0)
     starts = smoothed_starts(valve, coordinates, smooth)
     if not starts:
         return Fit(Outcome.DIVERGED, valve, coordinates)
-    whole = noise_aware_for(valve, coordinates, seen, starts)
+    whole = noise_aware_for(valve, coordinates, segment_grids, starts)
     chunks = on_chunks(whole)
     best = best_on_chunks(chunks, starts, progress=progress)
     progress("fit to whole recordings", 0, 0)
