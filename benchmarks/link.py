@@ -113,7 +113,7 @@ def throughput(device: Device, seconds: float) -> list[str]:
         def source(path: str = path, baud: int = baud) -> Source:
             return rtu(path, baud)
 
-        silent = Bare("with silence", silence=parse_address(f"rtu:{path}?baud={baud}&parity=N").gap)
+        silent = Bare("with silence", silence=parse_address(f"rtu:{path}?baud={baud}&parity=N").line.gap)
         lines.append(compared(name, source, client, (REGISTERS, silent), seconds / 5))
     return lines
 
