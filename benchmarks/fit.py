@@ -68,8 +68,8 @@ def random_valves(count: int) -> None:
         recording, _, noise = valve_recording(seed, 40, 500)
         found, prepared, seconds = timed_fit(recording)
         times.append(seconds)
-        reached = (found.rms * prepared.noise_position / noise) ** 2 if found.path else np.inf
-        evaluations.append(found.path.evaluations if found.path else 0)
+        reached = (found.rms * prepared.noise_position / noise) ** 2 if found.minimum else np.inf
+        evaluations.append(found.minimum.evaluations if found.minimum else 0)
         if reached <= 1.05:
             good += 1
         else:

@@ -78,11 +78,11 @@ def free_runs(fit: Fit, experiments: Sequence[Experiment], fitted: bool) -> tupl
     segment is estimated from its first `SETTLING` seconds.
     """
     assert fit.problem is not None
-    assert fit.path is not None
-    setting = replace(fit.path.setting, window=np.inf, tuning=np.inf)
+    assert fit.minimum is not None
+    setting = replace(fit.minimum.setting, window=np.inf, tuning=np.inf)
     problem = fit.problem if fitted else Problem(fit.kernel, fit.coordinates, experiments)
-    resets = not np.isinf(fit.path.setting.window)
-    unknowns = fit.path.unknowns if fitted and not resets else _with_initial_states(fit, problem, setting)
+    resets = not np.isinf(fit.minimum.setting.window)
+    unknowns = fit.minimum.unknowns if fitted and not resets else _with_initial_states(fit, problem, setting)
     runs = iter(zip(problem.pieces, problem.responses(unknowns, setting), strict=True))
     found = []
     for e in experiments:
@@ -106,8 +106,8 @@ def free_runs(fit: Fit, experiments: Sequence[Experiment], fitted: bool) -> tupl
 
 def _with_initial_states(fit: Fit, problem: Problem, setting: Setting) -> Array:
     """Unknowns with the fitted parameters and initial states fitted to the beginning of each segment."""
-    assert fit.path is not None
-    theta = fit.path.unknowns[: problem.n_free]
+    assert fit.minimum is not None
+    theta = fit.minimum.unknowns[: problem.n_free]
     short = [
         e.with_segments(tuple(s.part(0, max(10, int(np.searchsorted(s.t, SETTLING)))) for s in e.segments))
         for e in problem.experiments

@@ -57,7 +57,7 @@ def imposed_model(experiments: Sequence[Experiment], others: Sequence[Experiment
     x = np.concatenate([s.motion.x for e in driven for s in e.segments])
     free = Coordinates.of(valve, given, float(np.std(u)) or 1.0)
     first = fit_imposed_motion(valve, free, driven)
-    if first.path is None:
+    if first.minimum is None:
         raise NegativeAnswer(Outcome.DIVERGED.value)
     p = first.p
     fitted, held = (tuple(imposed_grids(some, valve, p)) for some in (experiments, others))

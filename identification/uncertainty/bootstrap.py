@@ -78,9 +78,9 @@ def with_bootstrap(found: Fit, known: Uncertainty, scatter: Bootstrap) -> Uncert
 def replicate(found: Fit, rng: np.random.Generator, size: float = 1.0) -> list[Experiment]:
     """The experiments as the fitted model would have given them. size : factor on the noise of the output."""
     assert found.problem is not None
-    assert found.path is not None
-    setting = replace(found.path.setting, tuning=np.inf)
-    answers = iter(found.problem.responses(found.path.unknowns, setting))
+    assert found.minimum is not None
+    setting = replace(found.minimum.setting, tuning=np.inf)
+    answers = iter(found.problem.responses(found.minimum.unknowns, setting))
     replicates = []
     for e in found.problem.experiments:
         segments = []

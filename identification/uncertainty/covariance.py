@@ -70,11 +70,13 @@ class Uncertainty:
 def uncertainty_of(fit: Fit) -> Uncertainty:
     """Uncertainty of a fit that has values (``fit.outcome.usable``)."""
     assert fit.problem is not None
-    assert fit.path is not None
+    assert fit.minimum is not None
     if fit.estimate is not None:
         matrix, classic, robust = _innovation_covariances(fit.problem, fit.estimate)
     else:
-        matrix, classic, robust = _covariances(fit.problem, fit.path.unknowns, fit.path.setting, max(fit.rms, 1e-12))
+        matrix, classic, robust = _covariances(
+            fit.problem, fit.minimum.unknowns, fit.minimum.setting, max(fit.rms, 1e-12)
+        )
     n = fit.problem.n_free
     names = fit.coordinates.free_names
     spread = np.sqrt(np.maximum(np.diag(classic), np.diag(robust)))[:n]

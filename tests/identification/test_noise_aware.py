@@ -158,7 +158,7 @@ def test_a_noisy_force_is_estimated_along_with_the_motion():
 def test_its_free_run_is_on_the_smoothed_force_and_near_the_noise():
     known = uncertainty_of(found())
     assert all(known.std[name] > 0 for name in known.names)
-    problem, path = found().problem, found().path
+    problem, path = found().problem, found().minimum
     assert problem is not None
     assert path is not None
     recordings_force = np.concatenate([experiment(r).segments[0].u for r in noisy()])
