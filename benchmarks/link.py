@@ -24,7 +24,7 @@ from typing import NamedTuple
 from pymodbus.client import AsyncModbusSerialClient, AsyncModbusTcpClient
 
 from benchmarks._link_device import Device
-from benchmarks._machine import machine
+from benchmarks.machine import machine
 from hil import LinkEvent, Polling, RegisterMap, Sample, Source, open_source, parse_address, valves_of
 
 POINTS = [
