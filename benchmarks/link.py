@@ -23,7 +23,7 @@ from typing import NamedTuple
 
 from pymodbus.client import AsyncModbusSerialClient, AsyncModbusTcpClient
 
-from benchmarks._link_device import Device
+from benchmarks.link_device import Device
 from benchmarks.machine import machine
 from hil import LinkEvent, Polling, RegisterMap, Sample, Source, open_source, parse_address, valves_of
 

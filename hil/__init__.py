@@ -1,4 +1,11 @@
-"""The wire: register maps, the served plant, and what stands between it and the rest."""
+"""The wire: simulated valves behind Modbus, and real ones read, recorded and watched.
+
+One Modbus reply becomes a stored value in these folders, in this order: ``modbus`` (messages, frames, addresses, TLS,
+serial lines), ``client`` (a link that stays open), ``registers`` (what registers mean), ``source`` (samples with a
+quality for every value), ``recorder`` (files) and ``monitor`` (events). ``plant`` and ``server`` are the other end of
+the line, ``testing`` what goes wrong on it. `BackgroundServer` and `BackgroundRecorder` are for programs without an
+event loop.
+"""
 
 from hil.background import BackgroundRecorder, BackgroundServer
 from hil.client.state import BackOff, LinkState
@@ -11,10 +18,10 @@ from hil.monitor.state import load_state, save_state
 from hil.monitor.valve import ValveStatus
 from hil.plant.actuator import ActuatorPlant, ActuatorSetup
 from hil.plant.pace import Lateness, LatenessReport, Pace
-from hil.plant.plant import Command, Plant
+from hil.plant.plant import Command, ServedPlant
 from hil.recorder.files import RecorderSettings
 from hil.recorder.recorder import Recorder, RecorderReport, ValveReport
-from hil.recorder.session import SessionEnd, record_session
+from hil.recorder.session import RecorderEnd, record_session
 from hil.registers.codec import Decoded, decode, encode
 from hil.registers.map_table import describe_register_map, register_map_page
 from hil.registers.point import Point
@@ -27,16 +34,15 @@ from hil.source.address import parse_address
 from hil.source.live import LiveSource, PollingStopped
 from hil.source.polling import Polling
 from hil.source.replay import ReplaySource
-from hil.source.ring import RingReading
+from hil.source.ring_reading import RingReading
 from hil.source.sample import LinkEvent, Quality, Reading, Sample
-from hil.source.source import Around, Source, open_source
+from hil.source.source import Source, SourceWrapper, open_source
 from hil.source.statistics import Statistics
 from hil.source.valve import Valve, valves_of
 
 __all__ = [
     "ActuatorPlant",
     "ActuatorSetup",
-    "Around",
     "BackOff",
     "BackgroundRecorder",
     "BackgroundServer",
@@ -54,7 +60,6 @@ __all__ = [
     "MonitorSession",
     "NetworkAddress",
     "Pace",
-    "Plant",
     "Point",
     "Polling",
     "PollingStopped",
@@ -63,6 +68,7 @@ __all__ = [
     "ReadBlock",
     "Reading",
     "Recorder",
+    "RecorderEnd",
     "RecorderReport",
     "RecorderSettings",
     "RegisterMap",
@@ -71,12 +77,13 @@ __all__ = [
     "RingReading",
     "Sample",
     "SerialLine",
+    "ServedPlant",
     "Server",
     "ServerAddress",
     "ServerEnd",
     "ServerSettings",
-    "SessionEnd",
     "Source",
+    "SourceWrapper",
     "Statistics",
     "Valve",
     "ValveReport",

@@ -8,7 +8,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from hil import Certificates, NetworkAddress, Plant, ServerAddress, ServerSettings, serve_session
+from hil import Certificates, NetworkAddress, ServedPlant, ServerAddress, ServerSettings, serve_session
 from hil.testing import make_loopback_authority
 from recordings import BadInput
 
@@ -35,7 +35,7 @@ def certificates(
     return Certificates(cert, key, ca)
 
 
-def run(plants: Mapping[int, Plant], settings: ServerSettings, duration: float | None) -> None:
+def run(plants: Mapping[int, ServedPlant], settings: ServerSettings, duration: float | None) -> None:
     """Serve; SIGTERM is the regular end, Ctrl-C an interruption."""
     for warning in settings.exposure():
         print(f"bristle: {warning}", file=sys.stderr)

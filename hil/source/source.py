@@ -38,8 +38,8 @@ class Source(Protocol):
     async def __anext__(self) -> Sample | LinkEvent: ...
 
 
-class Around:
-    """A source that stands around another, to be given an `__anext__`: opened and closed with it, same signals."""
+class SourceWrapper:
+    """A source that wraps another: opened and closed with it, with the same signals. A subclass adds `__anext__`."""
 
     def __init__(self, source: Source) -> None:
         self._source = source
