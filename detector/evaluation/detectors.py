@@ -119,13 +119,13 @@ def _checked(run: Array) -> Array:
 
 
 def _voting(healthy: BenchmarkRun) -> Channels:
-    learned = _thrice(healthy.signals, healthy.model)[100:]
+    learned = _three_positions(healthy.signals, healthy.model)[100:]
     middle = np.median(learned, axis=1, keepdims=True)
     voting = Voting(tuple((np.std(learned - middle, axis=0) + 1e-3).tolist()))
-    return lambda data: _alone(voting, _thrice(data.signals, data.model))
+    return lambda data: _alone(voting, _three_positions(data.signals, data.model))
 
 
-def _thrice(run: Array, symptoms: Symptoms) -> Array:
+def _three_positions(run: Array, symptoms: Symptoms) -> Array:
     """The position three times: from its sensor, from the servo's model, and from the flow."""
     x = run[:, X]
     model = x - symptoms.residuals(run)[0] * symptoms.servo.noise

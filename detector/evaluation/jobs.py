@@ -88,7 +88,7 @@ def fault_free_jobs(plan: Plan, form: Form, purpose: str) -> list[Job]:
         lengths = [START_S] * plan.starts[("calibrate-start", "judge-start").index(purpose)]
     else:
         seconds = round(plan.hours(form)[("learn", "calibrate", "judge").index(purpose)] * 3600)
-        lengths = [min(_DAY_S, seconds - begun) for begun in range(0, seconds, _DAY_S)]
+        lengths = [min(_DAY_S, seconds - started) for started in range(0, seconds, _DAY_S)]
     what = "count" if purpose.startswith("judge") else "healthy"
     return [
         Job(f"{purpose}-{form}-{_rates(plan, form)}-{seed}", what, form, (seed, seconds))

@@ -119,8 +119,8 @@ def _plot(name: str, curves: Mapping[str, Any]) -> Any:
     _statistics(below, source, tuple(curves["statistics"]))
     below.add_layout(Span(location=1.0, dimension="width", line_dash="dashed", line_color="#1c2127"))
     for plot in (top, below):
-        onset, begun = scenario(name).faults[0].start_s / scale, scenario(name).ton / scale
-        plot.add_layout(BoxAnnotation(right=begun, fill_color="#8a8f98", fill_alpha=0.15, line_color=None))
+        onset, started = scenario(name).faults[0].start_s / scale, scenario(name).ton / scale
+        plot.add_layout(BoxAnnotation(right=started, fill_color="#8a8f98", fill_alpha=0.15, line_color=None))
         plot.add_layout(Span(location=onset, dimension="height", line_color="#d0342c", line_dash="dotted"))
         plot.add_layout(plot.legend[0], "above")
         plot.legend.update(click_policy="hide", orientation="horizontal", ncols=8, label_text_font_size="11px",
