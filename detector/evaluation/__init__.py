@@ -4,7 +4,8 @@ from detector.alarms.levels import Levels, alarms, calibrate, largest
 from detector.evaluation.benchmark.fault_examples import Example, examples
 from detector.evaluation.benchmark.measured_hour import count_alarms, plant_hour
 from detector.evaluation.benchmark.runs import RATES, SIGNALS, Setting, healthy, random_start, simulate, with_fault
-from detector.evaluation.detectors import DETECTORS, BenchmarkRun, Channels, Detector, LearnedDetector
+from detector.evaluation.contract import BenchmarkRun, Channels, Detector, LearnedDetector
+from detector.evaluation.detectors import DETECTORS
 from detector.evaluation.isolation.diagnosis import Diagnosis, feature_vectors, learn_diagnosis
 from detector.evaluation.isolation.structure import groups as structural_groups
 from detector.evaluation.isolation.structure import signatures as structural_signatures
@@ -13,7 +14,10 @@ from detector.evaluation.outcome import Outcome
 from detector.evaluation.performance import Indices, Zone, chance, indices, misisolation
 from detector.evaluation.plan import BENCHMARK, MAIN, SMOKE, VARIANTS, Plan, smoke
 from detector.evaluation.results.files import write
-from detector.evaluation.results.rows import Table, correctly_isolated, detected, isolation_words, plant_table, tables
+from detector.evaluation.results.isolation_rows import isolation_words
+from detector.evaluation.results.rows import plant_table, tables
+from detector.evaluation.results.table import Table
+from detector.evaluation.results.verdicts import correctly_isolated, detected
 from detector.evaluation.study import evaluate
 
 __all__ = [

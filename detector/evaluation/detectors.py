@@ -1,22 +1,20 @@
 """The detectors that are compared: each learns from fault-free runs, then makes channels of a run.
 
-A channel is any number that grows in size when something is wrong; levels and threshold are set for all alike
-(`detector.alarms.levels`). A new detector is one function here and one line in `DETECTORS`;
-one of somebody's own is any value that obeys `Detector`, given to `evaluate`.
+A new detector is one function here and one line in `DETECTORS`; one of somebody's own is any value that obeys
+`Detector`, given to `evaluate`.
 """
 
 from __future__ import annotations
 
 import zlib
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import Protocol
+from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from scipy.signal import lfilter
 
 from detector.evaluation.benchmark.runs import CV, P1, P2, T1, F, X
+from detector.evaluation.contract import BenchmarkRun, Channels, Detector, LearnedDetector
 from detector.evaluation.isolation.symptoms import MEMORIES, SCORES, Symptoms
 from detector.evaluation.linear import linearise
 from detector.generators import (
@@ -51,46 +49,6 @@ _SETTLE = 100
 """What is learned from readings after a start's first [s] is tried on such readings only."""
 _LENIENT = 360.0
 """False alarms a month that the calibrated observer is learned for: its level is set anew, as everyone's."""
-
-
-class BenchmarkRun:
-    """A run of the benchmark, and its symptoms, worked out once for all detectors that use them.
-
-    signals : (n, 6), columns `SIGNALS`, a row a second; model : what was learned of the fault-free plant.
-    """
-
-    def __init__(self, signals: Array, model: Symptoms) -> None:
-        self.signals, self.model = signals, model
-
-    @cached_property
-    def symptoms(self) -> Array:
-        """As `Symptoms.of`, (n, n_symptoms)."""
-        return self.model.of(self.signals)
-
-
-Channels = Callable[[BenchmarkRun], Array]
-"""From a run of n seconds to channels (n, n_channels)."""
-
-
-class Detector(Protocol):
-    """What can be compared: it learns from a fault-free run, and then makes channels of any run."""
-
-    @property
-    def text(self) -> str:
-        """What it is, in a line."""
-        ...
-
-    def learn(self, healthy: BenchmarkRun, /) -> Channels:
-        """Learn from a fault-free run of some hours. Raises BadInput when that is not enough."""
-        ...
-
-
-@dataclass(frozen=True)
-class LearnedDetector:
-    """A detector made of a function. text : what it is; learn : from a fault-free run to channels of any run."""
-
-    text: str
-    learn: Callable[[BenchmarkRun], Channels]
 
 
 def _alone(generator: Generator, y: Array) -> Array:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from detector.alarms.levels import Levels, alarms, largest
-from detector.evaluation.detectors import BenchmarkRun, Channels, Detector
+from detector.evaluation.contract import BenchmarkRun, Channels, Detector
 from detector.evaluation.isolation.diagnosis import Diagnosis
 from detector.evaluation.isolation.symptoms import Symptoms, learn_symptoms
 from recordings import Array

@@ -13,7 +13,8 @@ import numpy as np
 
 from detector.alarms.levels import BLOCK_S, Levels, calibrate
 from detector.evaluation.benchmark.fault_examples import examples
-from detector.evaluation.detectors import DETECTORS, Detector
+from detector.evaluation.contract import Detector
+from detector.evaluation.detectors import DETECTORS
 from detector.evaluation.isolation.diagnosis import learn_diagnosis
 from detector.evaluation.jobs import Job, Study, fault_free_jobs, judged_jobs, key
 from detector.evaluation.learned import BANK, Learned, learn

@@ -11,7 +11,7 @@ from detector.alarms.levels import BLOCK_S, alarms
 from detector.evaluation import trial
 from detector.evaluation.benchmark.fault_examples import Example
 from detector.evaluation.benchmark.runs import Setting, healthy, simulate
-from detector.evaluation.detectors import BenchmarkRun
+from detector.evaluation.contract import BenchmarkRun
 from detector.evaluation.isolation.diagnosis import feature_vectors
 from detector.evaluation.jobs import Job, Study, setting
 from detector.evaluation.learned import BANK

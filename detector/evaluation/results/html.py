@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from detector.evaluation.outcome import Outcome
-from detector.evaluation.results.rows import Table
+from detector.evaluation.results.table import Table
 from simulator.damadics import scenario
 
 if TYPE_CHECKING:
