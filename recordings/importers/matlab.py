@@ -10,11 +10,12 @@ import h5py
 import numpy as np
 
 from recordings.arrays import Array
+from recordings.column_headers import named_columns
 from recordings.errors import BadInput
 from recordings.hdf5.items import check_size, is_plain, open_hdf5
 from recordings.hdf5.probe import probe
 from recordings.hdf5.problems import edge
-from recordings.importers.table import Table, named_columns
+from recordings.importers.table import Table
 
 Variables = dict[str, Array]
 

@@ -18,6 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from recordings.arrays import Array
+from recordings.column_headers import named_columns
 from recordings.errors import BadInput
 from recordings.importers.mapping import FileLayout
 from recordings.importers.sniff import (
@@ -28,7 +29,7 @@ from recordings.importers.sniff import (
     number_like,
     split_row,
 )
-from recordings.importers.table import BadCell, Table, named_columns
+from recordings.importers.table import BadCell, Table
 
 _BLOCK_ROWS = 20_000
 _SAMPLE_LINES = 60
