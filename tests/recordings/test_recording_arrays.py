@@ -163,13 +163,15 @@ def test_a_frame_is_read_by_its_headers() -> None:
 
 
 def test_a_frame_is_read_by_the_columns_that_are_named() -> None:
-    frame = DataFrame({"t": T, "travel": X, 7: F, "position": F})
+    frame = DataFrame({"t": T, "travel": X, 7: F, "position": F, "position [mm]": F})
     recording = Recording.from_dataframe(
         frame, columns={"position": "travel", "wear": 7}, units={"position": "mm", "wear": "1"}, plant={"tag": "V-1"}
     )
     assert list(recording) == ["time", "position", "wear"]
     np.testing.assert_allclose(recording.si("position").values, 1e-3 * X)
     assert (recording["wear"].role, recording.plant.tag) == ("extra", "V-1")
+    clocks = DataFrame({"t": T, "time": T, "position": X})
+    assert list(Recording.from_dataframe(clocks, columns={"time": "t", "position": "position"})) == ["time", "position"]
 
 
 @pytest.mark.parametrize(
