@@ -35,6 +35,28 @@ class Site(Enum):
     OUTPUT = "output"
 
 
+class TriedAt(Enum):
+    """At which values tracing tries a parameter before it is fitted, where the derivatives at one value do not tell.
+
+    At a strength of zero nothing shows where a tight spot is or how often a disturbance repeats, so such shapes are
+    tried at several values, or at those that stand out in the residual. A play operator below the noise shows nothing
+    to first order, so a strength that works through memory is tried at several sizes.
+    """
+
+    SCALE = "at its scale only, a strength at zero only"
+    POSITIONS = "positions along the travel"
+    WIDTHS = "shares of the travel"
+    FREQUENCIES = "strongest frequencies of the residual force"
+    PITCHES = "strongest pitches of the residual force along the travel"
+    NOISE = "multiples of the position noise, beside zero"
+    SHARES = "shares of its scale, beside zero"
+
+    @property
+    def of_strength(self) -> bool:
+        """Whether it is a strength that is tried so, not a shape."""
+        return self in (TriedAt.NOISE, TriedAt.SHARES)
+
+
 @dataclass(frozen=True)
 class Parameter:
     """A physical constant of an effect.
@@ -43,7 +65,8 @@ class Parameter:
     scale : typical magnitude, in `unit`; neutral : the value at which the effect vanishes, None for the base effects
     and for what only shapes an effect (the place of a tight spot) while another parameter sets its strength;
     positive : whether its logarithm is the natural coordinate (it spans decades); known : whether it is to be held at
-    what is known of the valve, because a change of it looks like one of the base effects; meaning : one line in words.
+    what is known of the valve, because a change of it looks like one of the base effects; tried_at : values at which
+    tracing tries it; meaning : one line in words.
     """
 
     symbol: str
@@ -55,6 +78,7 @@ class Parameter:
     neutral: float | None = None
     positive: bool = False
     known: bool = False
+    tried_at: TriedAt = TriedAt.SCALE
 
 
 @dataclass(frozen=True)

@@ -34,6 +34,7 @@ DOORS = {
     "simulator.damadics",
     "simulator.damadics.stimuli",
     "simulator.hysteresis",
+    "identification.estimators",
     "identification.report",
     "detector.evaluation",
     "detector.generators",
