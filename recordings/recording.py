@@ -15,10 +15,10 @@ from numpy.typing import ArrayLike
 
 from recordings.array_signals import Frame, arrays_of_frame, signals_of_arrays
 from recordings.arrays import Array
-from recordings.checks import value_problem
 from recordings.errors import BadInput
 from recordings.hdf5.header import Header, Source
 from recordings.plant import Event, Plant
+from recordings.sample_checks import value_problem
 from recordings.signal import UNDERSTOOD, Role, Signal
 
 

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from recordings.arrays import Array
-from recordings.checks import holds_number
 from recordings.errors import BadInput
 from recordings.importers.clock import keep_rows, time_column
 from recordings.importers.formula import evaluate, names_in
@@ -18,6 +17,7 @@ from recordings.importers.mapping import ImportMapping, SignalSource
 from recordings.importers.table import Table
 from recordings.plant import Plant
 from recordings.recording import Recording
+from recordings.sample_checks import holds_number
 from recordings.signal import UNDERSTOOD, Role, Signal
 from recordings.stored_units import stored_signal
 

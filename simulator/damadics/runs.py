@@ -9,8 +9,8 @@ import numpy as np
 
 from recordings import BadInput, Recording
 from simulator.damadics import records
+from simulator.damadics.actuator.actuator import Actuator, Form
 from simulator.damadics.actuator.inputs import INPUTS
-from simulator.damadics.actuator.machine import Actuator, Form
 from simulator.damadics.actuator.parameters import Parameters
 from simulator.damadics.faults import STEPS_PER_SECOND, strengths
 from simulator.damadics.noise import Noise
