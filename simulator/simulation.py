@@ -1,4 +1,4 @@
-"""Simulated recordings: a valve, an excitation, and what the sensors and the sampling leave of it."""
+"""Simulated recordings: a valve moved by an excitation, as sensors and sampling show it."""
 
 from __future__ import annotations
 

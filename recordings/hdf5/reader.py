@@ -141,11 +141,11 @@ def validate(path: str | Path) -> list[BadInput]:
 def opened(path: Path) -> h5py.File:
     """Open a file on whose declarations the HDF5 library is known to survive."""
 
-    def look() -> None:
+    def reading() -> None:
         with open_hdf5(path) as file:
             layout_of(file, str(path), Problems(keep_going=True))
 
-    probe(path, look)
+    probe(path, reading)
     return open_hdf5(path)
 
 
