@@ -47,7 +47,7 @@ def command(
 
     from bristle.cli.import_options import plant_from
     from bristle.cli.sources import valves_from
-    from hil import Polling, PollingDied, RecorderSettings, RingReading, open_source, record_session
+    from hil import Polling, PollingStopped, RecorderSettings, RingReading, open_source, record_session
     from recordings import NegativeAnswer
 
     settings = RecorderSettings(
@@ -64,8 +64,8 @@ def command(
     live = open_source(source, valves_from(map_, unit, valve) if map_ else (), plan, name=valve)
     try:
         end = asyncio.run(record_session(live, settings, duration, _show if sys.stderr.isatty() else None))
-    except PollingDied as death:
-        raise NegativeAnswer(f"{death}; what was recorded until then is in {to}") from death
+    except PollingStopped as stopped:
+        raise NegativeAnswer(f"{stopped}; what was recorded until then is in {to}") from stopped
     print(_summary(end.report))
     if end.interrupted:
         raise KeyboardInterrupt
