@@ -6,7 +6,7 @@ from identification.estimators.fit import Estimator, Fit, Outcome, fit
 from identification.procedure import identify
 from identification.result import Identification, Trajectory
 from identification.sparse_regression import Crosscheck, Row, crosscheck
-from identification.tracing.algorithm import Candidate
+from identification.tracing.judge import Candidate
 from identification.tracing.result import Trace, trace
 from identification.uncertainty.covariance import Uncertainty, uncertainty
 from identification.uncertainty.profile import Profile, profile

@@ -1,0 +1,134 @@
+"""The model that a trace starts from: the base effects fitted to the recordings, in the way that suits them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from identification.data.experiment import Experiment, imposed
+from identification.estimators.coordinates import Coordinates
+from identification.estimators.fit import Outcome
+from identification.estimators.imposed_motion.estimator import imposed_grids, showing
+from identification.estimators.imposed_motion.start import fit_imposed
+from identification.estimators.noise_aware.estimator import NoiseAware, lean
+from identification.estimators.noise_aware.force_noise import first_values, quickest, with_smooth_force
+from identification.estimators.noise_aware.search import on_chunks, sought
+from identification.tracing import settings
+from identification.tracing.comparison import is_white
+from identification.tracing.models.model import WHOLE, Model
+from identification.tracing.models.search import best_on_chunks
+from identification.tracing.models.trial_data import TrialData, trial_data
+from recordings import NegativeAnswer
+from simulator import BASE, Catalogue, kernel
+
+
+def base_model(
+    experiments: Sequence[Experiment],
+    held_out: Sequence[Experiment],
+    given: Mapping[str, float],
+    catalogue: Catalogue,
+) -> Model:
+    """The base model of a trace. Where the motion is imposed the force is predicted, and likewise without a spring,
+    where a free run integrates every error of the model. Raises NegativeAnswer where it cannot be fitted.
+    """
+    if experiments[0].causality == "motion" or given.get("spring.K") == 0.0:
+        return _force_predicting(experiments, held_out, given, catalogue)
+    return _noise_aware(trial_data(experiments, held_out, given, catalogue))
+
+
+def _force_predicting(
+    experiments: Sequence[Experiment],
+    held_out: Sequence[Experiment],
+    given: Mapping[str, float],
+    catalogue: Catalogue,
+) -> Model:
+    """The base model by the force that it predicts from the motion."""
+    valve, driven = kernel(BASE, "motion", catalogue), [imposed(e) for e in experiments]
+    u = np.concatenate([s.u for e in driven for s in e.segments])
+    x = np.concatenate([s.motion.x for e in driven for s in e.segments])
+    free = Coordinates.of(valve, given, float(np.std(u)) or 1.0)
+    path, whole = fit_imposed(valve, free, driven)
+    if path is None:
+        raise NegativeAnswer(Outcome.DIVERGED.value)
+    p = free.p(path.unknowns[: whole.n_free])
+    fitted, others = (tuple(imposed_grids(some, valve, p)) for some in (experiments, held_out))
+    data = TrialData(
+        tuple(experiments), tuple(held_out), fitted, others, dict(given), (float(x.min()), float(x.max())),
+        float(np.std(u)) or 1.0, catalogue, showing(experiments), imposed=True,
+    )  # fmt: skip
+    work = data.estimator(BASE)
+    found = work.follow(work.coordinates.theta(p), stages=WHOLE)
+    if found is None:
+        raise NegativeAnswer(Outcome.DIVERGED.value)
+    return Model(BASE, data, lean(found))
+
+
+def _noise_aware(data: TrialData) -> Model:
+    """The base model by the position, fitted without starting values."""
+    valve, free = kernel(BASE, "force", data.catalogue), data.coordinates(BASE)
+    found = first_values(valve, free, with_smooth_force(data.experiments, data.fitted))
+    if not found:
+        raise NegativeAnswer(Outcome.DIVERGED.value)
+    omega, first = quickest(free, found), free.values(found[-1])
+    data = replace(
+        data.resolving(omega),
+        max_mass=settings.MASS_BOUND * first["mass.m"],
+        max_stiffness=settings.STIFFNESS_BOUND * first["lugre.sigma0"],
+    )
+    work = NoiseAware(data.kernel(BASE), data.coordinates(BASE), data.fitted)
+    best = sought(on_chunks(work), *found, most=settings.BASE_WAYS)
+    best = None if best is None else work.follow(best.theta, stages=WHOLE)
+    if best is None:
+        raise NegativeAnswer(Outcome.DIVERGED.value)
+    bound = polished(Model(BASE, data, lean(best)))
+    return with_stiffness_growth(bound if is_white(bound) else _unbound(bound) or bound)
+
+
+def _unbound(model: Model) -> Model | None:
+    """A base model that presses on its bounds without them; None where it does not, or where that is not enough."""
+    values, inf = model.values, float("inf")
+    bounds = (values["mass.m"], model.data.max_mass), (values["lugre.sigma0"], model.data.max_stiffness)
+    if all(value < settings.AT_BOUND * bound for value, bound in bounds):
+        return None
+    data = replace(model.data, max_stiffness=inf, max_mass=inf)
+    found = best_on_chunks(replace(model, data=data))
+    if found is None or found.estimate.loss > settings.UNBOUNDED_LOSS:
+        return None
+    refit = found.refitted_to(data)
+    free = None if refit is None else polished(refit)
+    return free if free is not None and is_white(free) else None
+
+
+def with_stiffness_growth(model: Model) -> Model:
+    """The model with bristles that may become stiffer once more: what lacks an effect may have softened them."""
+    if model.data.imposed:
+        return model
+    bound = settings.STIFFNESS_GROWTH * model.values["lugre.sigma0"]
+    return replace(model, data=replace(model.data, max_stiffness=bound))
+
+
+def polished(model: Model) -> Model:
+    """The better of two refits of a model: from where it is, and on new paths from the best fit to chunks. One whose
+    residual is noise is only refitted from where it is: candidates are, too, and must not gain by that.
+
+    What lacks an effect has many ends that differ by hundreds in cost, by its paths alone. Candidates are fitted on new
+    paths, so the model that they are compared with must have been, too: or any of them explains that difference.
+    """
+    if is_white(model):
+        return min(model, model.refitted(), key=lambda m: m.cost)
+    here, other = _refitted_repeatedly(model), best_on_chunks(model)
+    there = None if other is None else other.refitted_to(model.data)
+    if there is None or there.cost >= here.cost or there.estimate.loss >= here.estimate.loss:
+        return here
+    return _refitted_repeatedly(there)
+
+
+def _refitted_repeatedly(model: Model) -> Model:
+    """A model refitted for as long as that notably helps: plays and hysteresis come to rest slowly."""
+    for _ in range(settings.REPEATED_REFITS):
+        before, model = model, model.refitted()
+        if model.estimate.settled or model.cost > before.cost - settings.NOTABLE_GAIN:
+            break
+    return model
