@@ -15,7 +15,7 @@ y = output_M(... output_1(x)).
 from __future__ import annotations
 
 from abc import ABC
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import ClassVar
@@ -192,10 +192,21 @@ class Effect(ABC):
         """The full names of all parameters, in order."""
         return tuple(self.parameter_name(p.symbol) for p in self.parameters)
 
+    def __eq__(self, other: object) -> bool:
+        """Effects are values: one that was copied or sent to another process finds the kernels of the first."""
+        return type(self) is type(other) and vars(self) == vars(other)
+
+    def __hash__(self) -> int:
+        return hash(type(self))
+
 
 @dataclass(frozen=True)
 class Catalogue:
-    """The effects that exist. Raises ValueError when two have the same id or parameter name."""
+    """The effects that can be simulated, fitted and named, in the order of asking (see `Effect`).
+
+    It is a value: whoever looks an effect up is handed one, `CATALOGUE` where nothing else is said.
+    Raises ValueError when two effects have the same id or parameter name.
+    """
 
     effects: tuple[Effect, ...]
     _by_id: dict[str, Effect] = field(init=False, repr=False, compare=False)
@@ -220,8 +231,25 @@ class Catalogue:
         return effect_id in self._by_id
 
     def extended(self, *effects: Effect) -> Catalogue:
-        """This catalogue with further effects at its end: how to use effects of your own."""
+        """This catalogue with further effects at its end: how to use effects of your own.
+
+        Effects of one site are asked in the order of the catalogue. So at the end an effect on the input changes the
+        force last, next to the stem; one on the output changes the reading last, as a transmitter does; one on the
+        force sees what those before it made of friction's level and speed. Where yours belongs elsewhere, build a
+        `Catalogue` of the effects in your own order. The base effects stay first.
+        """
         return Catalogue((*self.effects, *effects))
+
+    def parameters(self, ids: Iterable[str]) -> dict[str, Parameter]:
+        """The parameters of some effects by full name, effects in the order of `ids`.
+
+        Raises KeyError for an unknown id.
+
+        >>> from simulator import CATALOGUE
+        >>> list(CATALOGUE.parameters(["spring", "inertia"]))
+        ['spring.K', 'spring.F0', 'mass.m']
+        """
+        return {e.parameter_name(p.symbol): p for e in map(self.__getitem__, ids) for p in e.parameters}
 
     def pick(self, ids: tuple[str, ...]) -> tuple[Effect, ...]:
         """The named effects in catalogue order. Raises KeyError for an unknown id."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from identification.estimators.noise_aware.estimator import Estimate
+from identification.estimators.estimate import Estimate
 from identification.tracing import settings
 from identification.tracing.comparison import Comparison, compare
 from identification.tracing.models.model import Model

@@ -15,8 +15,8 @@ from dataclasses import replace
 import numpy as np
 
 from identification.data.experiment import Experiment
-from identification.estimators.noise_aware.estimator import MOST_BETWEEN, SWING
-from identification.estimators.noise_aware.force_noise import swing, with_smooth_force
+from identification.data.grid import with_smooth_force
+from identification.estimators.noise_aware.resolution import MOST_BETWEEN, SWING, swing
 from identification.tracing import settings
 from identification.tracing.comparison import is_white
 from identification.tracing.models.base import base_model, polished
@@ -26,7 +26,7 @@ from identification.tracing.models.search import best_on_chunks, continued, firs
 from identification.tracing.models.trial_data import trial_data
 from identification.tracing.refine import CandidateFit, fit_on_chunks, refit_on_base_paths, refitted
 from identification.tracing.screen import Score
-from identification.uncertainty.bootstrap import twin
+from identification.uncertainty.bootstrap import replicate
 from recordings import NegativeAnswer, Progress, silent
 from simulator import BASE
 
@@ -82,7 +82,7 @@ def _gain_of_replicate(
     """What an effect gains on one null replicate of a model; None where the model is not found again at all."""
     data = model.data
     pairs = ((data.experiments, data.fitted), (data.held_out_experiments, data.held_out))
-    fitted, held_out = (twin(as_fit(model, with_smooth_force(*pair)), rng) for pair in pairs)
+    fitted, held_out = (replicate(as_fit(model, with_smooth_force(*pair)), rng) for pair in pairs)
     found = _found_again(model, fitted, held_out)
     if found is None:
         return None

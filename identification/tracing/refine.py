@@ -8,7 +8,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from identification.estimators.noise_aware.estimator import Estimate, NoiseAware, lean
+from identification.estimators.estimate import Estimate, lean
+from identification.estimators.noise_aware.estimator import NoiseAware
 from identification.tracing import settings
 from identification.tracing.models.model import Model
 from identification.tracing.models.search import continued, differ, first_fits
@@ -86,9 +87,9 @@ def _on_base_paths(base: Model, effect: str, values: Mapping[str, float], best_g
             or gain + settings.PROMISE_FACTOR * promise < settings.GAIN_SHARE * best_gain
         )
 
-    work = NoiseAware(found.kernel, found.coordinates, found.data.fitted)
     worth = max(settings.IDLE_GAIN, settings.SLOW_SHARE * best_gain)
-    end = work.descend(found.estimate, PATH_FREEDOM, settings.REFIT_STEPS, worth, hopeless)
+    work = NoiseAware(found.kernel, found.coordinates, found.data.fitted, PATH_FREEDOM, worth)
+    end = work.descend(found.estimate, settings.REFIT_STEPS, hopeless)
     return replace(found, estimate=lean(end))
 
 

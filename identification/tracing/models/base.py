@@ -8,16 +8,20 @@ from dataclasses import replace
 import numpy as np
 
 from identification.data.experiment import Experiment, imposed
+from identification.data.grid import with_smooth_force
 from identification.estimators.coordinates import Coordinates
-from identification.estimators.fit import Outcome
-from identification.estimators.imposed_motion.estimator import imposed_grids, showing
-from identification.estimators.imposed_motion.start import fit_imposed
-from identification.estimators.noise_aware.estimator import NoiseAware, lean
-from identification.estimators.noise_aware.force_noise import first_values, quickest, with_smooth_force
-from identification.estimators.noise_aware.search import on_chunks, sought
+from identification.estimators.estimate import lean
+from identification.estimators.fitted import Outcome
+from identification.estimators.imposed_motion.fit import fit_imposed_motion
+from identification.estimators.imposed_motion.grid import imposed_grids, showing
+from identification.estimators.noise_aware.estimator import NoiseAware
+from identification.estimators.noise_aware.fit import smoothed_starts
+from identification.estimators.noise_aware.resolution import quickest
+from identification.estimators.noise_aware.search import best_on_chunks as best_of_starts
+from identification.estimators.noise_aware.search import on_chunks
 from identification.tracing import settings
 from identification.tracing.comparison import is_white
-from identification.tracing.models.model import WHOLE, Model
+from identification.tracing.models.model import Model
 from identification.tracing.models.search import best_on_chunks
 from identification.tracing.models.trial_data import TrialData, trial_data
 from recordings import NegativeAnswer
@@ -49,17 +53,16 @@ def _force_predicting(
     u = np.concatenate([s.u for e in driven for s in e.segments])
     x = np.concatenate([s.motion.x for e in driven for s in e.segments])
     free = Coordinates.of(valve, given, float(np.std(u)) or 1.0)
-    path, whole = fit_imposed(valve, free, driven)
-    if path is None:
+    first = fit_imposed_motion(valve, free, driven)
+    if first.minimum is None:
         raise NegativeAnswer(Outcome.DIVERGED.value)
-    p = free.p(path.unknowns[: whole.n_free])
-    fitted, others = (tuple(imposed_grids(some, valve, p)) for some in (experiments, held_out))
+    fitted, others = (tuple(imposed_grids(some, valve, first.p)) for some in (experiments, held_out))
     data = TrialData(
         tuple(experiments), tuple(held_out), fitted, others, dict(given), (float(x.min()), float(x.max())),
-        float(np.std(u)) or 1.0, catalogue, showing(experiments), imposed=True,
+        float(np.std(u)) or 1.0, catalogue, showing(experiments, catalogue), imposed=True,
     )  # fmt: skip
     work = data.estimator(BASE)
-    found = work.follow(work.coordinates.theta(p), stages=WHOLE)
+    found = work.fit(work.coordinates.theta(first.p), settings.REFIT_STEPS)
     if found is None:
         raise NegativeAnswer(Outcome.DIVERGED.value)
     return Model(BASE, data, lean(found))
@@ -68,7 +71,7 @@ def _force_predicting(
 def _noise_aware(data: TrialData) -> Model:
     """The base model by the position, fitted without starting values."""
     valve, free = kernel(BASE, "force", data.catalogue), data.coordinates(BASE)
-    found = first_values(valve, free, with_smooth_force(data.experiments, data.fitted))
+    found = smoothed_starts(valve, free, with_smooth_force(data.experiments, data.fitted))
     if not found:
         raise NegativeAnswer(Outcome.DIVERGED.value)
     omega, first = quickest(free, found), free.values(found[-1])
@@ -77,9 +80,9 @@ def _noise_aware(data: TrialData) -> Model:
         max_mass=settings.MASS_BOUND * first["mass.m"],
         max_stiffness=settings.STIFFNESS_BOUND * first["lugre.sigma0"],
     )
-    work = NoiseAware(data.kernel(BASE), data.coordinates(BASE), data.fitted)
-    best = sought(on_chunks(work), *found, most=settings.BASE_WAYS)
-    best = None if best is None else work.follow(best.theta, stages=WHOLE)
+    work = NoiseAware(data.kernel(BASE), data.coordinates(BASE), data.fitted, settings.PATH_FREEDOM)
+    best = best_of_starts(on_chunks(work), found, most=settings.BASE_WAYS)
+    best = None if best is None else work.fit(best.theta, settings.REFIT_STEPS)
     if best is None:
         raise NegativeAnswer(Outcome.DIVERGED.value)
     bound = polished(Model(BASE, data, lean(best)))

@@ -8,17 +8,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from identification.data.grid import Grid
 from identification.estimators.coordinates import Coordinates
-from identification.estimators.noise_aware.estimator import Estimate, lean
-from identification.estimators.noise_aware.linearised_model import Grid, PathFreedom
+from identification.estimators.estimate import Estimate, lean
+from identification.estimators.noise_aware.estimator import NoiseAware
+from identification.estimators.noise_aware.linearised_model import PathFreedom
 from identification.tracing import settings
-from identification.tracing.models.trial_data import TrialData
+from identification.tracing.models.trial_data import TrialData, estimate_along
 from identification.tracing.settings import PATH_FREEDOM
 from recordings import Array
 from simulator import Kernel
-
-WHOLE = ((PATH_FREEDOM, settings.REFIT_STEPS),)
-"""The one stage of a fit to whole recordings from values near its end."""
 
 
 @dataclass(frozen=True)
@@ -63,13 +62,15 @@ class Model:
     @functools.cached_property
     def held_out(self) -> Estimate | None:
         """The estimate on the held-out grids: the paths alone, at the fitted parameters. None without a solution."""
-        judge = self.data.estimator(self.effects, self.data.held_out)
-        steps = settings.HELD_OUT_STEPS
-        found = judge.start(self.estimate.theta, PATH_FREEDOM, steps=steps)
+        judge = replace(self.data, fitted=self.data.held_out).estimator(self.effects)
+        if not isinstance(judge, NoiseAware):
+            only = judge.start(self.estimate.theta)
+            return None if only is None else lean(only)
+        found = judge.start(self.estimate.theta, settings.HELD_OUT_STEPS)
         for _ in range(settings.HELD_OUT_ROUNDS - 1):
-            if found is None or self.data.imposed:
+            if found is None:
                 break
-            before, found = found, judge.at(found.theta, found.paths, PATH_FREEDOM, steps=steps) or found
+            before, found = found, judge.along(found.theta, found.paths, settings.HELD_OUT_STEPS) or found
             if found.cost > before.cost - settings.HELD_OUT_FALL:
                 break
         return None if found is None else lean(found)
@@ -84,13 +85,13 @@ class Model:
         """The same model on chunks of its grids."""
         data, places = self.data.on_chunks()
         paths = [np.ascontiguousarray(self.estimate.paths[i][at]) for i, at in places]
-        estimate = data.estimator(self.effects).at(self.estimate.theta, paths, PATH_FREEDOM, steps=0)
+        estimate = estimate_along(data.estimator(self.effects), self.estimate.theta, paths, 0)
         return self if estimate is None else Model(self.effects, data, estimate)
 
     def with_path_steps(self, steps: int) -> Model:
         """The same parameters after further steps of the paths."""
         work = self.data.estimator(self.effects)
-        estimate = work.at(self.estimate.theta, self.estimate.paths, PATH_FREEDOM, steps=steps)
+        estimate = estimate_along(work, self.estimate.theta, self.estimate.paths, steps)
         return self if estimate is None else Model(self.effects, self.data, estimate)
 
     def refitted(self) -> Model:
@@ -99,16 +100,14 @@ class Model:
 
     def descended(self, freedom: PathFreedom, steps: int) -> Model:
         """The same effects after so many further steps, or until two of them change little."""
-        work = self.data.estimator(self.effects)
-        now = work.at(self.estimate.theta, self.estimate.paths, freedom, steps=0)
-        if now is None:
-            return self
-        return replace(self, estimate=lean(work.descend(now, freedom, steps, settings.IDLE_GAIN)))
+        work = self.data.estimator(self.effects, freedom, settings.IDLE_GAIN)
+        now = estimate_along(work, self.estimate.theta, self.estimate.paths, 0)
+        return self if now is None else replace(self, estimate=lean(work.descend(now, steps)))
 
     def refitted_to(self, data: TrialData) -> Model | None:
         """These parameters fitted on to other data, on new paths. None where that diverges."""
-        work = data.estimator(self.effects)
-        end = work.follow(self.estimate.theta, stages=WHOLE, worth=settings.IDLE_GAIN)
+        work = data.estimator(self.effects, worth=settings.IDLE_GAIN)
+        end = work.fit(self.estimate.theta, settings.REFIT_STEPS)
         return None if end is None else Model(self.effects, data, lean(end))
 
     def with_effect(self, effect: str, values: Mapping[str, float], steps: int = 0) -> Model | None:
@@ -126,7 +125,7 @@ class Model:
         if len(paths) < len(found):
             return None
         theta = self.data.coordinates(effects).theta(p)
-        estimate = self.data.estimator(effects).at(theta, paths, PATH_FREEDOM, steps=steps)
+        estimate = estimate_along(self.data.estimator(effects), theta, paths, steps)
         return None if estimate is None else Model(effects, self.data, estimate)
 
     def without(self, effect: str) -> Model | None:
@@ -136,16 +135,16 @@ class Model:
         theta = self.data.coordinates(effects).theta_of(self.values)
         kept = [] if self.data.imposed else [self.kernel.states.index(name) for name in target.states]
         paths = [np.ascontiguousarray(path[:, kept]) for path in self.estimate.paths]
-        found = self.data.estimator(effects).at(theta, paths, PATH_FREEDOM, steps=settings.PATH_STEPS)
+        found = estimate_along(self.data.estimator(effects), theta, paths, settings.PATH_STEPS)
         return None if found is None else Model(effects, self.data, found).refitted()
 
     def swapped(self, effect: str, other: str, values: Mapping[str, float]) -> Model | None:
         """This model with another effect, at some starting values, in the place of one. None where it diverges."""
         effects = self.data.in_order(*(e for e in self.effects if e != effect), other)
-        work = self.data.estimator(effects)
+        work = self.data.estimator(effects, worth=settings.IDLE_GAIN)
         known = self.data.defaults(other) | self.values | dict(values)
         start = work.coordinates.theta(work.kernel.vector(known))
-        end = work.follow(start, stages=WHOLE, worth=settings.IDLE_GAIN)
+        end = work.fit(start, settings.REFIT_STEPS)
         return None if end is None else Model(effects, self.data, lean(end)).refitted()
 
 

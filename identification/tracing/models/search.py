@@ -10,9 +10,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from identification.estimators.imposed_motion.estimator import ImposedFit
-from identification.estimators.noise_aware.estimator import Estimate, NoiseAware, lean
-from identification.estimators.noise_aware.search import tamed
+from identification.estimators.estimate import Estimate, lean
+from identification.estimators.noise_aware.search import usual_values
+from identification.estimators.path_estimator import PathEstimator
 from identification.tracing import settings
 from identification.tracing.models.model import Model
 from recordings import Array
@@ -33,10 +33,10 @@ def first_fits(
     """
     effects = model.data.in_order(*model.effects, *effect)
     data, _ = model.data.on_chunks()
-    work = data.estimator(effects)
+    work = data.estimator(effects, freedom=settings.CHUNK_FREEDOM)
     known = {k: v for e in effect for k, v in model.data.defaults(e).items()} | model.values | dict(values or {})
     theta = work.coordinates.theta(work.kernel.vector(known))
-    usual = tamed(work.coordinates, theta)[:1]
+    usual = usual_values(work.coordinates, theta)[:1]
     bent = [work.kernel.vector(known | dict(start)) for e in effect for start in imitations(model, e)]
     own = _started(work, [theta, *usual] if from_here else usual)
     imitated = _started(work, [work.coordinates.theta(p) for p in bent])
@@ -66,7 +66,7 @@ def differ(effect: str, one: Model, other: Model) -> bool:
     return bool((np.abs(a - b) > settings.SAME_VALUES * np.maximum(np.abs(a), np.abs(b))).any())
 
 
-def _started(work: NoiseAware | ImposedFit, starts: Sequence[Array]) -> list[Estimate]:
+def _started(work: PathEstimator, starts: Sequence[Array]) -> list[Estimate]:
     """First fits from some starting values, best first."""
-    fits = [work.follow(start, stages=((settings.CHUNK_FREEDOM, settings.FIRST_STEPS),)) for start in starts]
+    fits = [work.fit(start, settings.FIRST_STEPS) for start in starts]
     return sorted((lean(fit) for fit in fits if fit is not None), key=lambda fit: fit.cost)

@@ -7,12 +7,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from identification.data.chunks import regular
 from identification.data.experiment import Experiment, Segment
-from identification.estimators.coordinates import Coordinates, parameters
-from identification.estimators.imposed_motion.estimator import ImposedFit
-from identification.estimators.noise_aware.estimator import NoiseAware, grids, resolving
-from identification.estimators.noise_aware.linearised_model import Grid
+from identification.data.grid import Grid, grids
+from identification.estimators.coordinates import Coordinates
+from identification.estimators.estimate import Estimate
+from identification.estimators.imposed_motion.estimator import ImposedMotion
+from identification.estimators.noise_aware.estimator import NoiseAware
+from identification.estimators.noise_aware.linearised_model import PathFreedom
+from identification.estimators.noise_aware.resolution import resolving
+from identification.estimators.path_estimator import PathEstimator
 from identification.tracing import settings
+from recordings import Array
 from simulator import Catalogue, Kernel, kernel
 
 Place = tuple[int, slice]
@@ -90,7 +96,7 @@ class TrialData:
     def coordinates(self, effects: tuple[str, ...]) -> Coordinates:
         """The coordinates of some effects: known constants and given parameters are held."""
         target = self.kernel(effects)
-        known = {name: self.stroke for name, p in parameters(target).items() if p.known}
+        known = {name: self.stroke for name, p in self.catalogue.parameters(effects).items() if p.known}
         given = {name: value for name, value in self.given.items() if name in target.parameters}
         free = Coordinates.of(target, known | given, self.force_std)
         bounds = {"lugre.sigma0": self.max_stiffness, "mass.m": self.max_mass}
@@ -98,10 +104,21 @@ class TrialData:
             free, upper=np.minimum(free.upper, np.array([bounds.get(name, np.inf) for name in free.names]))
         )  # fmt: skip
 
-    def estimator(self, effects: tuple[str, ...], some: Sequence[Grid] | None = None) -> NoiseAware | ImposedFit:
-        """The fit of some effects to the fitted grids, or to others."""
-        way = ImposedFit if self.imposed else NoiseAware
-        return way(self.kernel(effects), self.coordinates(effects), self.fitted if some is None else some)
+    def estimator(
+        self, effects: tuple[str, ...], freedom: PathFreedom = settings.PATH_FREEDOM, worth: float = 0.0
+    ) -> PathEstimator:
+        """The fit of some effects to the fitted grids. freedom, worth : of `NoiseAware`, which alone has paths."""
+        target, free = self.kernel(effects), self.coordinates(effects)
+        if self.imposed:
+            return ImposedMotion(target, free, self.fitted)
+        return NoiseAware(target, free, self.fitted, freedom, worth)
+
+
+def estimate_along(work: PathEstimator, theta: Array, paths: Sequence[Array], steps: int) -> Estimate | None:
+    """The estimate at fixed parameters theta (m,) along paths, one (n, n_states) for every grid, after so many steps of
+    them; where the motion is imposed, paths follow from the parameters. None where the model diverges.
+    """
+    return work.along(theta, paths, steps) if isinstance(work, NoiseAware) else work.start(theta)
 
 
 def trial_data(
@@ -146,4 +163,4 @@ def _chunks(grid: Grid) -> list[slice]:
     length, distance = round(settings.CHUNK_LENGTH / dt), round(settings.CHUNK_DISTANCE / dt)
     if len(grid.t) < 2 * distance or length < settings.CHUNK_NODES:
         return [slice(0, len(grid.t))]
-    return [slice(first, first + length) for first in range(0, len(grid.t) - length, distance)]
+    return regular(len(grid.t), length, distance)
