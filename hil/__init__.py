@@ -10,7 +10,7 @@ from hil.monitor.valve import ValveStatus
 from hil.plant.actuator import ActuatorPlant, ActuatorSetup
 from hil.plant.options import ActuatorOptions
 from hil.plant.pace import Lateness, LatenessReport, Pace
-from hil.plant.plant import Command, Plant
+from hil.plant.plant import Command, ServedPlant
 from hil.recorder.files import RecorderSettings
 from hil.recorder.recorder import Recorder, RecorderReport, ValveReport
 from hil.recorder.session import SessionEnd, record_session
@@ -64,7 +64,6 @@ __all__ = [
     "MonitorSession",
     "NetworkAddress",
     "Pace",
-    "Plant",
     "Point",
     "Polling",
     "PollingDied",
@@ -83,6 +82,7 @@ __all__ = [
     "Sample",
     "Send",
     "SerialAddress",
+    "ServedPlant",
     "Server",
     "ServerAddress",
     "ServerEnd",

@@ -8,7 +8,15 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from hil import Certificates, NetworkAddress, Plant, ServerAddress, ServerSettings, make_test_authority, serve_session
+from hil import (
+    Certificates,
+    NetworkAddress,
+    ServedPlant,
+    ServerAddress,
+    ServerSettings,
+    make_test_authority,
+    serve_session,
+)
 from recordings import BadInput
 
 
@@ -34,7 +42,7 @@ def certificates(
     return Certificates(cert, key, ca)
 
 
-def run(plants: Mapping[int, Plant], settings: ServerSettings, duration: float | None) -> None:
+def run(plants: Mapping[int, ServedPlant], settings: ServerSettings, duration: float | None) -> None:
     """Serve; SIGTERM is the regular end, Ctrl-C an interruption."""
     for warning in settings.exposure():
         print(f"bristle: {warning}", file=sys.stderr)

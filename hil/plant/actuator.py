@@ -69,7 +69,7 @@ class ActuatorSetup:
 
 
 class ActuatorPlant:
-    """A valve with its positioner in steps of 2.5 ms; satisfies `Plant`.
+    """A valve with its positioner in steps of 2.5 ms; satisfies `ServedPlant`.
 
     Commands: the five inputs (which then leave the stimulus), ``fault`` (number, 0 none) with its strength, times and
     direction (0: the benchmark's), ``noise``, ``lugre`` (1: friction as a force, 0: play; changing it restarts the

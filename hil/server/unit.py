@@ -8,7 +8,7 @@ from enum import IntEnum
 import numpy as np
 
 from hil.plant.pace import LatenessReport, Pace
-from hil.plant.plant import Plant
+from hil.plant.plant import ServedPlant
 from hil.registers.codec import decode, saturated
 from hil.server.layout import Layout, Place
 from hil.server.ring import SampleMemory
@@ -47,7 +47,7 @@ class ServedUnit:
     harm : whether registers may switch on what damages the plant.
     """
 
-    def __init__(self, plant: Plant, layout: Layout, pace: Pace | None, harm: bool = False) -> None:
+    def __init__(self, plant: ServedPlant, layout: Layout, pace: Pace | None, harm: bool = False) -> None:
         self.plant, self.layout, self.pace, self._harm = plant, layout, pace, harm
         self.samples = 0
         self.requests = self.refused = 0
