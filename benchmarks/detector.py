@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks._machine import machine
+from benchmarks.machine import machine
 from benchmarks.plain_observer import PlainObserver, filterpy_filter
 from detector import Blocks, Calibration, Fleet, Measurements, Watch, learn, strokes_of
 from detector.published import chapter_5, section_4_4

@@ -8,21 +8,14 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from hil import (
-    Certificates,
-    NetworkAddress,
-    ServedPlant,
-    ServerAddress,
-    ServerSettings,
-    make_test_authority,
-    serve_session,
-)
+from hil import Certificates, NetworkAddress, ServedPlant, ServerAddress, ServerSettings, serve_session
+from hil.testing import make_loopback_authority
 from recordings import BadInput
 
 
 def make_certificates(folder: Path) -> None:
     """Write the certificates of a test authority and say how to use them. Raises BadInput."""
-    made = make_test_authority(folder)
+    made = make_loopback_authority(folder)
     server, client = made.server, made.client
     print(f"server: --cert {server.certificate} --key {server.key} --ca {server.authority}")
     print(f"client: cert={client.certificate}&key={client.key}&ca={client.authority}")

@@ -48,10 +48,10 @@ class ServerSettings:
         seen = [a for a in self.listen if isinstance(a, NetworkAddress) and not a.loopback]
         for address in seen:
             if not self.expose:
-                found = "other machines could reach this address" + (
-                    "" if address.kind == "tls" else " without a password"
-                )
-                raise BadInput(address.at(address.port), found, "listen on 127.0.0.1, or say --expose if it is meant")
+                found = "other machines could reach this address"
+                found += "" if address.kind == "tls" else " without a password"
+                remedy = "listen on 127.0.0.1, or expose it if it is meant"
+                raise BadInput(address.at(address.port), found, remedy, parameter="expose")
         return [_meaning(address, self.write_map is not None, self.harm) for address in seen]
 
 

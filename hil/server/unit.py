@@ -11,8 +11,8 @@ from hil.plant.pace import LatenessReport, Pace
 from hil.plant.plant import ServedPlant
 from hil.registers.codec import decode, saturated
 from hil.server.layout import Layout, Place
-from hil.server.ring import SampleMemory
-from recordings import BadInput
+from hil.server.sample_memory import SampleMemory
+from recordings import BadInput, BristleError
 
 MOST_AT_ONCE = 400
 """Samples simulated in one go while following the clock: between two goes the server answers requests."""
@@ -32,7 +32,7 @@ class Refusal(IntEnum):
     ILLEGAL_VALUE = 3
 
 
-class Refused(Exception):
+class Refused(BristleError):
     """A request that gets an exception as its answer."""
 
     def __init__(self, code: Refusal) -> None:

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from detector.evaluation.detectors import DETECTORS
-from detector.evaluation.results.rows import Table
-from detector.evaluation.study import Outcome
+from detector.evaluation.outcome import Evaluation
+from detector.evaluation.results.table import Table
 from simulator.damadics import scenario
 
 if TYPE_CHECKING:
@@ -46,7 +45,7 @@ th { background: #f3f5f7; position: sticky; top: 0; } td.long { white-space: nor
 """
 
 
-def page(outcome: Outcome, made: Sequence[Table]) -> str:
+def page(outcome: Evaluation, made: Sequence[Table]) -> str:
     """The page; it needs no network."""
     from bokeh.embed import components
     from bokeh.resources import Resources
@@ -67,17 +66,17 @@ def page(outcome: Outcome, made: Sequence[Table]) -> str:
     return f"<!DOCTYPE html><html lang='en'><head>{head}{inline}</head><body>{body}{script}</body></html>"
 
 
-def _main(outcome: Outcome) -> Mapping[str, Any]:
-    return outcome.judged[outcome.plan.variants[0]]
+def _main(outcome: Evaluation) -> Mapping[str, Any]:
+    return outcome.trials[outcome.plan.variants[0]]
 
 
-def _compared(outcome: Outcome) -> str:
+def _compared(outcome: Evaluation) -> str:
     """What the names of the detectors stand for."""
-    names = (f"<b>{escape(name)}</b>: {escape(DETECTORS[name].text)}" for name in outcome.plan.detectors)
+    names = (f"<b>{escape(name)}</b>: {escape(text)}" for name, text in outcome.texts.items())
     return f"<details><summary>The detectors compared</summary><p class='note'>{'<br>'.join(names)}</p></details>"
 
 
-def _caption(outcome: Outcome) -> str:
+def _caption(outcome: Evaluation) -> str:
     return (
         f"Seed 1 of {outcome.plan.variants[0]}. Above, the lowest and highest value of set point, position and flow in "
         "each stretch of time; below, the highest statistic of each detector, an alarm above the dashed line. The "
@@ -120,8 +119,8 @@ def _plot(name: str, curves: Mapping[str, Any]) -> Any:
     _statistics(below, source, tuple(curves["statistics"]))
     below.add_layout(Span(location=1.0, dimension="width", line_dash="dashed", line_color="#1c2127"))
     for plot in (top, below):
-        onset, begun = scenario(name).faults[0].start_s / scale, scenario(name).ton / scale
-        plot.add_layout(BoxAnnotation(right=begun, fill_color="#8a8f98", fill_alpha=0.15, line_color=None))
+        onset, started = scenario(name).faults[0].start_s / scale, scenario(name).ton / scale
+        plot.add_layout(BoxAnnotation(right=started, fill_color="#8a8f98", fill_alpha=0.15, line_color=None))
         plot.add_layout(Span(location=onset, dimension="height", line_color="#d0342c", line_dash="dotted"))
         plot.add_layout(plot.legend[0], "above")
         plot.legend.update(click_policy="hide", orientation="horizontal", ncols=8, label_text_font_size="11px",
