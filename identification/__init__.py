@@ -3,6 +3,7 @@
 from identification.data.experiment import Experiment, Segment, experiment
 from identification.data.noise import noise_std
 from identification.estimators.fit import Estimator, Fit, Outcome, fit
+from identification.given import free_parameters, with_area, without_effects
 from identification.procedure import identify
 from identification.result import Identification, Trajectory
 from identification.sparse_regression import Crosscheck, Row, crosscheck
@@ -28,9 +29,12 @@ __all__ = [
     "crosscheck",
     "experiment",
     "fit",
+    "free_parameters",
     "identify",
     "noise_std",
     "profile",
     "trace",
     "uncertainty",
+    "with_area",
+    "without_effects",
 ]

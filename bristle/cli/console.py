@@ -1,4 +1,4 @@
-"""What commands share: reading recordings and options, and tables on the terminal."""
+"""What commands share: reading options, and tables on the terminal."""
 
 from __future__ import annotations
 
@@ -7,27 +7,13 @@ from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from recordings import BadInput, Recording, bundled, bundled_names, read
+from recordings import BadInput
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from identification import Crosscheck, Identification
     from simulator import ValveModel
-
-
-def load(paths: Sequence[str]) -> list[Recording]:
-    """Read recordings by path; ``bundled:NAME`` names one that ships with the toolkit."""
-    return [_load(path) for path in paths]
-
-
-def _load(path: str) -> Recording:
-    if not path.startswith("bundled:"):
-        return read(path)
-    name = path.removeprefix("bundled:")
-    if name not in bundled_names():
-        raise BadInput(path, "there is no such bundled recording", f"there are {', '.join(bundled_names())}")
-    return bundled(name)
 
 
 def assignments(items: Sequence[str], option: str) -> dict[str, float]:

@@ -15,6 +15,7 @@ from identification.data.experiment import Experiment, imposed
 from identification.estimators.noise_aware.force_noise import with_smooth_force
 from identification.result import Identification, error_of
 from identification.sparse_regression import Crosscheck
+from identification.summary import trace_html, trace_text
 from identification.tracing.algorithm import Candidate, Tracing, select
 from identification.tracing.crosscheck import SecondOpinion, second_opinion
 from identification.tracing.free_runs import holdout_rmse, identification_of, position_error
@@ -25,7 +26,7 @@ from recordings import Recording, save_text
 from simulator import CATALOGUE, ValveModel
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Trace:
     """The answer to the question what a model lacks.
 
@@ -43,6 +44,12 @@ class Trace:
     left: Remainder | None
     error: Mapping[str, Any]
     opinion: SecondOpinion | None
+
+    def __repr__(self) -> str:
+        return trace_text(self)
+
+    def _repr_html_(self) -> str:
+        return trace_html(self)
 
     @property
     def unit(self) -> str:
@@ -73,6 +80,11 @@ class Trace:
     def model(self) -> ValveModel:
         """The model after tracing."""
         return self.final.model
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Parameter values of the model after tracing, by full name, SI units."""
+        return self.model.values
 
     @property
     def closed(self) -> float:
@@ -107,6 +119,12 @@ class Trace:
     def write(self, path: str | os.PathLike[str]) -> None:
         """Write `trace.json`, all or nothing. Raises BadInput when it cannot be written."""
         save_text(Path(path), json.dumps(_finite(self.as_json()), indent=1, allow_nan=False) + "\n")
+
+    def report(self, path: str | os.PathLike[str]) -> None:
+        """Write the report, one self-contained HTML page. Raises BadInput when it cannot be written."""
+        from identification.report import write_trace_report
+
+        write_trace_report(path, self)
 
     def sentences(self) -> list[str]:
         """The answer in words."""
