@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from rich.status import Status
 
-from recordings import BadParameter
+from recordings import BadParameter, Progress
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -37,13 +36,11 @@ def print_profiles(console: Console, found: Identification, names: Iterable[str]
         console.print(f"profile of {name}: 90 % interval from {low} to {high}")
 
 
-def counted(status: object, trials: int) -> Callable[[], None]:
-    """Shows on a terminal's status how many of some trials are done, one more at every call."""
-    done = itertools.count(1)
+def counted(status: object) -> Progress:
+    """Shows on a terminal's status what is being done, and how much of it is."""
 
-    def told() -> None:
-        text = f"bootstrap: {next(done)} of {trials} refits done"
+    def report(stage: str, done: int, total: int) -> None:
         if isinstance(status, Status):
-            status.update(text)
+            status.update(f"{stage}: {done} of {total}" if total else stage)
 
-    return told
+    return report

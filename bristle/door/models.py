@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from typing import get_args
 
 import identification
 from bristle.door.sources import Source, read_all
 from identification import Estimator, Identification, Trace, with_area, without_effects
-from recordings import BadParameter
-from simulator import Causality
+from recordings import BadParameter, Progress, silent
+from simulator import CATALOGUE, Catalogue, Causality
 
 CAUSALITIES = ("force", "motion")
 """What may drive the model: the recorded force, or the recorded motion."""
@@ -27,7 +27,8 @@ def fit(
     estimator: Estimator = "auto",
     bootstrap: int = 0,
     crosscheck: bool = True,
-    progress: Callable[[], None] = lambda: None,
+    catalogue: Catalogue = CATALOGUE,
+    progress: Progress = silent,
 ) -> Identification:
     """Fit LuGre friction and spring of a valve to recordings of it. No starting values are needed.
 
@@ -53,8 +54,10 @@ def fit(
         Number of refits of simulated recordings for the intervals; 0 takes them from the linearised model.
     crosscheck : bool, optional
         Whether the parameters are compared with those of a sparse regression.
+    catalogue : Catalogue, optional
+        Where effects are looked up; ``CATALOGUE.extended`` adds your own.
     progress : callable, optional
-        Called after every refit of the bootstrap.
+        ``progress(stage, done, total)``, called now and then; a total of 0 says that nobody knows.
 
     Returns
     -------
@@ -80,7 +83,7 @@ def fit(
     fitted, judging = (with_area(read_all(some), area) for some in (recordings, holdout))
     return identification.identify(
         fitted, holdout=judging, given=held, causality=causality, hold=hold, check=crosscheck, estimator=estimator,
-        trials=bootstrap, progress=progress,
+        bootstrap=bootstrap, catalogue=catalogue, progress=progress,
     )  # fmt: skip
 
 

@@ -55,7 +55,7 @@ def command(
         found = br.fit(
             recordings, holdout=holdout or (), given=held, causality=cast("Causality | None", causality), area=area,
             hold=hold, estimator=cast("Estimator", estimator), bootstrap=bootstrap, crosscheck=crosscheck,
-            progress=counted(status, bootstrap),
+            progress=counted(status),
         )  # fmt: skip
     console = stdout()
     print_identification(console, found, crosscheck=crosscheck)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from identification.report.numbers import NARROW, number
 from identification.report.section import Section
+from identification.report.wording.numbers import NARROW, number
 from identification.result import Identification
 from identification.sparse_regression import Row
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from identification.report.numbers import interval, number, percent, with_std
 from identification.report.section import Section
+from identification.report.wording.numbers import interval, number, percent, with_std
 from identification.result import Identification
 from simulator import CATALOGUE, Value
 

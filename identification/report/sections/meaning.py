@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.report.key_figures import KeyFigures, key_figures
-from identification.report.numbers import number, percent, small_words
-from identification.report.parameters import meaning as in_the_catalogue
 from identification.report.runs import runs
 from identification.report.section import Section
+from identification.report.sections.parameters import meaning as in_the_catalogue
+from identification.report.wording.key_figures import KeyFigures, key_figures
+from identification.report.wording.numbers import number, percent, small_words
 from identification.result import Identification
 from simulator import CATALOGUE
 

@@ -8,9 +8,9 @@ import numpy as np
 
 from identification.report.canvas import INK, MEASURED, REFERENCE, canvas, finish_legend, inked
 from identification.report.decimate import cells
-from identification.report.numbers import number
 from identification.report.runs import Run, runs
 from identification.report.section import Section
+from identification.report.wording.numbers import number
 from identification.result import Identification
 from recordings import Array
 

@@ -8,10 +8,10 @@ import numpy as np
 
 from identification.report.canvas import INK, MEASURED, NARROW, REFERENCE, WIDE, canvas, dress, finish_legend, inked
 from identification.report.decimate import extremes
-from identification.report.key_figures import KeyFigures, key_figures
-from identification.report.numbers import number
 from identification.report.runs import Run, runs
 from identification.report.section import Section
+from identification.report.wording.key_figures import KeyFigures, key_figures
+from identification.report.wording.numbers import number
 from identification.result import Identification
 
 MOST_POINTS = 60_000

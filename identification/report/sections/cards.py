@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from identification.report.key_figures import KeyFigures, key_figures
-from identification.report.numbers import force_words, mm_words, number, percent, plain
-from identification.report.verdict import Verdict
+from identification.report.wording.key_figures import KeyFigures, key_figures
+from identification.report.wording.numbers import force_words, mm_words, number, percent, plain
+from identification.report.wording.verdict import Verdict
 from identification.result import Identification
 
 

@@ -7,13 +7,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from identification.estimators.fit import Outcome
-from identification.report.cards import cards
-from identification.report.key_figures import KeyFigures, key_figures
-from identification.report.numbers import force_words, mm_words, number, percent, plain
+from identification.estimators.fitted import Outcome
 from identification.report.runs import error_unit, output_name, rms, runs
 from identification.report.section import Section
-from identification.report.verdict import AT_FLOOR, FAR_BELOW, NEAR_FLOOR, Verdict, page_mood, verdict
+from identification.report.sections.cards import cards
+from identification.report.wording.key_figures import KeyFigures, key_figures
+from identification.report.wording.numbers import force_words, mm_words, number, percent, plain
+from identification.report.wording.verdict import AT_FLOOR, FAR_BELOW, NEAR_FLOOR, Verdict, page_mood, verdict
 from identification.result import Identification
 
 WIDEST = 5

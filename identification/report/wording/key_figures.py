@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.report.numbers import number, percent
 from identification.report.runs import runs
+from identification.report.wording.numbers import number, percent
 from identification.result import Identification
 
 

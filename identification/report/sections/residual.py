@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from identification.report.canvas import ALARM, INK, NEUTRAL, RESIDUAL, canvas, finish_legend, inked
-from identification.report.numbers import number, percent
 from identification.report.runs import Run, runs
 from identification.report.section import Section
-from identification.report.verdict import AT_FLOOR, over_noise, verdict
+from identification.report.wording.numbers import number, percent
+from identification.report.wording.verdict import AT_FLOOR, over_noise, verdict
 from identification.result import Identification
 from recordings import Array
 

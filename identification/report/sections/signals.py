@@ -16,13 +16,14 @@ from identification.report.canvas import (
     canvas,
     finish_legend,
     inked,
+    robust_range,
     unprinted,
 )
 from identification.report.decimate import extremes
-from identification.report.numbers import count, number, plain
 from identification.report.runs import DRAWN, Run, error_unit, output_name, runs
 from identification.report.section import Section
-from identification.report.verdict import verdict
+from identification.report.wording.numbers import count, number, plain
+from identification.report.wording.verdict import verdict
 from identification.result import Identification
 
 MOST_POINTS = 60_000
@@ -63,17 +64,34 @@ def _facts(run: Run, most: int, scale: tuple[float, str]) -> dict[str, Any]:
     }  # fmt: skip
 
 
+def overlay(identification: Identification) -> Any:
+    """Measured and simulated signal of the first held-out recording, or of the first one where none is held out."""
+    every = runs(identification)
+    run = next((r for r in every if r.role == "held out"), every[0])
+    plot = _signal(run, _source(run, MOST_POINTS, 1.0))
+    plot.xaxis.axis_label = "time [s]"
+    return plot
+
+
+def _signal(run: Run, source: Any) -> Any:
+    """Measured and simulated signal over time."""
+    factor, unit = DRAWN[run.trajectory.unit]
+    limits = robust_range(factor * run.trajectory.measured, [factor * run.trajectory.simulated])
+    plot = canvas("", f"{output_name(run)} [{unit}]", 300, y_range=limits)
+    plot.x_range.range_padding = 0.01
+    plot.line("t", "measured", source=source, color=MEASURED, line_width=WIDE, legend_label="measured")
+    inked(plot.line("t", "simulated", source=source, color=INK, line_width=NARROW, legend_label="simulated"))
+    finish_legend(plot)
+    return plot
+
+
 def _drawn(run: Run, most: int, scale: tuple[float, str]) -> Any:
     """Three plots over one time axis: signal, residual, input."""
     from bokeh.layouts import gridplot
     from bokeh.models import BoxAnnotation
 
     source, tr = _source(run, most, scale[0]), run.trajectory
-    top = canvas("", f"{output_name(run)} [{DRAWN[tr.unit][1]}]", 300)
-    top.x_range.range_padding = 0.01
-    top.line("t", "measured", source=source, color=MEASURED, line_width=WIDE, legend_label="measured")
-    inked(top.line("t", "simulated", source=source, color=INK, line_width=NARROW, legend_label="simulated"))
-    finish_legend(top)
+    top = _signal(run, source)
     middle, band = canvas("", f"residual [{scale[1]}]", 170, x_range=top.x_range), BAND * scale[0] * tr.noise
     middle.add_layout(BoxAnnotation(bottom=-band, top=band, fill_color=NEUTRAL, fill_alpha=0.25, line_color=None))
     middle.line("t", "error", source=source, color=RESIDUAL, line_width=1.2)

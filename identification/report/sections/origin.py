@@ -6,8 +6,8 @@ import platform
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 
-from identification.report.numbers import count, number, plain
 from identification.report.section import Section
+from identification.report.wording.numbers import count, number, plain
 from identification.result import Identification
 
 PACKAGES = ("bristle", "numpy", "scipy", "casadi", "pysindy", "bokeh")
