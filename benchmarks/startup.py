@@ -12,7 +12,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from benchmarks._machine import machine
+from benchmarks.machine import machine
 
 HOUSE = Path(__file__).resolve().parents[1]
 

@@ -6,6 +6,7 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -97,6 +98,12 @@ class Identification:
         from identification.report import write_report
 
         write_report(path, self)
+
+    def plot(self) -> Any:
+        """The main pictures, one below the other, as a bokeh layout: ``bokeh.io.show(found.plot())``."""
+        from identification.report import stacked
+
+        return stacked(self)
 
 
 def free_runs(fit: Fit, experiments: Sequence[Experiment], fitted: bool) -> tuple[Trajectory, ...]:

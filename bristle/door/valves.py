@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Iterable, Mapping
 
 from recordings import Array, BadParameter, Recording
-from simulator import BASE, Excitation, Sensors, ValveModel, random_valve
+from simulator import BASE, CATALOGUE, Catalogue, Excitation, Sensors, ValveModel, random_valve
 from simulator import simulate as simulate_valve
 
 Truth = Mapping[str, float | Array | str]
@@ -19,6 +18,8 @@ def simulate(
     *,
     given: Mapping[str, float] | None = None,
     model: ValveModel | str | os.PathLike[str] | None = None,
+    effects: Iterable[str] = (),
+    catalogue: Catalogue = CATALOGUE,
     seed: int = 0,
     stroke: float | None = None,
     rate: float = 500.0,
@@ -40,6 +41,10 @@ def simulate(
         Parameters to set, by full name, in SI units: ``{"lugre.fc": 120}``.
     model : ValveModel or path, optional
         The valve; without one, a LuGre valve of the seed.
+    effects : names, optional
+        Effects that the valve has besides: ``["backlash"]``, of typical size where `given` says no other.
+    catalogue : Catalogue, optional
+        Where effects are looked up; ``br.CATALOGUE.extended(MyEffect())`` adds your own.
     seed : int, optional
         Of valve, excitation and noise. The same seed gives the same recording.
     stroke : float, optional
@@ -67,7 +72,10 @@ def simulate(
     (201,)
     """
     sensors = sensed(rate, position_noise, force_noise, position_step, force_step)
-    return simulated(excitation, given=given, model=model, seed=seed, stroke=stroke, sensors=sensors)[0]
+    return simulated(
+        excitation, given=given, model=model, effects=effects, catalogue=catalogue, seed=seed, stroke=stroke,
+        sensors=sensors,
+    )[0]  # fmt: skip
 
 
 def sensed(rate: float, position_noise: float, force_noise: float, position_step: float, force_step: float) -> Sensors:
@@ -83,21 +91,34 @@ def simulated(
     seed: int,
     stroke: float | None,
     sensors: Sensors,
+    effects: Iterable[str] = (),
+    catalogue: Catalogue = CATALOGUE,
 ) -> tuple[Recording, Truth]:
     """As `simulate`, with the truth beside the recording."""
-    known, length = random_valve(seed)
-    effects: Sequence[str] = BASE
-    if model is not None:
-        valve = model if isinstance(model, ValveModel) else ValveModel.read(model)
-        known, effects, length = valve.values, valve.effects, float(valve.plant.get("stroke_m", length))
-    changed: dict[str, Any] = dict(given or {})
-    unknown = sorted(set(changed) - set(known))
-    if unknown:
-        raise BadParameter("given", unknown[0], "no such parameter", f"there are {', '.join(known)}")
-    chosen = length if stroke is None else _positive("stroke", stroke)
+    own, values, length = _valve(model, seed, catalogue)
+    added = [effect for effect in effects if effect not in own]
+    unknown = next((effect for effect in added if effect not in catalogue), None)
+    if unknown is not None:
+        raise BadParameter("effects", unknown, "there is no such effect", f"there are {', '.join(catalogue.ids)}")
+    values = {name: one.scale for name, one in catalogue.parameters(added).items()} | values
+    wrong = next((name for name in given or {} if name not in values), None)
+    if wrong is not None:
+        raise BadParameter("given", wrong, "no such parameter", f"there are {', '.join(values)}")
     return simulate_valve(
-        known | changed, Excitation.parse(excitation), sensors, stroke=chosen, effects=tuple(effects), seed=seed
-    )
+        values | dict(given or {}), Excitation.parse(excitation), sensors, effects=(*own, *added), seed=seed,
+        stroke=length if stroke is None else _positive("stroke", stroke), catalogue=catalogue,
+    )  # fmt: skip
+
+
+def _valve(
+    model: ValveModel | str | os.PathLike[str] | None, seed: int, catalogue: Catalogue
+) -> tuple[tuple[str, ...], dict[str, float], float]:
+    """Effects, parameters by full name, and stroke [m]: of a model, or of the seed."""
+    values, stroke = random_valve(seed)
+    if model is None:
+        return BASE, values, stroke
+    valve = model if isinstance(model, ValveModel) else ValveModel.read(model, catalogue)
+    return valve.effects, valve.values, float(valve.plant.get("stroke_m", stroke))
 
 
 def _positive(parameter: str, value: float) -> float:

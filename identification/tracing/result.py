@@ -126,6 +126,12 @@ class Trace:
 
         write_trace_report(path, self)
 
+    def plot(self) -> Any:
+        """The main pictures, one below the other, as a bokeh layout: ``bokeh.io.show(found.plot())``."""
+        from identification.report import stacked
+
+        return stacked(self)
+
     def sentences(self) -> list[str]:
         """The answer in words."""
         t, out = self.tracing, []

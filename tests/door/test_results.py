@@ -17,7 +17,7 @@ LONGEST = 1000
 
 @pytest.fixture(scope="module")
 def recording():
-    return br.simulate("mixed:20", position_noise=3e-6, force_noise=0.1, seed=3)
+    return br.simulate("mixed:10", position_noise=2e-6, seed=3)
 
 
 @pytest.fixture(scope="module")
@@ -26,8 +26,8 @@ def fitted(recording):
 
 
 @pytest.fixture(scope="module")
-def traced(recording):
-    return br.trace(recording)
+def traced():
+    return br.trace(br.simulate("mixed:20", position_noise=3e-6, force_noise=0.1, seed=3))
 
 
 @pytest.fixture(params=["fitted", "traced"])
@@ -80,6 +80,14 @@ def test_what_is_written_is_what_the_command_writes(fitted, traced, tmp_path):
 def test_a_report_is_one_page(result, tmp_path):
     result.report(tmp_path / "page.html")
     assert (tmp_path / "page.html").read_text(encoding="utf-8").lstrip().lower().startswith("<!doctype html>")
+
+
+def test_pictures_are_a_layout_of_bokeh(result):
+    from bokeh.embed import file_html
+
+    shown = result.plot()
+    assert len(shown.children) >= 2
+    assert file_html(shown).lstrip().startswith("<!DOCTYPE html>")
 
 
 def test_a_report_that_cannot_be_written_is_refused(result, tmp_path):
@@ -152,6 +160,14 @@ def test_a_model_is_simulated(fitted, tmp_path):
     fitted.write(tmp_path / "model.json")
     by_value, by_path = (br.simulate("sine:1", model=model) for model in (fitted.model, tmp_path / "model.json"))
     assert np.array_equal(by_value["position"].values, by_path["position"].values)
+
+
+def test_an_effect_is_simulated_in_its_typical_size_or_in_another():
+    plain = br.simulate("sine:2", seed=1)
+    typical = br.simulate("sine:2", seed=1, effects=["backlash"])
+    none = br.simulate("sine:2", seed=1, effects=["backlash"], given={"backlash.width": 0.0})
+    assert not np.array_equal(typical["position"].values, plain["position"].values)
+    assert np.allclose(none["position"].values, plain["position"].values, atol=1e-9)
 
 
 def test_errors_are_caught_at_any_level():
