@@ -13,6 +13,7 @@ Arrays in, arrays out; a path or ``bundled:NAME`` stands for a recording whereve
 `simulate`              a recording of a simulated valve
 `fit`                   friction and spring of a valve, from recordings
 `trace`                 the effect that a valve shows and the model of friction and spring lacks
+`record`, `serve`       live recording, and a simulated valve behind Modbus: both are context managers
 `CATALOGUE`, `Effect`   the effects that can be simulated, fitted and traced, and how to write one
 ======================  ================================================================================
 
@@ -41,6 +42,8 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from bristle.door.links import record as record
+    from bristle.door.links import serve as serve
     from bristle.door.models import fit as fit
     from bristle.door.models import trace as trace
     from bristle.door.sources import read as read
@@ -66,6 +69,7 @@ if TYPE_CHECKING:
     __version__: str
 
 PLACES = {
+    "bristle.door.links": ("record", "serve"),
     "bristle.door.models": ("fit", "trace"),
     "bristle.door.valves": ("simulate",),
     "bristle.door.sources": ("read",),

@@ -33,8 +33,10 @@ COMMANDS = {
 
 OPTIONS = {
     "column": "--column NAME=COLUMN:UNIT",
+    "effects": "--effect",
     "overwrite": "--force",
     "rate_hz": "--rate HZ",
+    "settings": "--set",
     "time": "--time COLUMN:UNIT",
 }
 """How a message writes the option that stands for a parameter, where it is not the parameter's name alone."""
@@ -145,10 +147,9 @@ def _as_option(error: BadInput) -> str:
     """What is wrong with an input, with the parameter it names written as the option of this command line."""
     from recordings.errors import BadParameter
 
-    if isinstance(error, BadParameter):
-        (parameter,) = error.parameters
-        return f"--{parameter.replace('_', '-')}{str(error).removeprefix(parameter)}"
     options = [OPTIONS.get(name, f"--{name.replace('_', '-')}") for name in error.parameters]
+    if isinstance(error, BadParameter):
+        return f"{options[0].split()[0]}{str(error).removeprefix(error.parameters[0])}"
     return f"{error} ({', '.join(options)})" if options else str(error)
 
 
