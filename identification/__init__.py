@@ -8,7 +8,7 @@ from identification.given import free_parameters, with_area, without_effects
 from identification.procedure import identify
 from identification.result import Identification, Trajectory
 from identification.sparse_regression import Crosscheck, Row, crosscheck
-from identification.tracing.algorithm import Candidate
+from identification.tracing.judge import Candidate
 from identification.tracing.result import Trace, trace
 from identification.uncertainty.covariance import Uncertainty, uncertainty_of
 from identification.uncertainty.profile import Profile, profile

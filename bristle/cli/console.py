@@ -7,7 +7,7 @@ from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from recordings import BadInput
+from recordings import BadInput, Progress
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -50,6 +50,17 @@ def working(what: str) -> AbstractContextManager[object]:
 
     console = Console(stderr=True)
     return console.status(what) if console.is_terminal else nullcontext()
+
+
+def shown_on(status: object) -> Progress:
+    """Progress on the sign of life that `working` gives: what is being done, and how much of it is."""
+    from rich.status import Status
+
+    def report(stage: str, done: int, total: int) -> None:
+        if isinstance(status, Status):
+            status.update(f"{stage}: {done} of {total}" if total else stage)
+
+    return report
 
 
 def stdout() -> Console:

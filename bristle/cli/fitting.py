@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from rich.status import Status
-
-from recordings import BadParameter, Progress
+from recordings import BadParameter
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -34,13 +32,3 @@ def print_profiles(console: Console, found: Identification, names: Iterable[str]
         p = profile(found.fit, found.uncertainty, name)
         low, high = (f"{x:.6g}" if x is not None else "(no end found)" for x in (p.lower, p.upper))
         console.print(f"profile of {name}: 90 % interval from {low} to {high}")
-
-
-def counted(status: object) -> Progress:
-    """Shows on a terminal's status what is being done, and how much of it is."""
-
-    def report(stage: str, done: int, total: int) -> None:
-        if isinstance(status, Status):
-            status.update(f"{stage}: {done} of {total}" if total else stage)
-
-    return report

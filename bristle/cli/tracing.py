@@ -19,7 +19,7 @@ def candidate_table(found: Trace) -> Table:
     for c in found.candidates[:SHOWN]:
         rmse = found.holdout_rmse.get(c.effect)
         table.add_row(
-            c.effect, f"{c.gain:.4g}", "" if c.held is None else f"{c.held.t:.1f}",
+            c.effect, f"{c.gain:.4g}", "" if c.held_out is None else f"{c.held_out.t:.1f}",
             "" if rmse is None else f"{rmse:.3g}", "accepted" if c.accepted else c.why,
         )  # fmt: skip
     return table

@@ -95,13 +95,17 @@ def trace(
     without: Iterable[str] = (),
     area: float | None = None,
     hold: bool = False,
+    catalogue: Catalogue = CATALOGUE,
+    progress: Progress = silent,
 ) -> Trace:
     """Find the effect that a valve shows and the model of friction and spring lacks, or say that nothing is missing.
 
     Parameters
     ----------
-    recordings, given, without, area, hold
+    recordings, given, without, area, hold, progress
         As for `fit`.
+    catalogue : Catalogue, optional
+        The effects that are tried; ``br.CATALOGUE.extended(MyEffect())`` adds your own.
     holdout : recording, path or ``bundled:NAME``, or several of them
         Recordings that only judge; without any, the last quarter of each recording does.
 
@@ -123,7 +127,7 @@ def trace(
     """
     held = without_effects(without) | dict(given or {})
     fitted, judging = (with_area(read_all(some), area) for some in (recordings, holdout))
-    return identification.trace(fitted, holdout=judging, given=held, hold=hold)
+    return identification.trace(fitted, holdout=judging, given=held, hold=hold, catalogue=catalogue, progress=progress)
 
 
 def _check(parameter: str, value: object, allowed: tuple[object, ...]) -> None:

@@ -43,8 +43,8 @@ def command(
     Example: bristle fit bundled:mixed --out model.json --report fit.html
     """
     import bristle as br
-    from bristle.cli.console import assignments, print_identification, stdout, working, writable
-    from bristle.cli.fitting import counted, print_profiles, profiled
+    from bristle.cli.console import assignments, print_identification, shown_on, stdout, working, writable
+    from bristle.cli.fitting import print_profiles, profiled
     from identification import without_effects
 
     for path in (out, report):
@@ -55,7 +55,7 @@ def command(
         found = br.fit(
             recordings, holdout=holdout or (), given=held, causality=cast("Causality | None", causality), area=area,
             hold=hold, estimator=cast("Estimator", estimator), bootstrap=bootstrap, crosscheck=crosscheck,
-            progress=counted(status),
+            progress=shown_on(status),
         )  # fmt: skip
     console = stdout()
     print_identification(console, found, crosscheck=crosscheck)

@@ -26,14 +26,22 @@ def command(
     Example: bristle trace bundled:step bundled:sine --holdout bundled:mixed --out trace.json --model-out model.json
     """
     import bristle as br
-    from bristle.cli.console import assignments, stdout, working, writable
+    from bristle.cli.console import assignments, shown_on, stdout, working, writable
     from bristle.cli.tracing import candidate_table, error_lines
 
     for path in (out, model_out, report):
         writable(path)
     held = assignments(given or [], "--given")
-    with working("tracing"):
-        found = br.trace(recordings, holdout=holdout or (), given=held, without=without or (), area=area, hold=hold)
+    with working("tracing") as status:
+        found = br.trace(
+            recordings,
+            holdout=holdout or (),
+            given=held,
+            without=without or (),
+            area=area,
+            hold=hold,
+            progress=shown_on(status),
+        )
     console = stdout()
     console.print(f"verdict: {found.verdict}")
     for sentence in found.sentences():
