@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from rich.table import Table
+from rich.table import Column, Table
 
 if TYPE_CHECKING:
     from identification import Trace
@@ -15,7 +15,7 @@ SHOWN = 8
 
 def candidate_table(found: Trace) -> Table:
     """The best candidates of the first round, with what became of them."""
-    table = Table("effect", "gain", "held-out t", f"held-out rmse [{found.unit}]", "outcome")
+    table = Table(Column("effect", no_wrap=True), "gain", "held-out t", f"held-out rmse [{found.unit}]", "outcome")
     for c in found.candidates[:SHOWN]:
         rmse = found.holdout_rmse.get(c.effect)
         table.add_row(

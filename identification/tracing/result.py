@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from identification.result import Identification
+from identification.summary import trace_html, trace_text
 from identification.tracing import answer
 from identification.tracing.algorithm import select
 from identification.tracing.crosscheck import SecondOpinion, second_opinion
@@ -28,7 +29,7 @@ from recordings import Progress, Recording, counted, save_text, silent
 from simulator import CATALOGUE, Catalogue, ValveModel
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Trace:
     """The answer to the question what a model lacks.
 
@@ -49,6 +50,12 @@ class Trace:
     residual: ResidualDescription | None
     error: Mapping[str, Any]
     second_opinion: SecondOpinion | None
+
+    def __repr__(self) -> str:
+        return trace_text(self)
+
+    def _repr_html_(self) -> str:
+        return trace_html(self)
 
     @property
     def unit(self) -> str:
@@ -86,6 +93,11 @@ class Trace:
         return self.final.model
 
     @property
+    def values(self) -> dict[str, float]:
+        """Parameter values of the model after tracing, by full name, SI units."""
+        return self.model.values
+
+    @property
     def closed(self) -> float:
         """Share of the held-out gap between the base model's error and the noise floor that was closed [1]."""
         errors = ((self.error[side]["holdout"] or {}).get(f"rmse_{self.unit}", np.nan) for side in ("before", "after"))
@@ -100,6 +112,18 @@ class Trace:
     def write(self, path: str | os.PathLike[str]) -> None:
         """Write `trace.json`, all or nothing. Raises BadInput when it cannot be written."""
         save_text(Path(path), json.dumps(answer.finite(self.as_json()), indent=1, allow_nan=False) + "\n")
+
+    def report(self, path: str | os.PathLike[str]) -> None:
+        """Write the report, one self-contained HTML page. Raises BadInput when it cannot be written."""
+        from identification.report import write_trace_report
+
+        write_trace_report(path, self)
+
+    def plot(self) -> Any:
+        """The main pictures, one below the other, as a bokeh layout: ``bokeh.io.show(found.plot())``."""
+        from identification.report import stacked
+
+        return stacked(self)
 
     def sentences(self) -> list[str]:
         """The answer in words."""
