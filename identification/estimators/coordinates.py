@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from recordings import Array
-from simulator import CATALOGUE, Kernel, Parameter
+from simulator import Kernel, Parameter
 
 FLOOR = 1e-7
 """A parameter that may be zero but moves in its logarithm stops at this fraction of its scale."""
@@ -47,6 +47,10 @@ class Coordinates:
         """Names of the free parameters, in the order of theta."""
         return tuple(name for name, free in zip(self.names, self.free, strict=True) if free)
 
+    def is_free(self, name: str) -> bool:
+        """Whether there is a parameter of this full name, and it is free."""
+        return name in self.names and bool(self.free[self.names.index(name)])
+
     def part(self, names: Sequence[str]) -> Coordinates:
         """The coordinates of some of the parameters, in their order here."""
         kept = np.isin(self.names, names)
@@ -81,8 +85,4 @@ class Coordinates:
 
 def parameters(kernel: Kernel) -> dict[str, Parameter]:
     """The parameters of a kernel by full name, in its order."""
-    return {
-        CATALOGUE[effect].parameter_name(parameter.symbol): parameter
-        for effect in kernel.effects
-        for parameter in CATALOGUE[effect].parameters
-    }
+    return kernel.catalogue.parameters(kernel.effects)

@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
+from recordings import Array
+
 MEASURED, RESIDUAL, REFERENCE, ALARM, NEUTRAL = "#3d97de", "#8a63c4", "#e0701a", "#d0342c", "#8a8f98"
+BEFORE = REFERENCE
+"""The model before something was added to it."""
 INK = "#1c2127"
 """What the model says: as dark as the text on a light page; the page's script makes it light on a dark one."""
 WIDE, NARROW = 4.5, 1.2
 """Measured wide and light below, simulated narrow and strong on top: told apart in black and white, too."""
+
+OVERSHOOT = 1.0
+"""How far the axes go beyond the measured signal for the sake of a simulated one, in ranges of the measured."""
 
 
 def canvas(x_label: str, y_label: str, height: int, **options: Any) -> Any:
@@ -26,6 +36,23 @@ def canvas(x_label: str, y_label: str, height: int, **options: Any) -> Any:
     for axis in plot.axis:
         dress(axis)
     return plot
+
+
+def robust_range(main: Array, others: Sequence[Array], overshoot: float = OVERSHOOT) -> tuple[float, float]:
+    """Limits of an axis that show all of one signal and nearly all (99 %) of the others, but of those no more than
+    `overshoot` ranges of the first beyond it: a run that diverges must not flatten the picture. 0 to 1 where nothing
+    is known.
+    """
+    known = main[np.isfinite(main)]
+    if not len(known):
+        return 0.0, 1.0
+    low, high = float(known.min()), float(known.max())
+    reach = overshoot * ((high - low) or max(abs(high), 1e-9))
+    ends = [np.quantile(v[np.isfinite(v)], (0.005, 0.995)) for v in others if np.isfinite(v).any()]
+    bottom = max(low - reach, min([low, *(float(e[0]) for e in ends)]))
+    top = min(high + reach, max([high, *(float(e[1]) for e in ends)]))
+    margin = 0.05 * (top - bottom)
+    return bottom - margin, top + margin
 
 
 def unprinted(toolbar: Any) -> None:

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from identification.report.fit_page import write_report
+from identification.report.assembly import assembled, save_page
+from identification.report.fit_page import SECTIONS, front
 from identification.report.section import Section
 from identification.tracing.model import Model
 from identification.tracing.residual import quantities
@@ -19,7 +20,8 @@ POINTS, SHOWN = 2000, 400
 
 def write_trace_report(path: str | os.PathLike[str], trace: Trace) -> None:
     """Write the report of a trace as one self-contained HTML file. Raises BadInput when it cannot be written."""
-    write_report(path, trace.final, [story(trace)])
+    sections = [story(trace), *(section(trace.final) for section in SECTIONS)]
+    save_page(path, assembled(front("Valve trace", trace.final), sections))
 
 
 def story(trace: Trace) -> Section:

@@ -12,7 +12,7 @@ from _page import Page, as_number
 from report_samples import HOSTILE_TAG, HOSTILE_TITLE, long_run
 
 from identification import Identification, Outcome
-from identification.report import write_report
+from identification.report import figures, write_report
 from recordings import BadInput
 
 SECTIONS = {"headline", "parameters", "signals", "residual", "loop", "friction", "crosscheck", "meaning", "origin"}
@@ -206,3 +206,12 @@ def test_long_recordings_make_a_small_page(drive_fit, tmp_path):
     runs = tuple(long_run(drive_fit.trajectories[0]) for _ in range(2))
     write_report(tmp_path / "long.html", replace(drive_fit, trajectories=runs, holdout=runs[:1]))
     assert (tmp_path / "long.html").stat().st_size < LARGEST
+
+
+@pytest.mark.parametrize("name", FITS)
+def test_a_notebook_gets_the_main_pictures_of_a_fit_with_units(name, request):
+    shown = figures(request.getfixturevalue(name))
+    assert list(shown)[:2] == ["Measured and simulated", "Valve signature: force against position"]
+    for plot in shown.values():
+        assert re.search(r"\[.+\]$", plot.xaxis[0].axis_label)
+        assert re.search(r"\[.+\]$", plot.yaxis[0].axis_label)

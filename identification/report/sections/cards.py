@@ -1,0 +1,83 @@
+"""The key figures as cards: about the valve, and about how far to trust them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from identification.report.wording.key_figures import KeyFigures, key_figures
+from identification.report.wording.numbers import force_words, mm_words, number, percent, plain
+from identification.report.wording.verdict import Verdict
+from identification.result import Identification
+
+
+@dataclass(frozen=True)
+class Card:
+    """A key figure: label, value, a line below it, whether it is good, a warning, bad or neutral, and the parameters
+    it rests on.
+    """
+
+    label: str
+    value: str
+    below: str = ""
+    mood: str = "neutral"
+    rests_on: tuple[str, ...] = ()
+
+
+def cards(identification: Identification, judged: Verdict) -> list[Card]:
+    """All cards; a figure that rests on a weak parameter is a warning."""
+    weak = {n for n, p in identification.model.parameters.items() if p.status in ("weak", "at_bound")}
+    valve = [
+        Card(c.label, c.value, f"{c.below}; weakly known", "warn") if weak & set(c.rests_on) else c
+        for c in _valve(key_figures(identification))
+    ]
+    return [*valve, _residual(judged), _crosscheck(identification)]
+
+
+def _valve(f: KeyFigures) -> Iterator[Card]:
+    if f.friction is not None:
+        share = "" if f.share is None else f"{percent(f.share)} of span: {force_words(f.span)}, {f.span_words}"
+        yield Card("Friction at speed", force_words(f.friction), share, rests_on=("lugre.fc",))
+    if f.friction and f.breakaway is not None:
+        times = f"{number(f.breakaway / f.friction)} times the friction at speed"
+        yield Card("Break-away", force_words(f.breakaway), times, rests_on=("lugre.fs",))
+    if f.rate:
+        span = f"{force_words(f.rate * f.travel)} over the {f.travel_words}"
+        yield Card("Spring rate", f"{number(f.rate / 1e3)} N/mm", span, rests_on=("spring.K",))
+    if f.preload is not None and (f.rate or f.preload):
+        label = "Preload" if f.rate else "Constant force"
+        yield Card(label, force_words(f.preload), _preload_words(f, f.preload), rests_on=("spring.F0",))
+    if f.dead_band is not None:
+        std = f" ± {number(1e3 * f.dead_band_std, 2)} mm" if f.dead_band_std else ""
+        lost = f"{f.of_travel(f.dead_band)}; 2 fc / K{std}"
+        yield Card("Dead band", mm_words(f.dead_band), lost, rests_on=("lugre.fc", "spring.K"))
+    if f.jump is not None:
+        lost = f"{f.of_travel(f.jump)}; (fs − fc) / K"
+        yield Card("Stick-slip jump, about", mm_words(f.jump), lost, rests_on=("lugre.fc", "lugre.fs", "spring.K"))
+
+
+def _preload_words(f: KeyFigures, preload: float) -> str:
+    if not f.rate:
+        return "weight, mean flow force or an offset of the sensor"
+    if f.bench_set is not None:
+        return f"bench set {f.bench_set_words}"
+    if f.area:
+        return f"{number(preload / f.area / 1e3)} kPa at x = 0; the stroke is not known"
+    return "force at x = 0; no diaphragm area is known, so no bench set"
+
+
+def _residual(judged: Verdict) -> Card:
+    below = "no recording was held out"
+    if judged.held_out is not None:
+        below = f"held-out recordings: {number(judged.held_out)}"
+    if judged.window is not None:
+        below = f"over {plain(judged.window)} s windows; free run {number(judged.free)}"
+    return Card("Residual over noise", number(judged.ratio), below, judged.mood)
+
+
+def _crosscheck(identification: Identification) -> Card:
+    check = identification.crosscheck
+    if check is None:
+        return Card("Cross-check", "none", "the section below says why")
+    within = f"{sum(bool(row.agrees) for row in check.rows)} of {len(check.rows)} coefficients within their gates"
+    return Card("Cross-check", *(("agrees", within, "good") if check.agrees else ("disagrees", within, "bad")))

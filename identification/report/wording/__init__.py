@@ -1,0 +1,1 @@
+"""Words and figures of the pages: numbers for people, key figures of a valve, verdicts in sentences."""
