@@ -28,7 +28,8 @@ lint: install
 	$(BIN)/mypy
 
 docs: install
-	PYTHONPATH=. $(BIN)/python -m sphinx --builder html --fresh-env --keep-going --nitpicky --fail-on-warning --quiet docs build/docs
+	rm -rf build/docs
+	PYTHONPATH=. $(BIN)/python -m sphinx --keep-going --nitpicky --fail-on-warning --quiet docs build/docs
 	$(BIN)/python -m tools.check_site build/docs
 
 bench: install
