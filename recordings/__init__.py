@@ -8,9 +8,9 @@ recordings.errors.BadInput: nowhere.h5: there is no such file; check the path
 """
 
 from recordings.arrays import Array
+from recordings.atomic_files import save_text
 from recordings.description import describe
 from recordings.errors import BadInput, BadParameter, BristleError, LinkError, NegativeAnswer, ProtocolError
-from recordings.files import save_text
 from recordings.hdf5.header import Header, Source
 from recordings.hdf5.live import RecordingWriter
 from recordings.hdf5.reader import RecordingFile, open_recording, read, validate
