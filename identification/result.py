@@ -12,7 +12,7 @@ from identification.data.experiment import Experiment
 from identification.estimators.coordinates import parameters
 from identification.estimators.fitted import Fit
 from identification.estimators.least_squares import Normal, descend
-from identification.estimators.output_error.problem import Problem, Setting
+from identification.estimators.output_error.problem import Piece, Problem, Response, Setting
 from identification.sparse_regression import Crosscheck
 from identification.uncertainty.covariance import Uncertainty
 from recordings import Array, Recording
@@ -84,24 +84,25 @@ def free_runs(fit: Fit, experiments: Sequence[Experiment], fitted: bool) -> tupl
     resets = not np.isinf(fit.minimum.setting.window)
     unknowns = fit.minimum.unknowns if fitted and not resets else _with_initial_states(fit, problem, setting)
     runs = iter(zip(problem.pieces, problem.responses(unknowns, setting), strict=True))
-    found = []
-    for e in experiments:
-        pairs = [next(runs) for _ in e.segments]
-        unit = "m" if fit.kernel.causality == "force" else "N"
-        parts: dict[str, list[Array]] = {k: [] for k in ("t", "position", "velocity", "force", "measured", "simulated")}
-        offset = 0.0
-        for piece, response in pairs:
-            s = piece.segment
-            hidden = np.where(s.seen, 1.0, np.nan)
-            predicted = np.full(len(s.t), np.nan) if response is None else response.predicted
-            measured = (s.y if unit == "m" else s.u) * hidden
-            columns = (s.t + offset, s.motion.x, s.motion.v, s.u, measured, predicted)
-            for key, column in zip(parts, columns, strict=True):
-                parts[key].append(np.append(column, np.nan))
-            offset += s.t[-1] + s.dt
-        joined = {key: np.concatenate(value)[:-1] for key, value in parts.items()}
-        found.append(Trajectory(e.name, noise=e.output_noise, unit=unit, **joined))
-    return tuple(found)
+    unit = "m" if fit.kernel.causality == "force" else "N"
+    return tuple(_trajectory(e, [next(runs) for _ in e.segments], unit) for e in experiments)
+
+
+def _trajectory(e: Experiment, runs: Sequence[tuple[Piece, Response | None]], unit: str) -> Trajectory:
+    """The runs of the segments of an experiment one after the other, with a NaN between them."""
+    parts: dict[str, list[Array]] = {k: [] for k in ("t", "position", "velocity", "force", "measured", "simulated")}
+    offset = 0.0
+    for piece, response in runs:
+        s = piece.segment
+        hidden = np.where(s.seen, 1.0, np.nan)
+        predicted = np.full(len(s.t), np.nan) if response is None else response.predicted
+        measured = (s.y if unit == "m" else s.u) * hidden
+        columns = (s.t + offset, s.motion.x, s.motion.v, s.u, measured, predicted)
+        for key, column in zip(parts, columns, strict=True):
+            parts[key].append(np.append(column, np.nan))
+        offset += s.t[-1] + s.dt
+    joined = {key: np.concatenate(value)[:-1] for key, value in parts.items()}
+    return Trajectory(e.name, noise=e.output_noise, unit=unit, **joined)
 
 
 def _with_initial_states(fit: Fit, problem: Problem, setting: Setting) -> Array:

@@ -24,7 +24,7 @@ from identification.tracing.models.free_runs import (
 )
 from identification.tracing.residual import ResidualDescription, describe_residual
 from identification.tracing.verdict import Selection
-from recordings import Progress, Recording, counted, save_text, silent
+from recordings import Progress, Recording, save_text, silent, tracked
 from simulator import CATALOGUE, Catalogue, ValveModel
 
 
@@ -128,11 +128,11 @@ def trace(
     found = select(recordings, holdout=holdout, given=given, hold=hold, catalogue=catalogue, progress=progress)
     fitted, held_out = free_run_experiments(found.base.data)
     models = [found.base] if found.final is found.base else [found.base, found.final]
-    runs = [identification_of(m, recordings, fitted, held_out) for m in counted(models, "free runs", progress)]
+    runs = [identification_of(m, recordings, fitted, held_out) for m in tracked(models, "free runs", progress)]
     base, final = runs[0], runs[-1]
     residual = None if found.after.white and found.verdict != "unlisted" else describe_residual(found)
     refits = [(c.effect, c.refit) for c in found.candidates if c.refit is not None]
-    rmse = {e: holdout_rmse(m, fitted, held_out) for e, m in counted(refits, "free runs of candidates", progress)}
+    rmse = {e: holdout_rmse(m, fitted, held_out) for e, m in tracked(refits, "free runs of candidates", progress)}
     progress("cross-check", 0, 1)
     opinion = None if found.verdict == "none" else second_opinion(found.base)
     progress("cross-check", 1, 1)

@@ -10,11 +10,13 @@ import h5py
 import numpy as np
 
 from recordings.arrays import Array
+from recordings.column_headers import named_columns
 from recordings.errors import BadInput
-from recordings.hdf5.items import check_size, is_plain, open_hdf5
+from recordings.hdf5.items import check_size, is_plain
+from recordings.hdf5.opening import open_hdf5
 from recordings.hdf5.probe import probe
-from recordings.hdf5.problems import edge
-from recordings.importers.table import Table, named_columns
+from recordings.hdf5.problems import h5py_errors
+from recordings.importers.table import Table
 
 Variables = dict[str, Array]
 
@@ -45,7 +47,7 @@ def read_mat(path: Path, variable: str | None = None) -> Table:
 def read_mat73(path: Path, variable: str | None = None) -> Table:
     """Read a MATLAB file of version 7.3, or any HDF5 file with datasets at its root or a group below; as `read_mat`."""
     probe(path, lambda: _list_hdf5(path))
-    with open_hdf5(path) as file, edge(str(path)):
+    with open_hdf5(path) as file, h5py_errors(str(path)):
         variables = {}
         for name, dataset in _datasets(file):
             check_size(dataset, f"{path}: {name}")
@@ -98,7 +100,7 @@ def _table(where: str, variables: Variables, chosen: str | None) -> Table:
         rows = matrix if matrix.shape[0] <= matrix.shape[1] else matrix.T
         headers, columns = [str(k + 1) for k in range(len(rows))] + headers, [*rows, *columns]
     names, units = named_columns(headers)
-    hint = f"; matrices to choose one from with --variable: {_shapes(matrices)}" if matrices and chosen is None else ""
+    hint = f"; a matrix can be chosen as the variable: {_shapes(matrices)}" if matrices and chosen is None else ""
     by_name = {name: np.ascontiguousarray(column) for name, column in zip(names, columns, strict=True)}
     return Table(where, by_name, units, constants, row_word="sample", hint=hint)
 

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from recordings.arrays import Array
+from recordings.column_headers import named_columns
 from recordings.errors import BadInput
-from recordings.importers.table import BadCell, Table, named_columns
+from recordings.importers.table import BadCell, Table
 
 
 def read_parquet(path: Path) -> Table:
@@ -42,7 +43,8 @@ def read_parquet(path: Path) -> Table:
             columns[name] = np.array(column.cast(pa.float64(), safe=False).to_numpy())
         else:
             columns[name] = np.empty(0)
-            bad_cells[name] = BadCell(1, f"a value of the type {kind}", "only columns of numbers and dates can be used")
+            remedy = "only columns of numbers and dates can be used"
+            bad_cells[name] = BadCell(1, f"a value of the type {kind}", remedy, parameter=None)
     return Table(str(path), columns, units, bad_cells=bad_cells)
 
 

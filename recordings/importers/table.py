@@ -10,23 +10,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from recordings.arrays import Array
+from recordings.column_headers import split_unit
 from recordings.errors import BadInput
-from recordings.signal import UNDERSTOOD
-from recordings.units import find_unit
 
-_BRACKETED = re.compile(r"^(.*?)\s*[\[(]\s*([^\[\]()]+?)\s*[\])]\s*$")
 _MOST_NAMES = 20
 
 
 @dataclass(frozen=True)
 class BadCell:
-    """The first cell of a column that is no number. row : number of its row in the file; text : what it says."""
+    """The first cell of a column that is no number.
+
+    row : number of its row in the file; text : what it says; remedy, parameter : as in `BadInput`.
+    """
 
     row: int
     text: str
-    remedy: str = (
-        "a column that is used holds only numbers; correct the cell, or say that it means no value (--missing)"
-    )
+    remedy: str = "a column that is used holds only numbers; correct the cell, or say that it means no value"
+    parameter: str | None = "missing"
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Table:
     where : the file, for messages; columns : values by name, each of shape (n_rows,), missing cells NaN; units : by
     column, where the file says them; constants : single numbers beside the columns; texts : the columns asked for as
     text; bad_cells : columns that hold something else than numbers; rows : number of each row in the file;
-    row_word : what a row is called.
+    row_word : what a row is called; hint : matrices of which one can be chosen as the `variable`, for messages.
     """
 
     where: str
@@ -72,7 +72,8 @@ class Table:
         if name is None:
             there = ", ".join(self.names[:_MOST_NAMES]) + (" ..." if len(self.names) > _MOST_NAMES else "")
             found = f"there is no column '{reference}'"
-            raise BadInput(self.where, found, f"columns there: {there or 'none'}{self.hint}")
+            remedy = f"columns there: {there or 'none'}{self.hint}"
+            raise BadInput(self.where, found, remedy, parameter="variable" if self.hint else None)
         return name
 
     def numbers(self, reference: str | int) -> Array:
@@ -81,41 +82,11 @@ class Table:
         if name in self.bad_cells:
             bad = self.bad_cells[name]
             found = f"'{bad.text[:40]}' in column '{name}' is not a number"
-            raise BadInput(f"{self.where}: {self.row_word} {bad.row}", found, bad.remedy)
+            where = f"{self.where}: {self.row_word} {bad.row}"
+            raise BadInput(where, found, bad.remedy, parameter=bad.parameter)
         return self.columns[name]
 
     def row(self, index: int) -> str:
         """Where a row stood in the file, for messages."""
         number = int(self.rows[index]) if self.rows is not None else index + 1
         return f"{self.where}: {self.row_word} {number}"
-
-
-def split_unit(header: str) -> tuple[str, str | None]:
-    """The name and the unit in a column's header.
-
-    >>> split_unit("Stem position [mm]"), split_unit("force (N)"), split_unit("time_ms"), split_unit("valve_h")
-    (('Stem position', 'mm'), ('force', 'N'), ('time', 'ms'), ('valve_h', None))
-    """
-    header = header.strip()
-    match = _BRACKETED.match(header)
-    if match and match[1]:
-        known = find_unit(match[2])
-        return match[1], known.symbol if known else match[2]
-    name, _, symbol = header.rpartition("_")
-    known = find_unit(symbol)
-    if known and name.casefold() in UNDERSTOOD:
-        return name, known.symbol
-    return header, None
-
-
-def named_columns(headers: Sequence[str]) -> tuple[list[str], dict[str, str]]:
-    """The names of columns with these headers, made unique by their number, and the units the headers give."""
-    names: list[str] = []
-    units: dict[str, str] = {}
-    for number, header in enumerate(headers, start=1):
-        name, symbol = split_unit(header)
-        name = name or str(number)
-        names.append(f"{name} ({number})" if name in names else name)
-        if symbol:
-            units[names[-1]] = symbol
-    return names, units

@@ -26,7 +26,7 @@ def command(
     Example: bristle trace bundled:step bundled:sine --holdout bundled:mixed --out trace.json --model-out model.json
     """
     from bristle.cli.console import assignments, load, stdout, working, writable
-    from bristle.cli.fitting import with_area, without_effects
+    from bristle.cli.fitting import counted, with_area, without_effects
     from bristle.cli.tracing import candidate_table, error_lines
     from identification import trace
 
@@ -34,8 +34,8 @@ def command(
         writable(path)
     held = without_effects(without or []) | assignments(given or [], "--given")
     read, others = (with_area(load(paths), area) for paths in (recordings, holdout or []))
-    with working("tracing"):
-        found = trace(read, holdout=others, given=held, hold=hold)
+    with working("tracing") as status:
+        found = trace(read, holdout=others, given=held, hold=hold, progress=counted(status))
     console = stdout()
     console.print(f"verdict: {found.verdict}")
     for sentence in found.sentences():

@@ -1,4 +1,4 @@
-"""The actuator as a stepping machine: a state and inputs in, the next state and signals out."""
+"""The actuator, step by step: a state and inputs in, the next state and signals out."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from recordings import Array, BadInput
-from simulator.compile.build import compiler
+from simulator.compile.c_compiler import compiler
 from simulator.compile.scan import Scanner
 from simulator.damadics.actuator import force_form, play_form, servomotor
 from simulator.damadics.actuator.inputs import INPUTS
 from simulator.damadics.actuator.outputs import SIGNALS
 from simulator.damadics.actuator.parameters import Parameters
 from simulator.damadics.faults import FAULTS, STEPS_PER_SECOND, limited
-from simulator.damadics.names import nearest
+from simulator.damadics.nearest_names import nearest
 from simulator.effect import Catalogue, Effect, Memory
 from simulator.effects import BASE, CATALOGUE
 
@@ -83,7 +83,7 @@ class Actuator:
         object.__setattr__(self, "effects", {effect: dict(values) for effect, values in self.effects.items()})
 
     def __reduce__(self) -> tuple[type[Actuator], tuple[Any, ...]]:
-        """Copy and send to other processes by what it was made from: the compiled machine stays where it is."""
+        """Copy and send to other processes by what it was made from: the compiled form stays where it is."""
         return type(self), (self.form, self.parameters, self.effects, self.doc_sign, self.catalogue)
 
     @property
@@ -98,11 +98,11 @@ class Actuator:
         """
         if not 0 <= position <= 1:
             raise BadInput("actuator", f"the start position is {position:g}", "it is a share of the stroke, 0 to 1")
-        machine = self._machine
+        compiled = self._compiled
         x = position * self.parameters.stroke
-        first = machine.first(self.parameters, x)
-        values = np.array([first.get(name, 0.0) for name in machine.states], float)
-        return State(0, _frozen(values), machine.states)
+        first = compiled.first(self.parameters, x)
+        values = np.array([first.get(name, 0.0) for name in compiled.states], float)
+        return State(0, _frozen(values), compiled.states)
 
     def advance(self, state: State, inputs: Array) -> tuple[State, Array]:
         """Advance by n steps of 2.5 ms.
@@ -120,13 +120,13 @@ class Actuator:
         return self._run(state, _checked(np.atleast_2d(inputs)[:1], 0))[1][0]
 
     def _run(self, state: State, u: Array) -> tuple[Array, Array]:
-        machine = self._machine
-        if state.names != machine.states:
+        compiled = self._compiled
+        if state.names != compiled.states:
             found = f"it is that of another actuator: {', '.join(state.names)}"
             raise BadInput("actuator state", found, "go on with an actuator of the same form and effects")
         t = np.arange(state.step, state.step + len(u)) / STEPS_PER_SECOND
-        scan = machine.scanner.run(
-            t, u, self._vector, state.values, h_max=_LONGEST_SUBSTEP if machine.substeps else 0.0, hold=True
+        scan = compiled.scanner.run(
+            t, u, self._vector, state.values, h_max=_LONGEST_SUBSTEP if compiled.substeps else 0.0, hold=True
         )
         if scan.failed is not None:
             found = f"at {t[scan.failed]:g} s the simulation is not finite"
@@ -139,18 +139,18 @@ class Actuator:
         return () if self.form == "play" else self.catalogue.pick((*BASE, *self.effects))
 
     @functools.cached_property
-    def _machine(self) -> _Machine:
+    def _compiled(self) -> _CompiledForm:
         return _built(self.form, self.chosen, compiler())
 
     @functools.cached_property
     def _vector(self) -> Array:
-        machine, values = self._machine, self.values
-        ours = [values[name] for name in machine.effect_parameters]
+        compiled, values = self._compiled, self.values
+        ours = [values[name] for name in compiled.effect_parameters]
         return np.concatenate([self.parameters.vector(), ours, [1.0 if self.doc_sign else -1.0]])
 
 
 @dataclass(frozen=True)
-class _Machine:
+class _CompiledForm:
     """A compiled form. effect_parameters: full names, in order; states: all, in order; memory: those of the effects."""
 
     scanner: Scanner
@@ -169,13 +169,13 @@ class _Machine:
 
 
 @functools.lru_cache(maxsize=32)
-def _built(form: Form, effects: tuple[Effect, ...], _compiler: tuple[str, ...] | None) -> _Machine:
-    """One machine per form, choice of effects and way of compiling."""
+def _built(form: Form, effects: tuple[Effect, ...], _compiler: tuple[str, ...] | None) -> _CompiledForm:
+    """One compiled form per form of friction, choice of effects and way of compiling."""
     if form == "play":
-        return _Machine(Scanner(play_form.play_form()), play_form.STATES)
+        return _CompiledForm(Scanner(play_form.play_form()), play_form.STATES)
     recurrence, layout = force_form.force_form(effects)
     states = force_form.state_names(layout)
-    return _Machine(Scanner(recurrence), states, True, layout.parameters, layout.memory)
+    return _CompiledForm(Scanner(recurrence), states, True, layout.parameters, layout.memory)
 
 
 def _effect_values(actuator: Actuator) -> dict[str, float]:
@@ -197,10 +197,9 @@ def _check_effect(catalogue: Catalogue, name: str, values: Mapping[str, float]) 
         where = f"actuator: effect {name}"
         if symbol not in known:
             raise BadInput(where, f"it has no parameter '{symbol}'", nearest(symbol, tuple(known)))
-        lower, upper = known[symbol].lower, known[symbol].upper
-        if not (math.isfinite(value) and lower <= value <= upper):
+        if not (math.isfinite(value) and known[symbol].allows(value)):
             found = f"{symbol} is {value:g} {known[symbol].unit}"
-            raise BadInput(where, found, f"it is a number from {lower:g} to {upper:g}")
+            raise BadInput(where, found, f"it is a number {known[symbol].bounds}")
 
 
 def _checked(inputs: Array, more: int) -> Array:

@@ -1,6 +1,6 @@
 """What an HDF5 file declares, taken out of it item by item against the format; no samples are read.
 
-The file layout is the contract of recording format version 1; `format` writes what this module reads.
+The file layout is the contract of recording format version 1; `layout_writer` writes what this module reads.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ from typing import Any, cast
 
 import h5py
 
-from recordings.checks import value_problem
 from recordings.errors import BadInput
 from recordings.hdf5.header import RESERVED, SOURCES, Header, attribute_problem, created_problem, signals_problem
 from recordings.hdf5.items import (
@@ -26,6 +25,7 @@ from recordings.hdf5.items import (
 )
 from recordings.hdf5.problems import Problems
 from recordings.plant import PLANT_NAMES, Event, Plant, plant_problem
+from recordings.sample_checks import value_problem
 from recordings.signal import ROLES, Role, SignalSpec, unit_problem
 
 FORMAT, VERSION = "valve-recording", 1

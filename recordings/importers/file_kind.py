@@ -6,11 +6,11 @@ from pathlib import Path
 
 import h5py
 
+from recordings.atomic_files import check_regular
 from recordings.errors import BadInput
-from recordings.files import check_regular
-from recordings.hdf5.items import journal_path, open_hdf5, starts_like_hdf5
-from recordings.hdf5.layout import FORMAT
-from recordings.hdf5.problems import edge
+from recordings.hdf5.layout_reader import FORMAT
+from recordings.hdf5.opening import journal_path, open_hdf5, starts_like_hdf5
+from recordings.hdf5.problems import h5py_errors
 
 
 def kind_of(path: Path) -> str:
@@ -32,7 +32,7 @@ def kind_of(path: Path) -> str:
 
 
 def _is_recording(path: Path) -> bool:
-    with open_hdf5(path) as file, edge(str(path)):
+    with open_hdf5(path) as file, h5py_errors(str(path)):
         return _plain(file) == FORMAT
 
 

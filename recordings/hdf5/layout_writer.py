@@ -1,4 +1,4 @@
-"""Writing the layout of recording format version 1 into an open HDF5 file; `layout` reads what this module writes."""
+"""Writing the layout of recording format version 1 into an open HDF5 file; `layout_reader` reads it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from recordings.arrays import Array
 from recordings.hdf5.header import Header
-from recordings.hdf5.layout import FORMAT, VERSION
+from recordings.hdf5.layout_reader import FORMAT, VERSION
 from recordings.plant import Event
 from recordings.signal import SignalSpec
 

@@ -100,6 +100,6 @@ def _check_complete(model: ValveModel, where: str, catalogue: Catalogue) -> None
             if name not in model.parameters:
                 raise BadInput(f"{where}: parameters", f"there is no {name}", f"the effect {effect} needs it")
             value = model.parameters[name].value
-            if not parameter.lower <= value <= parameter.upper:
-                allowed = f"it is from {parameter.lower:g} to {parameter.upper:g} {parameter.unit}"
-                raise BadInput(f"{where}: parameters.{name}", f"the value is {value:g}", allowed)
+            if not parameter.allows(value):
+                found = f"the value is {value:g}"
+                raise BadInput(f"{where}: parameters.{name}", found, f"it is {parameter.bounds}")
