@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -94,8 +94,27 @@ class Trace:
         return float((before - after) / gap) if gap > 0 else 0.0
 
     def as_json(self) -> dict[str, Any]:
-        """The content of `trace.json`."""
-        return answer.as_json(self)
+        """The content of `trace.json`; numbers may still be other than finite."""
+        found = self.selection
+        base = {
+            name: {"value": value.value, "std": value.std, "unit": value.unit, "status": value.status}
+            for name, value in self.base.model.parameters.items()
+        }
+        return {
+            "format": "valve-trace", "version": 1,
+            "base": {"effects": list(found.base.effects), "parameters": base},
+            "residual": {
+                "white": found.before.white, "p_value": found.before.p_value,
+                "noise_floor_m": self.error["noise_floor_m"],
+            },
+            "candidates": [answer.candidate_row(c, self.holdout_rmse, self.unit) for c in found.candidates],
+            "verdict": found.verdict, "effects_added": list(found.added), "same_class": list(found.same_class),
+            "unlisted": None if self.residual is None else self.residual.as_json(),
+            "error": dict(self.error),
+            "residual_after": {"white": found.after.white, "p_value": found.after.p_value},
+            "crosscheck": answer.crosscheck_rows(self.final.crosscheck),
+            "second_opinion": None if self.second_opinion is None else asdict(self.second_opinion),
+        }  # fmt: skip
 
     def write(self, path: str | os.PathLike[str]) -> None:
         """Write `trace.json`, all or nothing. Raises BadInput when it cannot be written."""
@@ -103,7 +122,7 @@ class Trace:
 
     def sentences(self) -> list[str]:
         """The answer in words."""
-        return answer.sentences(self)
+        return answer.sentences(self.selection, self.residual, self.second_opinion, self.closed)
 
 
 def trace(
