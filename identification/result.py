@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from identification.data.experiment import Experiment
 from identification.estimators.coordinates import parameters
-from identification.estimators.fitted import Fit
+from identification.estimators.fitted import Fit, Outcome
 from identification.estimators.least_squares import Normal, descend
 from identification.estimators.output_error.problem import Piece, Problem, Response, Setting
 from identification.sparse_regression import Crosscheck
+from identification.summary import fit_html, fit_text
 from identification.uncertainty.covariance import Uncertainty
 from recordings import Array, Recording
 from simulator import FittedTo, Value, ValveModel
@@ -52,7 +55,7 @@ class Trajectory:
         return _relative(self.rmse, self.measured)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Identification:
     """An identified valve: a fit, how well its parameters are known, and its free runs.
 
@@ -69,6 +72,38 @@ class Identification:
     holdout: tuple[Trajectory, ...]
     crosscheck: Crosscheck | None
     advice: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        return fit_text(self)
+
+    def _repr_html_(self) -> str:
+        return fit_html(self)
+
+    @property
+    def converged(self) -> bool:
+        """Whether the fit came to an end that explains the recordings; `fit.outcome` says what else happened."""
+        return self.fit.outcome is Outcome.CONVERGED
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Parameter values by full name, SI units."""
+        return self.model.values
+
+    def write(self, path: str | os.PathLike[str]) -> None:
+        """Write the model as `model.json`, all or nothing. Raises BadInput when it cannot be written."""
+        self.model.write(path)
+
+    def report(self, path: str | os.PathLike[str]) -> None:
+        """Write the report, one self-contained HTML page. Raises BadInput when it cannot be written."""
+        from identification.report import write_report
+
+        write_report(path, self)
+
+    def plot(self) -> Any:
+        """The main pictures, one below the other, as a bokeh layout: ``bokeh.io.show(found.plot())``."""
+        from identification.report import stacked
+
+        return stacked(self)
 
 
 def free_runs(fit: Fit, experiments: Sequence[Experiment], fitted: bool) -> tuple[Trajectory, ...]:

@@ -12,7 +12,7 @@ ABSOLUTE, PRINTED = 0.0, 1.0
 
 
 @dataclass(frozen=True)
-class Rule:
+class AlarmRule:
     """When a residual above the threshold becomes an alarm.
 
     consecutive : samples running above it; latch : an alarm stays until the state is started anew; settle_s : no

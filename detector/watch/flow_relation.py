@@ -1,7 +1,7 @@
-"""What else is measured: the flow against the opening, and pressures against what they were while it was learned.
+"""The flow that belongs to an opening of the valve, and how far the measured flow is from it.
 
-They tell the kinds apart that look alike in the balance of forces: with a wrong position sensor the flow does not fit
-the opening any more, with a weak spring it does.
+It tells apart two kinds of change that look alike in the balance of forces: with a wrong position sensor the flow does
+not fit the opening any more, with a weak spring it does.
 """
 
 from __future__ import annotations
@@ -14,38 +14,14 @@ from typing import Any
 import numpy as np
 
 from detector.alarms.rates import Blocks, least_limit, strokes_of
-from detector.watch.measurements import Measurements, Row
+from detector.measurements import Measurement, Measurements
 from recordings import Array, BadInput
-
-TOLERANCE = 0.1
-"""A pressure may leave the range it was learned in by this share of its level, and by a quarter of that range."""
 
 KNOTS = 7
 DRIFT = 1.0
 """Departures of the flow below this many standard deviations are no evidence."""
 
-_CLIP, _ENOUGH, _OVERFLOW = 4.0, 3.0, 2.0
-
-
-@dataclass(frozen=True)
-class Level:
-    """A pressure that should stay where it was. middle, half : learned range, widened, in its unit."""
-
-    signal: str
-    middle: float
-    half: float
-
-    def step(self, sum_before: float, row: Row) -> float:
-        """The sum of departures from the range; above `_ENOUGH` is too much."""
-        value = row.values[self.signal]
-        if not isfinite(value):
-            return sum_before
-        away = (abs(value - self.middle) - self.half) / max(TOLERANCE * abs(self.middle), 1e-300)
-        return min(max(sum_before + min(4.0 * away, 2.0), 0.0), _OVERFLOW * _ENOUGH)
-
-    def score(self, total: float) -> float:
-        """Above 1 means alarm."""
-        return total / _ENOUGH
+_CLIP, _LIMIT, _OVERFLOW = 4.0, 3.0, 2.0
 
 
 @dataclass(frozen=True)
@@ -62,14 +38,14 @@ class FlowRelation:
     spread: float
     drop: float
     full: float
-    limit: float = _ENOUGH
+    limit: float = _LIMIT
 
-    def departure(self, row: Row) -> float:
+    def departure(self, moment: Measurement) -> float:
         """How far the flow is from what belongs to the opening, in standard deviations; NaN where none can be told.
 
         A blind transmitter says that the flow is at least so large, which is too much where less belongs.
         """
-        values = row.values
+        values = moment.values
         flow, x = values[self.flow], values["position"]
         if not (isfinite(flow) and self.knots[0] <= x <= self.knots[-1]):
             return float("nan")
@@ -79,9 +55,9 @@ class FlowRelation:
         away = float((flow - np.interp(x, self.knots, self.heights)) / self.spread)
         return max(away, 0.0) if blind else away
 
-    def step(self, sums: tuple[float, float], row: Row) -> tuple[float, float]:
+    def step(self, sums: tuple[float, float], moment: Measurement) -> tuple[float, float]:
         """The two CUSUMs, of too much and too little flow."""
-        away = self.departure(row)
+        away = self.departure(moment)
         if not isfinite(away):
             return sums
         away, most = min(max(away, -_CLIP), _CLIP), _OVERFLOW * self.limit
@@ -102,15 +78,6 @@ class FlowRelation:
         return cls(**{**parts, "knots": tuple(parts["knots"]), "heights": tuple(parts["heights"])})
 
 
-def learned_level(data: Measurements, signal: str) -> Level | None:
-    """The range of a pressure on fault-free data; None when it is not measured."""
-    if signal not in data:
-        return None
-    low, high = np.nanquantile(data.values[signal], (0.001, 0.999))
-    middle = float(low + high) / 2
-    return Level(signal, middle, 0.625 * float(high - low) + TOLERANCE * abs(middle))
-
-
 def learned_flow(data: Measurements, per_month: float) -> tuple[FlowRelation, Array] | None:
     """The flow relation on fault-free data with its scores (n_samples,); None when there is no usable flow."""
     name = next((one for one in ("flow", "mass_flow") if one in data), None)
@@ -121,8 +88,8 @@ def learned_flow(data: Measurements, per_month: float) -> tuple[FlowRelation, Ar
         return None
     sums, found = (0.0, 0.0), np.empty(len(data))
     free = FlowRelation(**{**relation.as_dict(), "limit": 1e12})
-    for i, row in enumerate(data):
-        sums = free.step(sums, row)
+    for i, moment in enumerate(data):
+        sums = free.step(sums, moment)
         found[i] = max(sums)
     dt_s = float(np.median(np.diff(data.time_s)))
     try:

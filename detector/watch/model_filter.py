@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from detector.watch.measurements import Row
+from detector.measurements import Measurement
 from recordings import Array
 from simulator import CATALOGUE, Kernel, Site, kernel
 
@@ -72,12 +72,12 @@ class Load:
     gain: float = 0.0
     slope: float = 0.0
 
-    def shares(self, row: Row) -> tuple[float, float]:
+    def shares(self, moment: Measurement) -> tuple[float, float]:
         """What multiplies gain and slope; zeros where the pressure is missing."""
-        away = row.values[self.signal] - self.usual
+        away = moment.values[self.signal] - self.usual
         if not np.isfinite(away):
             return 0.0, 0.0
-        return away, away * (row.values["position"] - self.x0)
+        return away, away * (moment.values["position"] - self.x0)
 
 
 @dataclass(frozen=True)
@@ -100,40 +100,40 @@ class ModelFilter:
     smoothing_s: float
     loads: tuple[Load, ...] = ()
 
-    def force(self, row: Row) -> float:
+    def force(self, moment: Measurement) -> float:
         """The force on the stem [N] without the loads."""
         if self.area is None:
-            return row.values["force"]
-        return row.values["pressure"] * self.area
+            return moment.values["force"]
+        return moment.values["pressure"] * self.area
 
-    def net_force(self, row: Row) -> float:
+    def net_force(self, moment: Measurement) -> float:
         """The force on the stem less the loads [N]."""
-        return self.force(row) - float(self._shares(row) @ self._gains)
+        return self.force(moment) - float(self._shares(moment) @ self._gains)
 
-    def start(self, row: Row) -> FilterState:
+    def start(self, moment: Measurement) -> FilterState:
         """At rest at a sample, with everything else unknown."""
-        load, force = self._shares(row), self.net_force(row)
-        state = self._kernel.start(row.values["position"], 0.0, force)
+        load, force = self._shares(moment), self.net_force(moment)
+        state = self._kernel.start(moment.values["position"], 0.0, force)
         n = len(state)
         return FilterState(
             state,
             np.diag(self._unsure),
             np.zeros((n, self._ways(load).shape[1])),
-            row.time_s,
+            moment.time_s,
             force,
             load,
-            np.array([row.values["position"]] * 2 + [force] * 2),
+            np.array([moment.values["position"]] * 2 + [force] * 2),
         )
 
-    def step(self, before: FilterState, row: Row) -> tuple[FilterState, Innovation]:
+    def step(self, before: FilterState, moment: Measurement) -> tuple[FilterState, Innovation]:
         """One sample. The filter starts anew where the model has no solution."""
-        load, force = self._shares(row), self.net_force(row)
+        load, force = self._shares(moment), self.net_force(moment)
         run = self._kernel.run(
-            np.array([before.time_s, row.time_s]), np.array([before.force, force]), self._p, before.state,
+            np.array([before.time_s, moment.time_s]), np.array([before.force, force]), self._p, before.state,
             h_max=SUBSTEP, sensitivities=True,
         )  # fmt: skip
         if run.failed is not None or run.final_jacobian is None:
-            state = self.start(row)
+            state = self.start(moment)
             return state, Innovation(0.0, self.position_noise**2, np.zeros(state.slope.shape[1]))
         n_p = len(self._p)
         by_p, by_state = run.final_jacobian[:, :n_p], run.final_jacobian[:, n_p:]
@@ -141,8 +141,8 @@ class ModelFilter:
         covariance = by_state @ before.covariance @ by_state.T + np.outer(pushed, pushed) * self.force_noise**2
         covariance[0, 0] += self.drift**2
         slope = by_state @ before.slope + by_p @ self._ways(0.5 * (load + before.load))
-        after, seen = self._corrected(row, run.final, covariance, slope, float(run.outputs[1, 0]), force, load)
-        means = before.means + self._pace * (np.array([row.values["position"]] * 2 + [force] * 2) - before.means)
+        after, seen = self._corrected(moment, run.final, covariance, slope, float(run.outputs[1, 0]), force, load)
+        means = before.means + self._pace * (np.array([moment.values["position"]] * 2 + [force] * 2) - before.means)
         return after._replace(means=means), seen._replace(resting=self._rests(means))
 
     def _rests(self, means: Array) -> bool:
@@ -152,16 +152,17 @@ class ModelFilter:
         return position < left * self.position_noise and force < left * self.force_noise
 
     def _corrected(
-        self, row: Row, state: Array, covariance: Array, slope: Array, expected: float, force: float, load: Array
-    ) -> tuple[FilterState, Innovation]:
+        self, moment: Measurement, state: Array, covariance: Array, slope: Array, expected: float, force: float,
+        load: Array,
+    ) -> tuple[FilterState, Innovation]:  # fmt: skip
         """The measurement's part of the step."""
-        seen = self._seen(state, row.time_s, force)
+        seen = self._seen(state, moment.time_s, force)
         variance = float(seen @ covariance @ seen) + self.position_noise**2
         gain = covariance @ seen / variance
-        value, shows = row.values["position"] - expected, seen @ slope
+        value, shows = moment.values["position"] - expected, seen @ slope
         after = FilterState(
             state + gain * value, covariance - np.outer(gain, seen @ covariance), slope - np.outer(gain, shows),
-            row.time_s, force, load, np.zeros(4),
+            moment.time_s, force, load, np.zeros(4),
         )  # fmt: skip
         return after, Innovation(value, variance, shows)
 
@@ -196,8 +197,8 @@ class ModelFilter:
     def _gains(self) -> Array:
         return np.array([value for load in self.loads for value in (load.gain, load.slope)])
 
-    def _shares(self, row: Row) -> Array:
-        return np.array([value for load in self.loads for value in load.shares(row)])
+    def _shares(self, moment: Measurement) -> Array:
+        return np.array([value for load in self.loads for value in load.shares(moment)])
 
     def _ways(self, load: Array) -> Array:
         """Derivatives of the parameters by the directions, (n_parameters, n_directions): those named, then loads."""

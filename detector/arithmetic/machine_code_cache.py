@@ -23,12 +23,11 @@ class _Absent(Exception):
     """There is no such artefact."""
 
 
-class KeptCode(NullCache):  # type: ignore[misc]
+class MachineCodeCache(NullCache):  # type: ignore[misc]
     """Where a dispatcher looks for its machine code, and puts it. module, name : of the function."""
 
     def __init__(self, module: str, name: str) -> None:
         self._name = f"{module}.{name}"
-        self._package = module.rpartition(".")[0]
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """The compiled function for a signature, or None."""
@@ -41,7 +40,7 @@ class KeptCode(NullCache):  # type: ignore[misc]
         return None if payload is None else compiler.CompileResult._rebuild(target_context, *payload)
 
     def save_overload(self, sig: Any, cres: Any) -> None:
-        """Keep a compiled function, where anything can be kept."""
+        """Store a compiled function, where anything can be stored."""
 
         def write(folder: Path) -> None:
             _files(folder).save(PAYLOAD, cres._reduce())
@@ -52,7 +51,7 @@ class KeptCode(NullCache):  # type: ignore[misc]
             return  # the next process compiles it again
 
     def _key(self, sig: Any) -> str:
-        return "\0".join(("detector", self._name, str(sig), _sources(self._package), *machine()))
+        return "\0".join(("detector", self._name, str(sig), _sources(), *machine()))
 
 
 def _files(folder: Path) -> Any:
@@ -65,7 +64,7 @@ def _absent(folder: Path) -> None:
 
 
 @functools.cache
-def _sources(package: str) -> str:
-    """The text of all compiled functions that one of a package may call: its own, and those of this room."""
+def _sources() -> str:
+    """The text of the whole room: a compiled function may call any other of it."""
     files = sorted(Path(__file__).parents[1].rglob("*.py"))
     return "\0".join(f"{path}\0{path.read_text(encoding='utf-8')}" for path in files)

@@ -14,8 +14,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from detector.watch.innovation import DIRECTIONS, ModelFilter
-from detector.watch.measurements import Row
+from detector.measurements import Measurement
+from detector.watch.model_filter import DIRECTIONS, ModelFilter
 from recordings import Array
 
 N = len(DIRECTIONS)
@@ -56,16 +56,16 @@ class BalanceTest:
     smoothing_s: float
     usual: float = 0.0
 
-    def start(self, filter: ModelFilter, row: Row) -> Balance:
+    def start(self, filter: ModelFilter, moment: Measurement) -> Balance:
         """Nothing known."""
-        return Balance(row.values["position"], _unexplained(filter, row), np.zeros((N, N)), np.zeros(N), 0.0, 0.0)
+        return Balance(moment.values["position"], _unexplained(filter, moment), np.zeros((N, N)), np.zeros(N), 0.0, 0.0)
 
-    def step(self, before: Balance, filter: ModelFilter, row: Row, alarmed: bool) -> Balance:
+    def step(self, before: Balance, filter: ModelFilter, moment: Measurement, alarmed: bool) -> Balance:
         """The sums after one sample."""
         follow = 1.0 - exp(-self.dt_s / self.smoothing_s)
-        x = row.values["position"]
+        x = moment.values["position"]
         position = before.position + follow * (x - before.position)
-        force = before.force + follow * (_unexplained(filter, row) - before.force)
+        force = before.force + follow * (_unexplained(filter, moment) - before.force)
         keep = 1.0 if alarmed else 1.0 - 1.0 / MEMORY
         ahead = x - position
         if abs(ahead) < MOVING * filter.position_noise:
@@ -99,7 +99,7 @@ def shares(balance: Balance) -> Array:
     return balance.score**2 / information / max(balance.energy, 1e-300)
 
 
-def _unexplained(filter: ModelFilter, row: Row) -> float:
+def _unexplained(filter: ModelFilter, moment: Measurement) -> float:
     """Force on the stem less spring and loads [N]: the friction, as far as the model is right."""
-    x = row.values["position"]
-    return filter.net_force(row) - filter.values["spring.K"] * x - filter.values["spring.F0"]
+    x = moment.values["position"]
+    return filter.net_force(moment) - filter.values["spring.K"] * x - filter.values["spring.F0"]

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from detector.watch.innovation import DIRECTIONS, Innovation
+from detector.watch.model_filter import DIRECTIONS, Innovation
 from recordings import Array
 
 N = len(DIRECTIONS)
