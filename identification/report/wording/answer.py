@@ -1,0 +1,220 @@
+"""The answer of a trace in words: what is missing, how sure that is and why, what to check and to measure next."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from identification.report.wording.effects import effect_name, listed, sizes
+from identification.report.wording.numbers import number, percent
+from identification.tracing.algorithm import Candidate
+from identification.tracing.judge import COMPLETE
+from identification.tracing.result import Trace
+from simulator import CATALOGUE
+
+SURE, LIKELY = 1e-3, 1e-2
+"""Probabilities of the held-out test below which it makes an answer sure, and likely."""
+NEARLY_ALL, MOST = 0.9, 0.75
+"""Shares of the misfit beyond noise that a named effect explains in a sure answer, and in a likely one."""
+
+
+@dataclass(frozen=True)
+class Answer:
+    """lead : the verdict in a sentence; more : what belongs to it; mood : colour of the block; level : how sure, in a
+    few words; evidence : title and sentence of what that rests on; on_site : what to check; next : what to record.
+    """
+
+    lead: str
+    more: tuple[str, ...]
+    mood: str
+    level: str
+    evidence: tuple[tuple[str, str], ...]
+    on_site: tuple[str, ...]
+    next: str
+
+
+def answer(trace: Trace) -> Answer:
+    """The answer of a trace."""
+    return Answer(
+        lead=_lead(trace), more=tuple(_more(trace)), mood=_mood(trace), level=_level(trace),
+        evidence=tuple(_evidence(trace)), on_site=tuple(_on_site(trace)), next=_next(trace),
+    )  # fmt: skip
+
+
+def explained(trace: Trace) -> float:
+    """Share of the misfit that the held-out recordings hold beyond a complete model's, explained by what was added."""
+    before, after = trace.tracing.before.loss - COMPLETE, trace.tracing.after.loss - COMPLETE
+    return float(np.clip(1 - max(after, 0.0) / before, 0.0, 1.0)) if before > 0 else 1.0
+
+
+def chosen(trace: Trace) -> Candidate | None:
+    """The candidate that was taken, with its test on held-out recordings."""
+    return next((c for c in trace.candidates if c.accepted and c.effect in trace.effects_added), None)
+
+
+def _lead(trace: Trace) -> str:
+    names = [effect_name(effect) for effect in trace.effects_added]
+    if trace.verdict == "none":
+        return "Nothing is missing: the model explains these recordings down to their noise."
+    if not names and trace.tracing.only_held:
+        return "Something is missing, but only the held-out recordings show it. The fitted ones do not tell what it is."
+    if not names:
+        return "Something is missing, and none of the known effects explains it."
+    if len(names) == 1:
+        return f"The model lacked one effect, {names[0]}: {CATALOGUE[trace.verdict].sentence}."
+    return f"The model lacked {len(names)} effects: {listed(names)}."
+
+
+def _more(trace: Trace) -> Iterator[str]:
+    if trace.verdict == "none":
+        yield (
+            f"This was judged on {_judges(trace)}: predicted sample by sample, the errors there are as large as noise "
+            f"({number(trace.tracing.before.loss)} times those of a complete model). None of the "
+            f"{len(trace.candidates)} effects tried would make them smaller by more than chance does."
+        )
+    if len(trace.effects_added) > 1:
+        for effect in trace.effects_added:
+            yield f"{effect_name(effect).capitalize()}: {CATALOGUE[effect].sentence}."
+    for effect in trace.effects_added:
+        yield f"Fitted {effect_name(effect)}: {'; '.join(sizes(effect, trace.model))}."
+    if trace.verdict == "unlisted":
+        yield from _nearest(trace)
+    if trace.left is not None:
+        yield _remains(trace)
+
+
+def _judges(trace: Trace) -> str:
+    names = [t.name for t in trace.base.holdout]
+    return listed(names) + (", which was not fitted" if len(names) == 1 else ", which were not fitted")
+
+
+def _nearest(trace: Trace) -> Iterator[str]:
+    """The effect that explains most of what is missing, where no name is given."""
+    tried = [c for c in trace.candidates if c.accepted and c.refit is not None and c.refit.held is not None]
+    missing = trace.tracing.before.loss - COMPLETE
+    if not tried or missing <= 0:
+        return
+    refit = tried[0].refit
+    assert refit is not None
+    assert refit.held is not None
+    share = 1 - max(refit.held.loss - COMPLETE, 0.0) / missing
+    if share > 0:
+        yield (
+            f"The nearest is {effect_name(tried[0].effect)} ({CATALOGUE[tried[0].effect].sentence}). It explains "
+            f"{percent(share)} of what is missing, which is too little for a name."
+        )
+
+
+def _remains(trace: Trace) -> str:
+    assert trace.left is not None
+    where = trace.left.where.partition("; ")[0].removeprefix("it is ")
+    kept = "What remains" if trace.effects_added else "What is missing"
+    return f"{kept} is {trace.left.description}. It is {where}."
+
+
+def _mood(trace: Trace) -> str:
+    return "good" if trace.verdict == "none" else "warn"
+
+
+def _level(trace: Trace) -> str:
+    """How sure, in a few words."""
+    if trace.verdict == "none":
+        return "Sure, as far as these recordings can show"
+    if not trace.effects_added:
+        sure = "Sure" if trace.tracing.before.p_value < SURE else "Likely"
+        return f"{sure} that something is missing; not known what"
+    best, share = chosen(trace), explained(trace)
+    p = best.held.p_value if best is not None and best.held is not None else 1.0
+    sure = "Sure" if p < SURE and share >= NEARLY_ALL else "Likely" if p < LIKELY and share >= MOST else "Tentative"
+    if trace.same_class:
+        return f"{sure} that it is one of {len(trace.same_class) + 1} effects that look alike here"
+    return sure
+
+
+def _evidence(trace: Trace) -> Iterator[tuple[str, str]]:
+    best = chosen(trace)
+    if best is not None and best.held is not None:
+        yield (
+            "Held-out test",
+            (
+                f"With {effect_name(best.effect)} the model predicts {_judges(trace)}, better than without it, compared "
+                f"second by second (t = {number(best.held.t)}; probability of that by chance {_probability(best.held.p_value)})."
+            ),
+        )
+        yield "Chance", _chance(trace, best)
+    else:
+        yield "Held-out test", _whiteness(trace)
+    if trace.effects_added:
+        yield "Explained", _explained(trace)
+        yield "Alternatives", _alternatives(trace)
+    if trace.verdict == "none":
+        yield (
+            "Limits",
+            (
+                "An effect that these motions do not excite, or that is smaller than the noise, cannot be seen and is not "
+                "excluded."
+            ),
+        )
+    if trace.opinion is not None:
+        yield "Second opinion", _opinion(trace)
+
+
+def _whiteness(trace: Trace) -> str:
+    found = trace.tracing.before
+    compared = f"{number(found.loss)} times those of a complete model, {_probability(found.p_value)} by chance alone"
+    if found.white:
+        return f"The errors of the prediction, sample by sample, are no larger than noise ({compared})."
+    return f"The errors of the prediction, sample by sample, are larger than noise ({compared})."
+
+
+def _chance(trace: Trace, best: Candidate) -> str:
+    if trace.unit == "N":
+        return "Not simulated: where the motion is imposed the fit is direct, and hardly ends beside its best."
+    if "by chance" in best.why:
+        return f"Simulated recordings without the effect were traced as well: {best.why.partition(', and ')[2]}."
+    return f"The misfit of the fitted recordings falls by {number(best.gain)}, far beyond what fits gain by chance."
+
+
+def _explained(trace: Trace) -> str:
+    share = f"{percent(explained(trace))} of the held-out misfit beyond noise is explained"
+    if trace.tracing.after.white:
+        return f"{share}; what remains is noise."
+    return f"{share}; what remains is {number(trace.tracing.after.loss)} times the misfit of a complete model."
+
+
+def _alternatives(trace: Trace) -> str:
+    if not trace.same_class:
+        return "No other effect that was tried explains these recordings as well."
+    names = listed([effect_name(effect) for effect in trace.same_class])
+    return f"These recordings cannot tell it from {names}. The simplest of them is named."
+
+
+def _opinion(trace: Trace) -> str:
+    assert trace.opinion is not None
+    if trace.opinion.effect == "none":
+        return "Sparse regression of the force, a quick look by other means, finds no effect."
+    found = f"{effect_name(trace.opinion.effect)}, which explains {percent(trace.opinion.share)} of the force left over"
+    if trace.opinion.effect in trace.effects_added:
+        return f"Sparse regression of the force, a quick look by other means, chooses the same: {found}."
+    return (
+        f"Sparse regression of the force chooses {found}. It is a quick look by other means that refits nothing; it does "
+        "not change the answer."
+    )
+
+
+def _on_site(trace: Trace) -> Iterator[str]:
+    for effect in (*trace.effects_added, *trace.same_class):
+        yield f"{effect_name(effect).capitalize()}: {CATALOGUE[effect].check}."
+
+
+def _next(trace: Trace) -> str:
+    if trace.left is None:
+        return ""
+    _, _, wanted = trace.left.where.partition("record ")
+    return f"Record {wanted}." if wanted else ""
+
+
+def _probability(p: float) -> str:
+    return f"below {number(1e-6, 1)}" if p < 1e-6 else number(p, 2)
