@@ -16,8 +16,8 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks._machine import machine
 from benchmarks._plain_observer import PlainObserver, filterpy_filter
+from benchmarks.machine import machine
 from detector import Blocks, Calibration, Fleet, Measurements, Samples, Watch, learn, strokes_of
 from detector.published import chapter_5, section_4_4
 from recordings import Array, BadInput

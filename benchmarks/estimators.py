@@ -15,14 +15,21 @@ import time
 
 import numpy as np
 
-from benchmarks._innovation_form import InnovationForm
-from benchmarks._machine import machine
-from identification import Estimator, Experiment, Fit, experiment, fit, uncertainty
-from identification.estimators.coordinates import Coordinates
-from identification.estimators.noise_aware.estimator import STRICT, NoiseAware, grids, resolving
-from identification.estimators.noise_aware.force_noise import first_values, quickest, with_smooth_force
-from identification.estimators.noise_aware.linearised_model import Linearised
-from identification.estimators.noise_aware.search import fit_noise_aware
+from benchmarks.innovation_form import InnovationForm
+from benchmarks.machine import machine
+from identification import Estimator, Experiment, Fit, experiment, fit, uncertainty_of
+from identification.estimators import (
+    Coordinates,
+    Innovations,
+    NoiseAware,
+    best_on_chunks,
+    grids,
+    noise_aware_for,
+    on_chunks,
+    on_whole_recordings,
+    smoothed_starts,
+    with_smooth_force,
+)
 from recordings import Array
 from simulator import BASE, Excitation, Sensors, kernel, random_valve, simulate
 
@@ -65,7 +72,7 @@ def bound(truth: dict[str, float], experiments: list[Experiment]) -> Array:
     """Standard deviations at the bound [%] in the order of `NAMES`."""
     model = kernel(BASE, "uncertain force")
     c = coordinates(experiments)
-    found = NoiseAware(model, c, grids(experiments)).start(c.theta(model.vector(truth)), STRICT, steps=4)
+    found = NoiseAware(model, c, grids(experiments)).start(c.theta(model.vector(truth)), 4)
     if found is None:
         return np.full(len(NAMES), np.nan)
     covariance = found.covariance * np.outer(c.slope(c.p(found.theta)), c.slope(c.p(found.theta)))
@@ -90,9 +97,9 @@ class ExtendedKalman(NoiseAware):
     """The likelihood of an extended Kalman filter: every interval is linearised about what was seen before it. Its path
     is the fixed point of going to the filter's own means."""
 
-    def toward(self, line: Linearised, move: Array) -> Array:
+    def toward(self, line: Innovations, move: Array) -> Array:
         """The way to what each sample and those before it say."""
-        mean, _, S, E, _, J, K, _, _ = line._smoother
+        mean, _, S, E, _, J, K, _, _ = line.smoother
         return np.asarray(mean + S @ move + np.einsum("kci,kc->ki", K, E - J @ move))
 
 
@@ -102,11 +109,14 @@ PREDICTORS = {"innovations": InnovationForm, "filter": ExtendedKalman}
 def by_prediction(way: type[NoiseAware], experiments: list[Experiment]) -> dict[str, float] | None:
     """Parameters by the one-step errors of a predictor; None where it diverges."""
     c, seen = coordinates(experiments), grids(experiments)
-    found = first_values(kernel(BASE), c, with_smooth_force(experiments, seen))
-    if not found:
+    starts = smoothed_starts(kernel(BASE), c, with_smooth_force(experiments, seen))
+    if not starts:
         return None
-    fine = resolving(seen, quickest(c, found))
-    end = fit_noise_aware(way(kernel(BASE, "uncertain force"), c, fine), *found)
+    usual = noise_aware_for(kernel(BASE), c, seen, starts)
+    whole = way(usual.kernel, c, usual.grids)
+    chunks = on_chunks(whole)
+    best = best_on_chunks(chunks, starts)
+    end = None if best is None else on_whole_recordings(whole, chunks, best)
     return None if end is None else c.values(end.theta)
 
 
@@ -117,7 +127,7 @@ def usable(found: Fit) -> dict[str, float] | None:
 
 def off(found: Fit, truth: dict[str, float]) -> dict[str, tuple[str, float]]:
     """Status of each parameter, and its error in standard deviations as reported."""
-    known = uncertainty(found)
+    known = uncertainty_of(found)
     return {n: (known.status[n], (found.values[n] - truth[n]) / known.std[n]) for n in known.names}
 
 

@@ -19,8 +19,8 @@ import time
 
 import numpy as np
 
-from benchmarks._baselines import BASELINES
-from benchmarks._machine import machine
+from benchmarks.baselines import BASELINES
+from benchmarks.machine import machine
 from identification import Experiment, Fit, Outcome, experiment, fit
 from recordings import Recording
 from simulator import BASE, Excitation, Sensors, kernel, random_valve, simulate

@@ -24,7 +24,7 @@ from typing import NamedTuple
 from pymodbus.client import AsyncModbusSerialClient, AsyncModbusTcpClient
 
 from benchmarks._link_device import Device
-from benchmarks._machine import machine
+from benchmarks.machine import machine
 from hil import LinkEvent, Polling, RegisterMap, Sample, Source, open_source, parse_address, valves_of
 
 POINTS = [
@@ -113,7 +113,7 @@ def throughput(device: Device, seconds: float) -> list[str]:
         def source(path: str = path, baud: int = baud) -> Source:
             return rtu(path, baud)
 
-        silent = Bare("with silence", silence=parse_address(f"rtu:{path}?baud={baud}&parity=N").gap)
+        silent = Bare("with silence", silence=parse_address(f"rtu:{path}?baud={baud}&parity=N").line.gap)
         lines.append(compared(name, source, client, (REGISTERS, silent), seconds / 5))
     return lines
 

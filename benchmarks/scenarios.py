@@ -16,7 +16,7 @@ import sys
 import time
 from pathlib import Path
 
-from benchmarks._machine import machine
+from benchmarks.machine import machine
 from detector.evaluation import (
     MAIN,
     VARIANTS,

@@ -21,7 +21,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from benchmarks._machine import machine
+from benchmarks.machine import machine
 from simulator.damadics import FORMS, INPUTS, Actuator, Form, run_scenario, stimuli
 
 SEED = 1

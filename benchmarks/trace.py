@@ -37,7 +37,7 @@ from typing import Any
 import numpy as np
 from scipy.signal import savgol_filter
 
-from benchmarks._machine import machine
+from benchmarks.machine import machine
 from benchmarks.plants import integrate
 from benchmarks.plants_cases import COURSE, MULTIPLES, Case, force_course, reached, recordings
 from benchmarks.plants_effects import HELD, KNOWN, OUTSIDE, SAME, Valve, fields_of

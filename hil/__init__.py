@@ -1,6 +1,8 @@
 """The wire: register maps, the served plant, and what stands between it and the rest."""
 
+from hil.background import BackgroundRecorder, BackgroundServer
 from hil.client.state import BackOff, LinkState
+from hil.modbus.addresses import SerialLine
 from hil.modbus.tls import Certificates
 from hil.monitor.event import MonitorEvent
 from hil.monitor.monitor import Monitor
@@ -19,7 +21,7 @@ from hil.registers.map_table import describe_register_map, register_map_page
 from hil.registers.point import Point
 from hil.registers.register_map import ReadBlock, RegisterMap, WriteMap
 from hil.registers.ring import Ring
-from hil.server.address import NetworkAddress, PtyAddress, SerialAddress, ServerAddress, listen_address
+from hil.server.address import NetworkAddress, PtyAddress, ServerAddress, listen_address
 from hil.server.server import Server, ServerSettings
 from hil.server.session import ServerEnd, serve_session
 from hil.source.address import parse_address
@@ -45,6 +47,8 @@ __all__ = [
     "ActuatorSetup",
     "Around",
     "BackOff",
+    "BackgroundRecorder",
+    "BackgroundServer",
     "Certificates",
     "Close",
     "Command",
@@ -82,7 +86,7 @@ __all__ = [
     "RtuFaultInjector",
     "Sample",
     "Send",
-    "SerialAddress",
+    "SerialLine",
     "Server",
     "ServerAddress",
     "ServerEnd",

@@ -2,13 +2,14 @@
 
 from identification.data.experiment import Experiment, Segment, experiment
 from identification.data.noise import noise_std
-from identification.estimators.fit import Estimator, Fit, Outcome, fit
+from identification.estimators.fit import Estimator, fit
+from identification.estimators.fitted import Fit, Outcome
 from identification.procedure import identify
 from identification.result import Identification, Trajectory
 from identification.sparse_regression import Crosscheck, Row, crosscheck
 from identification.tracing.algorithm import Candidate
 from identification.tracing.result import Trace, trace
-from identification.uncertainty.covariance import Uncertainty, uncertainty
+from identification.uncertainty.covariance import Uncertainty, uncertainty_of
 from identification.uncertainty.profile import Profile, profile
 
 __all__ = [
@@ -32,5 +33,5 @@ __all__ = [
     "noise_std",
     "profile",
     "trace",
-    "uncertainty",
+    "uncertainty_of",
 ]

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 from identification.advice import advice
 from identification.data.experiment import Experiment, experiment
-from identification.estimators.fit import Estimator, Fit, fit
-from identification.estimators.noise_aware.force_noise import with_smooth_force
+from identification.data.grid import with_smooth_force
+from identification.estimators.fit import Estimator, fit
 from identification.result import Identification, free_runs, valve_model
 from identification.sparse_regression import crosscheck
-from identification.uncertainty.bootstrap import bootstrap, checked_trials, with_bootstrap
-from identification.uncertainty.covariance import uncertainty
-from recordings import NegativeAnswer, Recording
+from identification.uncertainty.bootstrap import bootstrap_of, checked_trials, with_bootstrap
+from identification.uncertainty.covariance import uncertainty_of
+from recordings import NegativeAnswer, Progress, Recording, silent
 from simulator import BASE, Causality
 
 PLANT_CONSTANTS = {"moving_mass_kg": "mass.m"}
@@ -30,33 +30,65 @@ def identify(
     hold: bool = False,
     check: bool = True,
     estimator: Estimator = "auto",
-    trials: int = 0,
-    progress: Callable[[], None] = lambda: None,
+    bootstrap: int = 0,
+    progress: Progress = silent,
 ) -> Identification:
-    """Fit, judge and cross-check. Raises BadInput for recordings that cannot be used and NegativeAnswer, with the
-    outcome's sentence, when no values came out.
+    """Fit a valve to recordings, say how well its parameters are known, and judge it by free runs.
 
-    given : parameters held, by full name, SI units; it goes before what the recordings say of the plant;
-    hold : the force is held between samples; check : also run the sparse-regression cross-check; estimator : as in
-    `fit`; trials : of a parametric bootstrap, 0 for none, with `progress` called after each. Where the noise of the
-    force is accounted for, free runs and cross-check are made on the smoothed force.
+    Where the noise of the force is accounted for, free runs and cross-check are made on the smoothed force.
+
+    Parameters
+    ----------
+    recordings : sequence of Recording
+        Fitted together; each with a position and a force, or a pressure and the diaphragm area.
+    holdout : sequence of Recording
+        Recordings that only judge the fit.
+    effects : tuple of str
+        Identifiers of the effects that make the model.
+    given : mapping, optional
+        Parameters that are held, by full name, SI units. They go before what the recordings say of the plant.
+    causality : {"force", "motion"}, optional
+        What drives the valve; by default the roles of the signals say it.
+    hold : bool
+        The force is held between samples (a converter's output) instead of changing linearly.
+    check : bool
+        Also cross-check with sparse regression.
+    estimator : {"auto", "output-error", "noise-aware"}
+        As in `fit`.
+    bootstrap : int
+        Trials of a parametric bootstrap, at least 5; 0 for intervals from the linearised model.
+    progress : callable
+        Told the stages: the search of the fit, its uncertainty, the bootstrap's trials, free runs and cross-check.
+
+    Raises
+    ------
+    BadInput
+        For recordings that cannot be used; BadParameter for a parameter that cannot.
+    NegativeAnswer
+        With the outcome's sentence, when no values came out.
     """
-    trials = checked_trials(trials)
+    trials = checked_trials(bootstrap)
     experiments = [experiment(r, causality, hold=hold) for r in recordings]
     held = plant_constants(experiments) | dict(given or {})
-    found: Fit = fit(experiments, effects=effects, given=held, estimator=estimator)
+    found = fit(experiments, effects=effects, given=held, estimator=estimator, progress=progress)
     if not found.outcome.usable:
         raise NegativeAnswer(found.outcome.value)
-    known = uncertainty(found)
-    scatter = bootstrap(found, trials, progress=progress) if trials else None
+    progress("uncertainty", 0, 0)
+    known = uncertainty_of(found)
+    scatter = bootstrap_of(found, trials, progress=progress) if trials else None
     known = known if scatter is None else with_bootstrap(found, known, scatter)
     smooth = found.estimate is not None
     if smooth and found.problem is not None:
         experiments = list(found.problem.experiments)
+    progress("free runs", 0, 0)
     runs = free_runs(found, experiments, fitted=True)
     others = [experiment(r, causality, hold=hold) for r in holdout]
+    if others:
+        progress("free runs of the recordings held out", 0, 0)
     others = with_smooth_force(others) if smooth else others
     held_out = free_runs(found, others, fitted=False) if others else ()
+    if check:
+        progress("cross-check", 0, 0)
     checked = crosscheck(found, experiments, known.std) if check else None
     quality: dict[str, object] = {
         "estimator": found.estimator,

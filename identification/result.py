@@ -10,7 +10,7 @@ import numpy as np
 
 from identification.data.experiment import Experiment
 from identification.estimators.coordinates import parameters
-from identification.estimators.fit import Fit
+from identification.estimators.fitted import Fit
 from identification.estimators.least_squares import Normal, descend
 from identification.estimators.output_error.problem import Problem, Setting
 from identification.sparse_regression import Crosscheck

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from identification.data.experiment import Experiment, Segment
 from identification.data.smoothing import DEAD_ZONE
-from identification.estimators.fit import Fit
+from identification.estimators.fitted import Fit
 from recordings import Array
 from simulator import kernel
 

@@ -4,7 +4,7 @@ from simulator.compile.cache import artefact, machine
 from simulator.compile.kernel import Causality, Kernel, kernel, shows_imposed
 from simulator.compile.native import native_module
 from simulator.compile.scan import Recurrence, Scan, Scanner
-from simulator.effect import Catalogue, Effect, Memory, Parameter, Quantities, Site
+from simulator.effect import Catalogue, Effect, Memory, Parameter, Quantities, Site, TriedAt
 from simulator.effects import BASE, CATALOGUE
 from simulator.excitation import Excitation
 from simulator.relaxation import Lag, Relaxation
@@ -31,6 +31,7 @@ __all__ = [
     "Sensors",
     "Site",
     "Status",
+    "TriedAt",
     "Value",
     "ValveModel",
     "artefact",

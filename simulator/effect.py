@@ -15,7 +15,7 @@ y = output_M(... output_1(x)).
 from __future__ import annotations
 
 from abc import ABC
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import ClassVar
@@ -35,6 +35,28 @@ class Site(Enum):
     OUTPUT = "output"
 
 
+class TriedAt(Enum):
+    """At which values tracing tries a parameter before it is fitted, where the derivatives at one value do not tell.
+
+    At a strength of zero nothing shows where a tight spot is or how often a disturbance repeats, so such shapes are
+    tried at several values, or at those that stand out in the residual. A play operator below the noise shows nothing
+    to first order, so a strength that works through memory is tried at several sizes.
+    """
+
+    SCALE = "at its scale only, a strength at zero only"
+    POSITIONS = "positions along the travel"
+    WIDTHS = "shares of the travel"
+    FREQUENCIES = "strongest frequencies of the residual force"
+    PITCHES = "strongest pitches of the residual force along the travel"
+    NOISE = "multiples of the position noise, beside zero"
+    SHARES = "shares of its scale, beside zero"
+
+    @property
+    def of_strength(self) -> bool:
+        """Whether it is a strength that is tried so, not a shape."""
+        return self in (TriedAt.NOISE, TriedAt.SHARES)
+
+
 @dataclass(frozen=True)
 class Parameter:
     """A physical constant of an effect.
@@ -43,7 +65,8 @@ class Parameter:
     scale : typical magnitude, in `unit`; neutral : the value at which the effect vanishes, None for the base effects
     and for what only shapes an effect (the place of a tight spot) while another parameter sets its strength;
     positive : whether its logarithm is the natural coordinate (it spans decades); known : whether it is to be held at
-    what is known of the valve, because a change of it looks like one of the base effects; meaning : one line in words.
+    what is known of the valve, because a change of it looks like one of the base effects; tried_at : values at which
+    tracing tries it; meaning : one line in words.
     """
 
     symbol: str
@@ -55,6 +78,7 @@ class Parameter:
     neutral: float | None = None
     positive: bool = False
     known: bool = False
+    tried_at: TriedAt = TriedAt.SCALE
 
 
 @dataclass(frozen=True)
@@ -168,10 +192,21 @@ class Effect(ABC):
         """The full names of all parameters, in order."""
         return tuple(self.parameter_name(p.symbol) for p in self.parameters)
 
+    def __eq__(self, other: object) -> bool:
+        """Effects are values: one that was copied or sent to another process finds the kernels of the first."""
+        return type(self) is type(other) and vars(self) == vars(other)
+
+    def __hash__(self) -> int:
+        return hash(type(self))
+
 
 @dataclass(frozen=True)
 class Catalogue:
-    """The effects that exist. Raises ValueError when two have the same id or parameter name."""
+    """The effects that can be simulated, fitted and named, in the order of asking (see `Effect`).
+
+    It is a value: whoever looks an effect up is handed one, `CATALOGUE` where nothing else is said.
+    Raises ValueError when two effects have the same id or parameter name.
+    """
 
     effects: tuple[Effect, ...]
     _by_id: dict[str, Effect] = field(init=False, repr=False, compare=False)
@@ -196,8 +231,25 @@ class Catalogue:
         return effect_id in self._by_id
 
     def extended(self, *effects: Effect) -> Catalogue:
-        """This catalogue with further effects at its end: how to use effects of your own."""
+        """This catalogue with further effects at its end: how to use effects of your own.
+
+        Effects of one site are asked in the order of the catalogue. So at the end an effect on the input changes the
+        force last, next to the stem; one on the output changes the reading last, as a transmitter does; one on the
+        force sees what those before it made of friction's level and speed. Where yours belongs elsewhere, build a
+        `Catalogue` of the effects in your own order. The base effects stay first.
+        """
         return Catalogue((*self.effects, *effects))
+
+    def parameters(self, ids: Iterable[str]) -> dict[str, Parameter]:
+        """The parameters of some effects by full name, effects in the order of `ids`.
+
+        Raises KeyError for an unknown id.
+
+        >>> from simulator import CATALOGUE
+        >>> list(CATALOGUE.parameters(["spring", "inertia"]))
+        ['spring.K', 'spring.F0', 'mass.m']
+        """
+        return {e.parameter_name(p.symbol): p for e in map(self.__getitem__, ids) for p in e.parameters}
 
     def pick(self, ids: tuple[str, ...]) -> tuple[Effect, ...]:
         """The named effects in catalogue order. Raises KeyError for an unknown id."""

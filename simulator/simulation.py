@@ -11,7 +11,8 @@ import numpy as np
 from recordings import Array, BadInput, Plant, Recording, Signal
 from simulator.compile.kernel import Kernel, kernel
 from simulator.delay import LONGEST
-from simulator.effects import CATALOGUE
+from simulator.effect import Catalogue
+from simulator.effects import BASE, CATALOGUE
 from simulator.excitation import HIGH, LOW, Excitation, force_demand, staircase
 
 FINE_STEP = 5e-5
@@ -69,16 +70,18 @@ def simulate(
     sensors: Sensors,
     *,
     stroke: float,
-    effects: tuple[str, ...] = ("inertia", "spring", "lugre"),
+    effects: tuple[str, ...] = BASE,
     seed: int = 0,
+    catalogue: Catalogue = CATALOGUE,
 ) -> tuple[Recording, dict[str, float | Array | str]]:
     """Simulate a recording. Returns it and the truth (parameters, effects, hidden position, velocity and force).
 
-    values : parameters by full name, SI units; stroke [m]. The same seed gives the same recording.
+    values : parameters by full name, SI units; stroke [m]; effects : ids, looked up in the `catalogue`. The same seed
+    gives the same recording.
     Raises BadInput for a parameter outside its bounds, for more than `MOST_SAMPLES` samples and for a valve whose
-    trajectory does not stay finite, KeyError for a missing parameter.
+    trajectory does not stay finite, KeyError for a missing parameter and an unknown effect.
     """
-    valve = kernel(effects)
+    valve = kernel(effects, catalogue=catalogue)
     p = _checked(valve, values)
     t = _clock(excitation.duration, sensors.rate)
     run = _closed_loop if excitation.closed_loop else _open_loop
@@ -107,13 +110,10 @@ def simulate(
 
 def _checked(valve: Kernel, values: Mapping[str, float]) -> Array:
     """The parameter vector of values that the physics allows."""
-    for effect in valve.effects:
-        for name, parameter in zip(CATALOGUE[effect].parameter_names(), CATALOGUE[effect].parameters, strict=True):
-            if name in values and not parameter.lower <= values[name] <= parameter.upper:
-                raise BadInput(
-                    f"{name} = {values[name]:g}", "no such valve can be",
-                    f"it is from {parameter.lower:g} to {parameter.upper:g} {parameter.unit}",
-                )  # fmt: skip
+    for name, parameter in valve.catalogue.parameters(valve.effects).items():
+        if name in values and not parameter.lower <= values[name] <= parameter.upper:
+            allowed = f"it is from {parameter.lower:g} to {parameter.upper:g} {parameter.unit}"
+            raise BadInput(f"{name} = {values[name]:g}", "no such valve can be", allowed)
     return valve.vector(values)
 
 

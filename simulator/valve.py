@@ -10,6 +10,7 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from recordings import BadInput, save_text
+from simulator.effect import Catalogue
 from simulator.effects import CATALOGUE
 
 Status = Literal["identified", "weak", "at_bound", "given"]
@@ -65,8 +66,11 @@ class ValveModel(BaseModel):
         save_text(Path(path), json.dumps(self.model_dump(mode="json"), indent=1, allow_nan=False) + "\n")
 
     @classmethod
-    def read(cls, path: str | os.PathLike[str]) -> ValveModel:
-        """Read `model.json`. Raises BadInput naming the file, the item and what is wrong with it."""
+    def read(cls, path: str | os.PathLike[str], catalogue: Catalogue = CATALOGUE) -> ValveModel:
+        """Read `model.json`, with effects of a `catalogue`.
+
+        Raises BadInput naming the file, the item and what is wrong with it.
+        """
         try:
             text = Path(path).read_text(encoding="utf-8")
         except (OSError, UnicodeDecodeError) as error:
@@ -79,20 +83,20 @@ class ValveModel(BaseModel):
             first = error.errors()[0]
             place = ".".join(str(part) for part in first["loc"]) or "the whole file"
             raise BadInput(f"{path}: {place}", first["msg"], "give a model.json written by 'bristle fit'") from error
-        _check_complete(model, str(path))
+        _check_complete(model, str(path), catalogue)
         return model
 
 
-def _check_complete(model: ValveModel, where: str) -> None:
+def _check_complete(model: ValveModel, where: str, catalogue: Catalogue) -> None:
     """A model's effects exist, their parameters are there and in bounds, its plant is numbers. Or BadInput."""
     for item, known in model.plant.items():
         if isinstance(known, str) and item != "tag":
             raise BadInput(f"{where}: plant.{item}", f"{known!r} is no number", "every item but the tag is a number")
     for effect in model.effects:
-        if effect not in CATALOGUE:
-            found, remedy = f"there is no effect '{effect}'", f"there are {', '.join(CATALOGUE.ids)}"
+        if effect not in catalogue:
+            found, remedy = f"there is no effect '{effect}'", f"there are {', '.join(catalogue.ids)}"
             raise BadInput(f"{where}: effects", found, remedy)
-        for name, parameter in zip(CATALOGUE[effect].parameter_names(), CATALOGUE[effect].parameters, strict=True):
+        for name, parameter in catalogue.parameters([effect]).items():
             if name not in model.parameters:
                 raise BadInput(f"{where}: parameters", f"there is no {name}", f"the effect {effect} needs it")
             value = model.parameters[name].value

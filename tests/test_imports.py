@@ -33,6 +33,7 @@ DOORS = {
     "simulator.damadics",
     "simulator.damadics.stimuli",
     "simulator.hysteresis",
+    "identification.estimators",
     "identification.report",
     "detector.evaluation",
     "detector.generators",

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from rich.status import Status
 
-from recordings import BadInput, Recording
+from recordings import BadInput, Progress, Recording
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -79,13 +78,11 @@ def print_profiles(console: Console, found: Identification, names: Sequence[str]
         console.print(f"profile of {name}: 90 % interval from {low} to {high}")
 
 
-def counted(status: object, trials: int) -> Callable[[], None]:
-    """Shows on a terminal's status how many of some trials are done, one more at every call."""
-    done = itertools.count(1)
+def counted(status: object) -> Progress:
+    """Shows on a terminal's status what is being done, and how much of it is."""
 
-    def told() -> None:
-        text = f"bootstrap: {next(done)} of {trials} twins fitted"
+    def report(stage: str, done: int, total: int) -> None:
         if isinstance(status, Status):
-            status.update(text)
+            status.update(f"{stage}: {done} of {total}" if total else stage)
 
-    return told
+    return report

@@ -18,11 +18,11 @@ from hil.client.rtu import RtuWire
 from hil.client.state import REOPEN, Input
 from hil.client.tcp import TcpWire
 from hil.client.wire import GONE, Wire
+from hil.modbus.addresses import LiveAddress, RtuAddress, TcpAddress, TlsAddress
 from hil.modbus.framing import transactions
 from hil.modbus.messages import Fault, Reply, Request
-from hil.modbus.serial_device import check_serial_device, usable_parity
+from hil.modbus.serial_line import check_serial_line, usable
 from hil.modbus.tls import Certificates, is_certificate_trouble
-from hil.source.address import LiveAddress, RtuAddress, TcpAddress, TlsAddress
 from recordings import BadInput
 
 Watch = Callable[[Input, str], None]
@@ -47,7 +47,7 @@ class Link:
         if isinstance(address, TlsAddress):
             self._context = Certificates(address.cert, address.key, address.ca).client_context()
         if isinstance(address, RtuAddress):
-            check_serial_device(address.text, str(address.device), address.baud, address.parity)
+            check_serial_line(address.text, address.line)
         self._transactions = transactions()  # goes on over all connections: some gateways mix them up
         self._wire: Wire | None = None
         self._lost: asyncio.Future[Exception | None] | None = None
@@ -137,9 +137,8 @@ class Link:
                 )
                 return tcp
             case RtuAddress():
-                rtu = RtuWire(address.timeout, address.quiet, address.gap, self.tally, self._give_up)
-                device = str(address.device)
-                await rtu.open(device, address.baud, usable_parity(device, address.parity), address.stop)
+                rtu = RtuWire(address.timeout, address.quiet, address.line.gap, self.tally, self._give_up)
+                await rtu.open(usable(address.line))
                 return rtu
             case _:
                 assert_never(address)

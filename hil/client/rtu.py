@@ -29,6 +29,7 @@ from typing import cast
 from pymodbus.transport.serialtransport import SerialTransport
 
 from hil.client.wire import GONE, Lost
+from hil.modbus.addresses import SerialLine
 from hil.modbus.framing import check_rtu, rtu_frame
 from hil.modbus.messages import Fault, Reply, Request
 
@@ -48,7 +49,7 @@ class _Unit:
         self.first_byte = max(first_byte, 0.95 * self.first_byte)
 
 
-class _SerialLine(SerialTransport):
+class _Transport(SerialTransport):
     """pymodbus' serial transport, reading the descriptor itself.
 
     pyserial asks `select` first, which knows no descriptor above 1023: with many connections in the process a line
@@ -89,9 +90,9 @@ class RtuWire(asyncio.Protocol):
         self._ready = asyncio.Event()
         self._strayed = False  # since the request under way was sent
 
-    async def open(self, device: str, baud: int, parity: str, stop: int) -> None:
+    async def open(self, serial: SerialLine) -> None:
         """Open the line. Raises OSError or termios.error."""
-        line = _SerialLine(self._loop, self, device, baud, 8, parity, stop, 0)
+        line = _Transport(self._loop, self, serial.device, serial.baud, 8, serial.parity, serial.stop, 0)
         try:
             self._loop.call_soon(line.setup)
             await self._ready.wait()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import signal
-from collections.abc import Callable, Coroutine, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +15,7 @@ from hil.monitor.state import check_state, save_state
 from hil.monitor.valve import ValveStatus
 from hil.recorder.files import RecorderSettings
 from hil.recorder.recorder import Recorder, RecorderReport
-from hil.recorder.session import leave_to_itself
+from hil.running import Job, Stop, freeze_garbage, repeating
 from hil.source.sample import LinkEvent, Sample
 from hil.source.source import Around, Source
 from hil.source.statistics import Statistics
@@ -103,48 +103,24 @@ async def monitor_session(source: Source, monitor: Monitor, session: MonitorSess
     monitor.check()
     if session.state is not None:
         check_state(session.state)
-    loop, stop, seen = asyncio.get_running_loop(), asyncio.Event(), list[signal.Signals]()
-
-    def on_signal(number: signal.Signals) -> None:
-        seen.append(number)
-        stop.set()
-
     watched = _Watched(source, monitor, session.sinks)
     recorder = None if session.record is None else Recorder(watched, session.record)
-    leave_to_itself()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        loop.add_signal_handler(number, on_signal, number)
-    begun = loop.time()
-    timer = None if session.duration_s is None else loop.call_later(session.duration_s, stop.set)
-    helpers = [asyncio.ensure_future(work) for work in _background(monitor, watched.statistics, session, begun)]
+    freeze_garbage()
     try:
-        async with watched:
-            report = await (recorder.run(stop) if recorder else watched.run(stop))
+        with Stop(session.duration_s) as stop, repeating(*_jobs(monitor, watched.statistics, session, stop)):
+            async with watched:
+                report = await (recorder.run(stop.event) if recorder else watched.run(stop.event))
     finally:
-        for handle in (timer, *helpers):
-            if handle is not None:
-                handle.cancel()
-        for number in (signal.SIGINT, signal.SIGTERM):
-            loop.remove_signal_handler(number)
         _save(monitor, session)
-    return MonitorEnd(monitor.alarms, loop.time() - begun, seen[0] if seen else None, report)
+    return MonitorEnd(monitor.alarms, stop.seconds, stop.first_signal, report)
 
 
-def _background(
-    monitor: Monitor, statistics: Statistics, session: MonitorSession, begun: float
-) -> list[Coroutine[None, None, None]]:
-    works = [_again(SAVE_EVERY_S, lambda: _save(monitor, session))]
+def _jobs(monitor: Monitor, statistics: Statistics, session: MonitorSession, stop: Stop) -> list[Job]:
+    jobs: list[Job] = [(SAVE_EVERY_S, lambda: _save(monitor, session))]
     show = session.show
     if show is not None:
-        loop = asyncio.get_running_loop()
-        works.append(_again(SHOW_EVERY_S, lambda: show(monitor.status, statistics, loop.time() - begun)))
-    return works
-
-
-async def _again(every_s: float, work: Callable[[], None]) -> None:
-    while True:
-        await asyncio.sleep(every_s)
-        work()
+        jobs.append((SHOW_EVERY_S, lambda: show(monitor.status, statistics, stop.seconds)))
+    return jobs
 
 
 def _save(monitor: Monitor, session: MonitorSession) -> None:

@@ -6,9 +6,9 @@ import ipaddress
 import socket
 from dataclasses import dataclass
 from typing import Literal
-from urllib.parse import parse_qsl, urlsplit
 
-from recordings import BadInput
+from hil.modbus.addresses import AddressParts, SerialLine, host_and_port, serial_line
+from recordings import BadInput, BadParameter
 
 FORMS = "tcp://127.0.0.1:5020, tls://127.0.0.1:8020, rtu:/dev/ttyS0?baud=19200&parity=N, pty: or pty:/tmp/valve"
 
@@ -33,79 +33,47 @@ class NetworkAddress:
 
 
 @dataclass(frozen=True)
-class SerialAddress:
-    """A serial line: device, speed [Bd], parity N, E or O, stop bits; the defaults are those of the Modbus standard."""
-
-    device: str
-    baud: int = 19200
-    parity: str = "E"
-    stop_bits: int = 1
-
-
-@dataclass(frozen=True)
 class PtyAddress:
     """A pseudo terminal made for the purpose; `link` is a name to give it, or empty."""
 
     link: str = ""
 
 
-ServerAddress = NetworkAddress | SerialAddress | PtyAddress
+ServerAddress = NetworkAddress | SerialLine | PtyAddress
 
 
 def listen_address(text: str) -> ServerAddress:
-    """Read an address. Raises BadInput saying which forms there are.
+    """Read an address. Raises BadParameter saying which forms there are.
 
     >>> listen_address("tcp://localhost:0")
     NetworkAddress(kind='tcp', host='127.0.0.1', port=0)
     >>> listen_address("rtu:/dev/ttyUSB0?baud=9600&parity=N").baud
     9600
     """
-    scheme = text.split(":", 1)[0]
-    if scheme in {"tcp", "tls"}:
-        return _network(text)
-    if scheme == "rtu":
-        return _serial(text)
     if text.startswith("pty:"):
         return PtyAddress(text.removeprefix("pty:").removeprefix("//"))
-    raise _bad(text, "is not an address to listen on")
-
-
-def _network(text: str) -> NetworkAddress:
+    if text.partition(":")[0] not in {"tcp", "tls", "rtu"}:
+        raise BadParameter("listen", text, "it is not an address to listen on", f"use one of: {FORMS}")
     try:
-        parts = urlsplit(text)
-        host, port = parts.hostname, parts.port
-    except ValueError as error:
-        raise _bad(text, f"cannot be understood ({error})") from None
-    if not host or port is None or parts.path or parts.query or parts.username:
-        raise _bad(text, "is not host and port")
-    return NetworkAddress("tls" if parts.scheme == "tls" else "tcp", _numeric(text, host), port)
+        return _read(AddressParts.of(text))
+    except BadInput as error:
+        raise BadParameter("listen", text, f"{error.found} ({error.remedy})", f"use one of: {FORMS}") from None
 
 
-def _numeric(text: str, host: str) -> str:
-    """The numeric address of a host: what is checked to be loopback is then what is listened on."""
+def _read(parts: AddressParts) -> NetworkAddress | SerialLine:
+    if parts.transport == "rtu":
+        parts.options.only("baud", "parity", "stop")
+        return serial_line(parts, "rtu:DEVICE")
+    parts.options.only()
+    host, port = host_and_port(parts, "//HOST:PORT", lowest=0)
+    return NetworkAddress("tls" if parts.transport == "tls" else "tcp", _numeric(host), port)
+
+
+def _numeric(host: str) -> str:
+    """The numeric address of a host: what is checked to be loopback is then what is listened on. Raises BadInput."""
     try:
         found = socket.getaddrinfo(host, None, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
     except OSError as error:
-        raise _bad(text, f"has no host that is known here ({error.strerror or error})") from None
+        raise BadInput(host, f"no such host is known here: {error.strerror or error}", "check its name") from None
     numbers = [str(entry[4][0]) for entry in found]
     return next((number for number in numbers if ":" not in number), numbers[0])
-
-
-def _serial(text: str) -> SerialAddress:
-    device, _, query = text.removeprefix("rtu:").removeprefix("//").partition("?")
-    options = dict(parse_qsl(query, keep_blank_values=True))
-    unknown = sorted(set(options) - {"baud", "parity", "stop"})
-    if not device or unknown:
-        raise _bad(text, f"has the unknown option {unknown[0]!r}" if unknown else "names no serial device")
-    baud, parity, stop = options.get("baud", "19200"), options.get("parity", "E").upper(), options.get("stop", "1")
-    if (
-        not (baud.isdecimal() and 50 <= int(baud) <= 4_000_000)
-        or parity not in {"N", "E", "O"}
-        or stop not in {"1", "2"}
-    ):
-        raise _bad(text, "has an option out of range (baud 50 to 4000000, parity N, E or O, stop 1 or 2)")
-    return SerialAddress(device, int(baud), parity, int(stop))
-
-
-def _bad(text: str, found: str) -> BadInput:
-    return BadInput("--listen", f"{text!r} {found}", f"use one of: {FORMS}")

@@ -12,10 +12,11 @@ from dataclasses import dataclass
 
 from pymodbus import FramerType
 
+from hil.modbus.addresses import SerialLine
 from hil.modbus.pty import PtyLine
-from hil.modbus.serial_device import check_serial_device, usable_parity
+from hil.modbus.serial_line import check_serial_line, usable
 from hil.modbus.tls import Certificates
-from hil.server.address import NetworkAddress, PtyAddress, SerialAddress, ServerAddress
+from hil.server.address import NetworkAddress, PtyAddress, ServerAddress
 from hil.server.handler import CarefulSerialServer, CarefulTcpServer, CarefulTlsServer
 from hil.server.unit import ServedUnit
 from hil.server.wire import Clock, devices
@@ -44,8 +45,8 @@ async def open_endpoint(
     """Start to listen. Raises BadInput when that is not possible."""
     if isinstance(address, NetworkAddress):
         return await _open_network(address, units, clock, certificates)
-    if isinstance(address, SerialAddress):
-        check_serial_device(f"rtu:{address.device}", address.device, address.baud, address.parity)
+    if isinstance(address, SerialLine):
+        check_serial_line(f"rtu:{address.device}", address)
         server = _serial_server(address, units, clock)
         await _serve(server, address.device)
         return Endpoint(f"rtu:{address.device}", server, lambda: None)
@@ -78,7 +79,7 @@ async def _open_pty(address: PtyAddress, units: Mapping[int, ServedUnit], clock:
     try:
         if address.link:
             _link(line.client_path, address.link)
-        server = _serial_server(SerialAddress(line.server_path), units, clock)
+        server = _serial_server(SerialLine(line.server_path), units, clock)
         await _serve(server, line.server_path)
     except BaseException:
         line.close()
@@ -93,13 +94,13 @@ async def _open_pty(address: PtyAddress, units: Mapping[int, ServedUnit], clock:
     return Endpoint(f"rtu:{address.link or line.client_path}?parity=N", server, release)
 
 
-def _serial_server(address: SerialAddress, units: Mapping[int, ServedUnit], clock: Clock) -> CarefulSerialServer:
+def _serial_server(address: SerialLine, units: Mapping[int, ServedUnit], clock: Clock) -> CarefulSerialServer:
     return CarefulSerialServer(
         devices(units, clock),
         port=address.device,
         baudrate=address.baud,
-        parity=usable_parity(address.device, address.parity),
-        stopbits=address.stop_bits,
+        parity=usable(address).parity,
+        stopbits=address.stop,
         ignore_missing_devices=True,  # on a line of several devices only the one that is meant may speak
         units=units.keys(),
         clock=clock,

@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from hil.plant.plant import Plant
+from hil.running import Stop
 from hil.server.server import Server, ServerSettings
 
 Say = Callable[[str], None]
@@ -29,30 +30,19 @@ async def serve_session(
     `say` gets one line of JSON when all addresses listen, and one at the end with the lateness of every unit.
     Raises BadInput for what cannot be served, and whatever stops plant time.
     """
-    loop, stop = asyncio.get_running_loop(), asyncio.Event()
-    heard: list[signal.Signals] = []
-
-    def hear(which: signal.Signals) -> None:
-        heard.append(which)
-        stop.set()
-
     async with Server(plants, settings) as server:
-        for which in (signal.SIGINT, signal.SIGTERM):
-            loop.add_signal_handler(which, hear, which)
-        try:
+        with Stop(duration) as stop:
             say(json.dumps(_opening(server, settings)))
-            await _until(stop, server, duration)
-        finally:
-            for which in (signal.SIGINT, signal.SIGTERM):
-                loop.remove_signal_handler(which)
-        say(json.dumps(_closing(server, heard)))
-    return ServerEnd(heard[0] if heard else None)
+            await _until(stop.event, server)
+        say(json.dumps(_closing(server, stop.first_signal)))
+    return ServerEnd(stop.first_signal)
 
 
-async def _until(stop: asyncio.Event, server: Server, duration: float | None) -> None:
-    told, broken = asyncio.create_task(stop.wait()), asyncio.create_task(server.failed())
-    done, _ = await asyncio.wait({told, broken}, timeout=duration, return_when=asyncio.FIRST_COMPLETED)
-    for task in (told, broken):
+async def _until(stop: asyncio.Event, server: Server) -> None:
+    """Wait for the end. Raises what stops plant time before."""
+    stopped, broken = asyncio.create_task(stop.wait()), asyncio.create_task(server.failed())
+    done, _ = await asyncio.wait({stopped, broken}, return_when=asyncio.FIRST_COMPLETED)
+    for task in (stopped, broken):
         task.cancel()
     if broken in done:
         broken.result()
@@ -69,7 +59,7 @@ def _opening(server: Server, settings: ServerSettings) -> dict[str, object]:
     }
 
 
-def _closing(server: Server, heard: list[signal.Signals]) -> dict[str, object]:
+def _closing(server: Server, stopped_by: signal.Signals | None) -> dict[str, object]:
     units: dict[str, dict[str, float]] = {}
     for unit_id, unit in server.units.items():
         units[str(unit_id)] = {"samples": unit.samples, "requests": unit.requests, "refused": unit.refused}
@@ -80,4 +70,4 @@ def _closing(server: Server, heard: list[signal.Signals]) -> dict[str, object]:
                 "lateness_p99_s": round(report.p99, 6),
                 "lateness_max_s": round(report.maximum, 6),
             }
-    return {"stopped_by": heard[0].name if heard else "duration", "units": units}
+    return {"stopped_by": stopped_by.name if stopped_by else "duration", "units": units}

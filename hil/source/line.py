@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 
 from hil.client.link import Link
 from hil.client.state import REST, Input, LinkState, Phase
+from hil.modbus.addresses import LiveAddress
 from hil.modbus.messages import Fault, Reply, Request
-from hil.source.address import LiveAddress
 from hil.source.sample import EventKind
 from hil.source.valve import Valve
 

@@ -7,11 +7,11 @@ from collections.abc import Mapping, Sequence
 from types import TracebackType
 from typing import Protocol, Self
 
+from hil.modbus.addresses import LiveAddress
 from hil.modbus.messages import WRITE_COILS, WRITE_REGISTERS, Request
 from hil.registers.codec import encode
 from hil.registers.point import BIT_TABLES
 from hil.registers.register_map import WriteMap
-from hil.source.address import LiveAddress
 from hil.source.channel import Channel
 from hil.source.line import Line
 from hil.source.sample import EventKind, LinkEvent, Sample, wall_at

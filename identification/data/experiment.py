@@ -119,7 +119,8 @@ def _force(recording: Recording, name: str) -> tuple[Array, float]:
         signal = recording.si("pressure")
         return area * np.asarray(signal.values, float), area * (signal.resolution or 0.0)
     found = "there is a pressure but no /plant diaphragm_area_m2" if "pressure" in recording else "there is no force"
-    raise BadInput(f"{name}: /signals", found, "a fit needs force, or pressure with the diaphragm area (--area)")
+    remedy = "a fit needs force, or pressure with the diaphragm area"
+    raise BadInput(f"{name}: /signals", found, remedy, parameter="area")
 
 
 def _load(recording: Recording, samples: int) -> Array:

@@ -51,13 +51,17 @@ class Force:
     likelihood: float
 
 
+def recursions_text() -> tuple[str, str]:
+    """The text of `recursions.py`: the steps of any filter, and the smoother of a force that follows on them."""
+    text = resources.files("identification.data").joinpath("recursions.py").read_text("utf-8")
+    steps, _, rest = text.partition("# The force\n")
+    return steps, rest
+
+
 @functools.cache
 def loops() -> ModuleType:
-    """The compiled recursions of `recursions.py`."""
-    text = (
-        resources.files("identification.estimators.noise_aware").joinpath("recursions.py").read_text(encoding="utf-8")
-    )
-    return native_module("smoother", text)
+    """The compiled `smoothed_force` of `recursions.py`."""
+    return native_module("force", "".join(recursions_text()))
 
 
 def estimate_force(t: Array, u: Array, noise: float) -> Force:
@@ -69,7 +73,7 @@ def estimate_force(t: Array, u: Array, noise: float) -> Force:
     return Force(mean[:, 0].copy(), mean[:, 1].copy(), std, intensity, noise, likelihood)
 
 
-def smoother(t: Array, u: Array, force: Force) -> Array | None:
+def smoother_force(t: Array, u: Array, force: Force) -> Array | None:
     """The force (n,) [N] by more integrals, recorded as for `estimate_force`; None where two are likelier."""
     mean, _, _, likelihood = _chain(t, u, force.noise, SMOOTH)
     return mean[:, 0].copy() if likelihood > force.likelihood else None

@@ -1,1 +1,42 @@
-"""How parameters are estimated: output error, noise-aware, and with an imposed motion."""
+"""How parameters are estimated: output error, noise-aware, and with an imposed motion.
+
+What `identification` itself offers is enough to fit a valve. This door is for those who compare estimators or write
+one: the noise-aware estimator with its parts, and the protocol that it shares with that of an imposed motion.
+"""
+
+from identification.data.grid import Grid, grids, with_smooth_force
+from identification.estimators.coordinates import Coordinates
+from identification.estimators.estimate import Estimate, Innovations
+from identification.estimators.imposed_motion.estimator import ImposedMotion
+from identification.estimators.noise_aware.estimator import STRICT, NoiseAware
+from identification.estimators.noise_aware.fit import noise_aware_for, smoothed_starts
+from identification.estimators.noise_aware.linearised_model import (
+    AffineModel,
+    PathFreedom,
+    first_variances,
+    kalman_filter,
+)
+from identification.estimators.noise_aware.search import best_on_chunks, on_chunks, on_whole_recordings
+from identification.estimators.path_estimator import PathEstimator
+
+__all__ = [
+    "STRICT",
+    "AffineModel",
+    "Coordinates",
+    "Estimate",
+    "Grid",
+    "ImposedMotion",
+    "Innovations",
+    "NoiseAware",
+    "PathEstimator",
+    "PathFreedom",
+    "best_on_chunks",
+    "first_variances",
+    "grids",
+    "kalman_filter",
+    "noise_aware_for",
+    "on_chunks",
+    "on_whole_recordings",
+    "smoothed_starts",
+    "with_smooth_force",
+]

@@ -47,6 +47,10 @@ class Coordinates:
         """Names of the free parameters, in the order of theta."""
         return tuple(name for name, free in zip(self.names, self.free, strict=True) if free)
 
+    def is_free(self, name: str) -> bool:
+        """Whether there is a parameter of this full name, and it is free."""
+        return name in self.names and bool(self.free[self.names.index(name)])
+
     def part(self, names: Sequence[str]) -> Coordinates:
         """The coordinates of some of the parameters, in their order here."""
         kept = np.isin(self.names, names)

@@ -45,6 +45,11 @@ def weighted(r: Array, jacobian: Array, tuning: float) -> Normal:
         return Normal(float(tuning**2 * np.sum(np.log1p(ratio))), heavy.T @ r, heavy.T @ jacobian)
 
 
+def cauchy(r: Array, tuning: float) -> Array:
+    """Cauchy's loss of each normalised innovation, of any shape; squares where the tuning is infinite."""
+    return np.asarray(r**2 if np.isinf(tuning) else tuning**2 * np.log1p((r / tuning) ** 2), float)
+
+
 @dataclass(frozen=True)
 class Descent:
     """Where a descent ended: theta (n,), the normal equations there, evaluations used, and whether it settled."""

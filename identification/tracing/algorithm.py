@@ -14,8 +14,8 @@ import numpy as np
 
 from identification.data.experiment import Experiment, experiment
 from identification.estimators.coordinates import Coordinates
-from identification.estimators.fit import check_given, obstacle
-from identification.estimators.noise_aware.estimator import Estimate
+from identification.estimators.estimate import Estimate
+from identification.estimators.feasibility import check_given, obstacle
 from identification.procedure import plant_constants
 from identification.tracing.base import first_model, fit_left, held_left, settled, split, stiffened, white
 from identification.tracing.judge import COMPLETE, Comparison, Whiteness, compare

@@ -8,13 +8,16 @@ from dataclasses import replace
 import numpy as np
 
 from identification.data.experiment import Experiment, Segment, imposed
+from identification.data.grid import grids, with_smooth_force
 from identification.estimators.coordinates import Coordinates
-from identification.estimators.fit import Outcome
-from identification.estimators.imposed_motion.estimator import imposed_grids, showing
-from identification.estimators.imposed_motion.start import fit_imposed
-from identification.estimators.noise_aware.estimator import NoiseAware, grids, lean
-from identification.estimators.noise_aware.force_noise import first_values, quickest, with_smooth_force
-from identification.estimators.noise_aware.search import on_chunks, sought
+from identification.estimators.estimate import lean
+from identification.estimators.fitted import Outcome
+from identification.estimators.imposed_motion.fit import fit_imposed_motion
+from identification.estimators.imposed_motion.grid import imposed_grids, showing
+from identification.estimators.noise_aware.estimator import NoiseAware
+from identification.estimators.noise_aware.fit import smoothed_starts
+from identification.estimators.noise_aware.resolution import quickest
+from identification.estimators.noise_aware.search import best_on_chunks, on_chunks
 from identification.tracing.judge import Whiteness, whiteness
 from identification.tracing.model import FINAL, REFIT, Model, TrialData, coordinates, problem
 from recordings import NegativeAnswer
@@ -53,17 +56,17 @@ def imposed_model(experiments: Sequence[Experiment], others: Sequence[Experiment
     u = np.concatenate([s.u for e in driven for s in e.segments])
     x = np.concatenate([s.motion.x for e in driven for s in e.segments])
     free = Coordinates.of(valve, given, float(np.std(u)) or 1.0)
-    path, whole = fit_imposed(valve, free, driven)
-    if path is None:
+    first = fit_imposed_motion(valve, free, driven)
+    if first.path is None:
         raise NegativeAnswer(Outcome.DIVERGED.value)
-    p = free.p(path.unknowns[: whole.n_free])
+    p = first.p
     fitted, held = (tuple(imposed_grids(some, valve, p)) for some in (experiments, others))
     data = TrialData(
         fitted, held, dict(given), (float(x.min()), float(x.max())), float(np.std(u)) or 1.0, imposed=True,
         candidates=showing(experiments), recorded=(tuple(experiments), tuple(others)),
     )  # fmt: skip
     work = problem(BASE, data, fitted)
-    found = work.follow(work.coordinates.theta(p), stages=((FINAL, REFIT),))
+    found = work.fit(work.coordinates.theta(p), REFIT)
     if found is None:
         raise NegativeAnswer(Outcome.DIVERGED.value)
     return Model(BASE, data, lean(found))
@@ -72,14 +75,14 @@ def imposed_model(experiments: Sequence[Experiment], others: Sequence[Experiment
 def base_model(experiments: Sequence[Experiment], data: TrialData) -> Model:
     """The base model, fitted without start values."""
     valve, free = kernel(BASE), coordinates(BASE, data)
-    found = first_values(valve, free, with_smooth_force(experiments, data.fitted))
+    found = smoothed_starts(valve, free, with_smooth_force(experiments, data.fitted))
     if not found:
         raise NegativeAnswer(Outcome.DIVERGED.value)
     omega, guess = quickest(free, found), free.values(found[-1])
     data = replace(data.resolving(omega), heaviest=HEAVIER * guess["mass.m"], stiffest=RIGID * guess["lugre.sigma0"])
-    work = NoiseAware(data.kernel(BASE), coordinates(BASE, data), data.fitted)
-    best = sought(on_chunks(work), *found, most=WAYS)
-    best = None if best is None else work.follow(best.theta, stages=((FINAL, REFIT),))
+    work = NoiseAware(data.kernel(BASE), coordinates(BASE, data), data.fitted, FINAL)
+    best = best_on_chunks(on_chunks(work), found, most=WAYS)
+    best = None if best is None else work.fit(best.theta, REFIT)
     if best is None:
         raise NegativeAnswer(Outcome.DIVERGED.value)
     bound = settled(Model(BASE, data, lean(best)))

@@ -16,8 +16,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.estimators.imposed_motion.estimator import ImposedGrid
-from identification.estimators.noise_aware.linearised_model import Grid
+from identification.data.grid import Grid
+from identification.estimators.imposed_motion.grid import ImposedGrid
 from identification.sparse_regression import WINDOW, weak
 from identification.tracing.model import Model, coordinates, defaults, in_order
 from identification.tracing.screen import Rhythms, rhythms_of, shapes, strengths

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from identification.data.experiment import Experiment
-from identification.estimators.fit import Fit, fit_of, judged
-from identification.estimators.noise_aware.force_noise import FREE_STEP
+from identification.estimators.fitted import FREE_STEP, Fit, fit_of, fit_of_free_runs
 from identification.estimators.output_error.homotopy import Path
 from identification.estimators.output_error.problem import Problem, Setting
 from identification.result import Identification, error_of, free_runs, valve_model
 from identification.sparse_regression import crosscheck
 from identification.tracing.model import Model
-from identification.uncertainty.covariance import uncertainty
+from identification.uncertainty.covariance import uncertainty_of
 from recordings import Recording
 from simulator import kernel
 
@@ -24,7 +23,7 @@ def as_fit(model: Model, experiments: Sequence[Experiment]) -> Fit:
     if model.data.imposed:
         unknowns = problem.start(estimate.theta)
         path = Path(unknowns, estimate.normal, Setting(0.0), 0, estimate.settled)
-        return judged(valve, model.coordinates, problem, path)
+        return fit_of_free_runs(valve, model.coordinates, problem, path)
     path = Path(problem.start(estimate.theta), estimate.normal, Setting(FREE_STEP), 0, estimate.settled)
     return fit_of(estimate, problem, path)
 
@@ -35,7 +34,7 @@ def identification_of(
     """The model with its free runs on the fitted and the held-out experiments, as after a fit."""
     fit = as_fit(model.relaxed(0), experiments)  # with the derivatives, which models that are kept do without
     runs, others = free_runs(fit, experiments, fitted=False), free_runs(fit, held, fitted=False)
-    known = uncertainty(fit)
+    known = uncertainty_of(fit)
     check = crosscheck(fit, experiments, known.std)
     quality: dict[str, object] = {"crosscheck": None if check is None else check.sentence}
     stored = valve_model(fit, known, recordings, experiments, {"fit": runs, "holdout": others}, quality)
@@ -51,7 +50,7 @@ def position_error(model: Model, experiments: Sequence[Experiment]) -> dict[str,
     valve = kernel(model.effects)
     problem = Problem(valve, model.coordinates, experiments)
     path = Path(problem.start(model.estimate.theta), model.estimate.normal, Setting(FREE_STEP), 0, True)
-    fit = judged(valve, model.coordinates, problem, path)
+    fit = fit_of_free_runs(valve, model.coordinates, problem, path)
     return (error_of(free_runs(fit, experiments, fitted=False)) or {}) if fit.problem is not None else {}
 
 

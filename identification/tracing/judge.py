@@ -8,8 +8,9 @@ import numpy as np
 from scipy.stats import norm
 from scipy.stats import t as student
 
-from identification.estimators.noise_aware.estimator import OUTLIER, Estimate, cauchy
-from identification.estimators.noise_aware.linearised_model import Grid
+from identification.data.grid import Grid
+from identification.estimators.estimate import OUTLIER, Estimate
+from identification.estimators.least_squares import cauchy
 from recordings import Array
 
 BLOCK = 1.0

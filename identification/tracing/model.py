@@ -8,12 +8,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from identification.data.chunks import regular
 from identification.data.experiment import Experiment
+from identification.data.grid import Grid
 from identification.estimators.coordinates import Coordinates, parameters
-from identification.estimators.imposed_motion.estimator import ImposedFit
-from identification.estimators.noise_aware.estimator import Estimate, NoiseAware, lean, resolving
-from identification.estimators.noise_aware.linearised_model import Grid, PathFreedom
-from identification.estimators.noise_aware.search import tamed
+from identification.estimators.estimate import Estimate, lean
+from identification.estimators.imposed_motion.estimator import ImposedMotion
+from identification.estimators.noise_aware.estimator import NoiseAware
+from identification.estimators.noise_aware.linearised_model import PathFreedom
+from identification.estimators.noise_aware.resolution import resolving
+from identification.estimators.noise_aware.search import usual_values
+from identification.estimators.path_estimator import PathEstimator
 from recordings import Array
 from simulator import CATALOGUE, Kernel, kernel
 
@@ -124,11 +129,14 @@ class Model:
     def held(self) -> Estimate | None:
         """The paths on the held-out grids at the fitted parameters."""
         judge = problem(self.effects, self.data, self.data.held)
-        found = judge.start(self.estimate.theta, FINAL, steps=HELD_STEPS)
+        if not isinstance(judge, NoiseAware):
+            only = judge.start(self.estimate.theta)
+            return None if only is None else lean(only)
+        found = judge.start(self.estimate.theta, HELD_STEPS)
         for _ in range(HELD_ROUNDS - 1):
-            if found is None or self.data.imposed:
+            if found is None:
                 break
-            before, found = found, judge.at(found.theta, found.paths, FINAL, steps=HELD_STEPS) or found
+            before, found = found, judge.along(found.theta, found.paths, HELD_STEPS) or found
             if found.cost > before.cost - HELD_FALL:
                 break
         return None if found is None else lean(found)
@@ -143,13 +151,13 @@ class Model:
         """The same model on chunks of its grids."""
         data, places = self.data.thinned()
         paths = [np.ascontiguousarray(self.estimate.paths[i][at]) for i, at in places]
-        estimate = problem(self.effects, data, data.fitted).at(self.estimate.theta, paths, FINAL, steps=0)
+        estimate = along(problem(self.effects, data, data.fitted), self.estimate.theta, paths, 0)
         return self if estimate is None else Model(self.effects, data, estimate)
 
     def relaxed(self, steps: int) -> Model:
         """The same parameters after further steps of the paths."""
         work = problem(self.effects, self.data, self.data.fitted)
-        estimate = work.at(self.estimate.theta, self.estimate.paths, FINAL, steps=steps)
+        estimate = along(work, self.estimate.theta, self.estimate.paths, steps)
         return self if estimate is None else Model(self.effects, self.data, estimate)
 
     def refitted(self) -> Model:
@@ -158,9 +166,9 @@ class Model:
 
     def descended(self, freedom: PathFreedom, steps: int) -> Model:
         """The same effects after so many further steps, or until two of them change little."""
-        work = problem(self.effects, self.data, self.data.fitted)
-        begun = work.at(self.estimate.theta, self.estimate.paths, freedom, steps=0)
-        return self if begun is None else replace(self, estimate=lean(work.descend(begun, freedom, steps, IDLE)))
+        work = problem(self.effects, self.data, self.data.fitted, freedom, IDLE)
+        first = along(work, self.estimate.theta, self.estimate.paths, 0)
+        return self if first is None else replace(self, estimate=lean(work.descend(first, steps)))
 
     def sought(self) -> Model | None:
         """The best fit of these effects to chunks of the grids; None where all diverge."""
@@ -177,10 +185,10 @@ class Model:
         """
         effects = in_order(*self.effects, *effect)
         data, _ = self.data.thinned()
-        work = problem(effects, data, data.fitted)
+        work = problem(effects, data, data.fitted, COARSE)
         known = {k: v for e in effect for k, v in defaults(e, self.data).items()} | self.values | dict(values or {})
         theta = work.coordinates.theta(work.kernel.vector(known))
-        starts = [theta] * from_here + tamed(work.coordinates, theta)[:1]
+        starts = [theta] * from_here + usual_values(work.coordinates, theta)[:1]
         bent = [work.kernel.vector(known | dict(start)) for e in effect for start in self.imitations(e)]
         own = _looks(work, starts)
         imitated = _looks(work, [work.coordinates.theta(p) for p in bent])
@@ -202,21 +210,20 @@ class Model:
         theta = coordinates(effects, self.data).theta_of(self.values)
         kept = [] if self.data.imposed else [self.kernel.states.index(name) for name in target.states]
         paths = [np.ascontiguousarray(path[:, kept]) for path in self.estimate.paths]
-        begun = problem(effects, self.data, self.data.fitted).at(theta, paths, FINAL, steps=RESTED)
-        return None if begun is None else Model(effects, self.data, begun).refitted()
+        first = along(problem(effects, self.data, self.data.fitted), theta, paths, RESTED)
+        return None if first is None else Model(effects, self.data, first).refitted()
 
     def exchanged(self, effect: str, other: str, values: Mapping[str, float]) -> Model | None:
         """This model with another effect, at some values to start from, in the place of one. None where it diverges."""
         effects = in_order(*(e for e in self.effects if e != effect), other)
-        work = problem(effects, self.data, self.data.fitted)
+        work = problem(effects, self.data, self.data.fitted, worth=IDLE)
         known = defaults(other, self.data) | self.values | dict(values)
-        end = work.follow(work.coordinates.theta(work.kernel.vector(known)), stages=((FINAL, REFIT),), worth=IDLE)
+        end = work.fit(work.coordinates.theta(work.kernel.vector(known)), REFIT)
         return None if end is None else Model(effects, self.data, lean(end)).refitted()
 
     def carried(self, data: TrialData) -> Model | None:
         """These parameters fitted on to all of a data, along new paths."""
-        work = problem(self.effects, data, data.fitted)
-        end = work.follow(self.estimate.theta, stages=((FINAL, REFIT),), worth=IDLE)
+        end = problem(self.effects, data, data.fitted, worth=IDLE).fit(self.estimate.theta, REFIT)
         return None if end is None else Model(self.effects, data, lean(end))
 
     def with_effect(self, effect: str, values: Mapping[str, float], steps: int = 0) -> Model | None:
@@ -232,13 +239,13 @@ class Model:
         if len(paths) < len(found):
             return None
         theta = coordinates(effects, self.data).theta(p)
-        estimate = problem(effects, self.data, self.data.fitted).at(theta, paths, FINAL, steps=steps)
+        estimate = along(problem(effects, self.data, self.data.fitted), theta, paths, steps)
         return None if estimate is None else Model(effects, self.data, estimate)
 
 
-def _looks(work: NoiseAware | ImposedFit, starts: Sequence[Array]) -> list[Estimate]:
+def _looks(work: PathEstimator, starts: Sequence[Array]) -> list[Estimate]:
     """First fits from some starts, best first."""
-    looks = [work.follow(start, stages=((COARSE, LOOK),)) for start in starts]
+    looks = [work.fit(start, LOOK) for start in starts]
     return sorted((lean(look) for look in looks if look is not None), key=lambda look: look.cost)
 
 
@@ -264,7 +271,7 @@ def _chunks(grid: Grid) -> list[slice]:
     length, distance = round(CHUNK / dt), round(EVERY / dt)
     if len(grid.t) < 2 * distance or length < 20:
         return [slice(0, len(grid.t))]
-    return [slice(first, first + length) for first in range(0, len(grid.t) - length, distance)]
+    return regular(len(grid.t), length, distance)
 
 
 def in_order(*effects: str) -> tuple[str, ...]:
@@ -292,10 +299,19 @@ def coordinates(effects: tuple[str, ...], data: TrialData) -> Coordinates:
     return replace(free, upper=np.minimum(free.upper, caps))
 
 
-def problem(effects: tuple[str, ...], data: TrialData, grids: Sequence[Grid]) -> NoiseAware | ImposedFit:
-    """The fit of some effects to some grids."""
-    way = ImposedFit if data.imposed else NoiseAware
-    return way(data.kernel(effects), coordinates(effects, data), grids)
+def problem(
+    effects: tuple[str, ...], data: TrialData, grids: Sequence[Grid], freedom: PathFreedom = FINAL, worth: float = 0.0
+) -> PathEstimator:
+    """The fit of some effects to some grids. freedom, worth : of `NoiseAware`, which alone has paths to estimate."""
+    kernel, free = data.kernel(effects), coordinates(effects, data)
+    return ImposedMotion(kernel, free, grids) if data.imposed else NoiseAware(kernel, free, grids, freedom, worth)
+
+
+def along(work: PathEstimator, theta: Array, paths: Sequence[Array], steps: int) -> Estimate | None:
+    """The estimate at fixed parameters along paths, after so many steps of them; where the motion is imposed, paths
+    follow from the parameters. None where the model diverges.
+    """
+    return work.along(theta, paths, steps) if isinstance(work, NoiseAware) else work.start(theta)
 
 
 def extended(here: Kernel, target: Kernel, grid: Grid, path: Array, p: Array) -> Array | None:

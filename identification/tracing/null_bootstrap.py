@@ -14,14 +14,14 @@ from dataclasses import replace
 import numpy as np
 
 from identification.data.experiment import Experiment
-from identification.estimators.noise_aware.estimator import MOST_BETWEEN, SWING
-from identification.estimators.noise_aware.force_noise import swing, with_smooth_force
+from identification.data.grid import with_smooth_force
+from identification.estimators.noise_aware.resolution import MOST_BETWEEN, SWING, swing
 from identification.tracing.base import first_model, settled, trial_data, white
 from identification.tracing.free_runs import as_fit
 from identification.tracing.model import Model, followed
 from identification.tracing.refine import Begun, begun, near, refitted
 from identification.tracing.screen import Score
-from identification.uncertainty.bootstrap import twin
+from identification.uncertainty.bootstrap import replicate
 from recordings import NegativeAnswer
 from simulator import BASE
 
@@ -79,7 +79,7 @@ def _gain_of_a_twin(model: Model, effect: str, values: dict[str, float], rng: np
     """What an effect gains on one twin of a model; None where the model is not found again at all."""
     data = model.data
     pairs = zip(data.recorded, (data.fitted, data.held), strict=True)
-    fitted, held = (twin(as_fit(model, with_smooth_force(*pair)), rng) for pair in pairs)
+    fitted, held = (replicate(as_fit(model, with_smooth_force(*pair)), rng) for pair in pairs)
     found = _sought(model, fitted, held)
     if found is None:
         return None

@@ -6,7 +6,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from identification.estimators.noise_aware.estimator import Estimate, NoiseAware, lean
+from identification.estimators.estimate import Estimate, lean
+from identification.estimators.noise_aware.estimator import NoiseAware
 from identification.tracing.model import FINAL, IDLE, REFIT, RESTED, Model, apart, followed
 from identification.tracing.screen import Score, promised, strengths
 
@@ -70,8 +71,8 @@ def _along(model: Model, effect: str, values: Mapping[str, float], beside: float
         left, gain = promised(now.normal)[1], model.estimate.cost - now.cost
         return left < IDLE or gain + left < PROSPECT or gain + AHEAD * left < KEPT * beside
 
-    work = NoiseAware(found.kernel, found.coordinates, found.data.fitted)
-    return replace(found, estimate=lean(work.descend(found.estimate, FINAL, REFIT, max(IDLE, SLOW * beside), vain)))
+    work = NoiseAware(found.kernel, found.coordinates, found.data.fitted, FINAL, max(IDLE, SLOW * beside))
+    return replace(found, estimate=lean(work.descend(found.estimate, REFIT, vain)))
 
 
 def refitted(model: Model, b: Begun) -> Model | None:

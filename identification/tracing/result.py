@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from identification.data.experiment import Experiment, imposed
-from identification.estimators.noise_aware.force_noise import with_smooth_force
+from identification.data.grid import with_smooth_force
 from identification.result import Identification, error_of
 from identification.sparse_regression import Crosscheck
 from identification.tracing.algorithm import Candidate, Tracing, select

@@ -18,7 +18,7 @@ from scipy.signal import find_peaks
 from identification.estimators.least_squares import Normal
 from identification.tracing.model import RESTED, Model, TrialData
 from recordings import Array
-from simulator import CATALOGUE, Parameter
+from simulator import CATALOGUE, Parameter, TriedAt
 
 PLACES = (0.15, 0.35, 0.5, 0.65, 0.85)
 """Places along the travel at which local effects are tried, as shares of it."""
@@ -84,14 +84,13 @@ def score(base: Model, effect: str, shape: Mapping[str, float]) -> Score | None:
 
 
 def _trials(effect: str, data: TrialData) -> list[dict[str, float]]:
-    """Sizes at which to try the strengths of an effect with memory that can only grow: multiples of the noise for a
-    length, shares of the scale otherwise.
-    """
+    """Sizes at which to try the strengths of an effect: multiples of the noise or shares of the scale."""
     noise, found = data.fitted[0].noise_y, list[dict[str, float]]()
     for name, p in strengths(effect).items():
-        if p.lower == p.neutral and CATALOGUE[effect].memory:
-            sizes = (4 * noise, 16 * noise) if p.unit == "m" else (0.1 * p.scale, 0.5 * p.scale)
-            found += [{name: size} for size in sizes]
+        if p.tried_at is TriedAt.NOISE:
+            found += [{name: size} for size in (4 * noise, 16 * noise)]
+        elif p.tried_at is TriedAt.SHARES:
+            found += [{name: size} for size in (0.1 * p.scale, 0.5 * p.scale)]
     return found
 
 
@@ -148,15 +147,15 @@ def shapes(base: Model, effect: str, rhythms: Rhythms) -> Iterator[dict[str, flo
 
 
 def _axis(parameter: Parameter, base: Model, rhythms: Rhythms) -> list[float]:
-    """Values of one shape parameter, by its unit."""
+    """Values at which one shape parameter is tried."""
     data = base.data
-    if parameter.unit == "Hz":
+    if parameter.tried_at is TriedAt.FREQUENCIES:
         return rhythms.frequencies or [parameter.scale]
-    if parameter.symbol == "pitch":
+    if parameter.tried_at is TriedAt.PITCHES:
         return rhythms.pitches or [parameter.scale]
-    if parameter.unit == "m" and not parameter.positive:
+    if parameter.tried_at is TriedAt.POSITIONS:
         return [data.travel[0] + share * data.stroke for share in PLACES]
-    if parameter.unit == "m" and parameter.symbol == "w":
+    if parameter.tried_at is TriedAt.WIDTHS:
         return [share * data.stroke for share in WIDTHS]
     return [parameter.scale]
 

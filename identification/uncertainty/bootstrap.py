@@ -1,13 +1,12 @@
 """Parametric bootstrap: how a fit scatters over recordings that its own model could have given.
 
 The fitted model is run on the (smoothed) recorded input, noise of the estimated size is added to all channels, and the
-twins are fitted like the recordings themselves (Efron and Tibshirani, An Introduction to the Bootstrap, 1993, ch. 6).
+replicates are fitted like the recordings (Efron and Tibshirani, An Introduction to the Bootstrap, 1993, ch. 6).
 What the linearised covariance cannot know is in it: bias, bends of the likelihood, descents that end elsewhere.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,13 +14,13 @@ from scipy.stats import norm
 from scipy.stats import t as student
 
 from identification.data.experiment import Experiment, Segment
+from identification.data.grid import grids
 from identification.data.smoothing import smooth
-from identification.estimators.fit import Fit, fit
-from identification.estimators.noise_aware.estimator import NoiseAware, grids, resolving
-from identification.estimators.noise_aware.force_noise import swing
+from identification.estimators.fit import fit
+from identification.estimators.fitted import Fit
+from identification.estimators.noise_aware.fit import noise_aware_for
 from identification.uncertainty.covariance import Uncertainty, judged_by
-from recordings import Array, BadInput, NegativeAnswer
-from simulator import kernel
+from recordings import Array, BadParameter, NegativeAnswer, Progress, silent
 
 FEWEST, MOST_FAILED = 5, 0.5
 """Trials that are asked for at least, and share of them that may fail."""
@@ -29,8 +28,8 @@ FEWEST, MOST_FAILED = 5, 0.5
 
 @dataclass(frozen=True)
 class Bootstrap:
-    """trials : number of twins; failed : how many of them led nowhere; values : (n_good, n_free) by `names`, SI units;
-    names : of the free parameters.
+    """How the fits of replicates scatter. trials : number of replicates; failed : how many of them led nowhere; names :
+    of the free parameters; values : (n_good, n_free) by `names`, SI units.
     """
 
     trials: int
@@ -40,23 +39,23 @@ class Bootstrap:
 
 
 def checked_trials(trials: int) -> int:
-    """The number of trials; 0 is none. Raises BadInput for too few to say anything."""
+    """The number of trials; 0 is none. Raises BadParameter for too few to say anything."""
     if trials != 0 and trials < FEWEST:
-        raise BadInput(f"--bootstrap {trials}", "that is too few to scatter", f"ask for {FEWEST} or more, or for 0")
+        raise BadParameter("bootstrap", trials, "that is too few to scatter", f"ask for {FEWEST} or more, or for 0")
     return trials
 
 
-def bootstrap(found: Fit, trials: int, seed: int = 0, progress: Callable[[], None] = lambda: None) -> Bootstrap:
-    """Fit `trials` twins of a fit's recordings. progress : called after each.
+def bootstrap_of(found: Fit, trials: int, seed: int = 0, progress: Progress = silent) -> Bootstrap:
+    """Fit `trials` replicates of a fit's recordings, drawn with a seed.
 
     Raises NegativeAnswer when more than half of them lead nowhere.
     """
     rng = np.random.default_rng(seed)
     free = found.coordinates.free
     values = []
-    for _ in range(trials):
-        p = _refitted(found, twin(found, rng, size=max(found.rms, 1.0)))
-        progress()
+    for done in range(trials):
+        p = _refitted(found, replicate(found, rng, size=max(found.rms, 1.0)))
+        progress("bootstrap", done + 1, trials)
         if p is not None:
             values.append(p[free])
     if len(values) < max(2, (1 - MOST_FAILED) * trials):
@@ -76,21 +75,21 @@ def with_bootstrap(found: Fit, known: Uncertainty, scatter: Bootstrap) -> Uncert
     return replace(known, std=std, status=status, note=note)
 
 
-def twin(found: Fit, rng: np.random.Generator, size: float = 1.0) -> list[Experiment]:
+def replicate(found: Fit, rng: np.random.Generator, size: float = 1.0) -> list[Experiment]:
     """The experiments as the fitted model would have given them. size : factor on the noise of the output."""
     assert found.problem is not None
     assert found.path is not None
     setting = replace(found.path.setting, tuning=np.inf)
     answers = iter(found.problem.responses(found.path.unknowns, setting))
-    twins = []
+    replicates = []
     for e in found.problem.experiments:
         segments = []
         for s in e.segments:
             response = next(answers)
             predicted = s.y if response is None else response.predicted
             segments.append(_noisy(found, e, s, predicted, size, rng))
-        twins.append(e.with_segments(tuple(segments)))
-    return twins
+        replicates.append(e.with_segments(tuple(segments)))
+    return replicates
 
 
 def _noisy(
@@ -106,13 +105,12 @@ def _noisy(
 
 
 def _refitted(found: Fit, experiments: list[Experiment]) -> Array | None:
-    """The parameter vector of a twin: a noise-aware fit goes on from the estimate, another starts from nothing."""
+    """The parameter vector of a replicate: a noise-aware fit goes on from the estimate, another starts from nothing."""
     c = found.coordinates
     if found.estimate is None:
         held = {n: v for n, v, is_free in zip(c.names, c.base.tolist(), c.free, strict=True) if not is_free}
         again = fit(experiments, effects=found.kernel.effects, given=held, estimator="output-error")
         return again.p if again.outcome.usable else None
     theta = found.estimate.theta
-    seen = resolving(grids(experiments), swing(c.values(theta)))
-    end = NoiseAware(kernel(found.kernel.effects, "uncertain force"), c, seen).follow(theta)
+    end = noise_aware_for(found.kernel, c, grids(experiments), [theta]).in_stages(theta)
     return None if end is None else c.p(end.theta)

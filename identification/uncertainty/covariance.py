@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from identification.estimators.coordinates import parameters
-from identification.estimators.fit import Fit, Outcome
-from identification.estimators.noise_aware.estimator import TUNING, Estimate
-from identification.estimators.noise_aware.force_noise import RESOLVED, swing, turn
+from identification.estimators.estimate import TUNING, Estimate
+from identification.estimators.fitted import Fit, Outcome
+from identification.estimators.noise_aware.resolution import RESOLVED, swing, turn
 from identification.estimators.output_error.problem import Problem, Setting
 from recordings import Array
 from simulator import Status
@@ -64,7 +64,7 @@ class Uncertainty:
         return sorted((p for p in found if abs(p[2]) > above), key=lambda p: -abs(p[2]))
 
 
-def uncertainty(fit: Fit) -> Uncertainty:
+def uncertainty_of(fit: Fit) -> Uncertainty:
     """Uncertainty of a fit that has values."""
     assert fit.problem is not None
     assert fit.path is not None
@@ -172,7 +172,7 @@ def _unresolved(fit: Fit) -> str:
     """What to say of a swing of the mass on its bristles that a fit cannot follow; empty when it can."""
     if fit.problem is None or fit.kernel.causality != "force":
         return ""
-    if turn(fit.values, fit.problem) < (RESOLVED_EXACT if fit.estimate is None else RESOLVED):
+    if turn(fit.values, fit.problem.spacing) < (RESOLVED_EXACT if fit.estimate is None else RESOLVED):
         return ""
     frequency, rate = swing(fit.values) / (2 * np.pi), 1 / fit.problem.spacing
     return f"the mass swings on its bristles at {frequency:.0f} Hz, too fast for {rate:.0f} samples a second"

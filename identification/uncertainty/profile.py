@@ -10,11 +10,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identification.estimators.fit import Fit
+from identification.estimators.fitted import Fit
 from identification.estimators.least_squares import descend
 from identification.estimators.output_error.problem import Problem
 from identification.uncertainty.covariance import Uncertainty
-from recordings import Array, BadInput
+from recordings import Array, BadParameter
 
 CHI2_90 = 2.7055
 """90 % quantile of the chi-square distribution with one degree of freedom."""
@@ -39,15 +39,15 @@ class Profile:
 def profile(fit: Fit, known: Uncertainty, name: str, points: int = 7, reach: float = 3.0) -> Profile:
     """Profile one parameter at `points` values on each side, up to `reach` standard deviations away.
 
-    Raises BadInput for a name that is not a free parameter of the fit.
+    Raises BadParameter for a name that is not a free parameter of the fit, and for a noise-aware fit.
     """
     if name not in known.names:
-        raise BadInput(
-            f"--profile {name}", "it is no free parameter of this fit", f"there are {', '.join(known.names)}"
-        )
+        free = f"there are {', '.join(known.names)}"
+        raise BadParameter("profile", name, "it is no free parameter of this fit", free)
     if fit.estimate is not None:
         why = "the fit is noise-aware, and its cost has no profile yet that would be cheap enough"
-        raise BadInput(f"--profile {name}", why, "fit with --estimator output-error, or read the standard deviation")
+        remedy = "fit with the estimator output-error, or read the standard deviation"
+        raise BadParameter("profile", name, why, remedy)
     assert fit.path is not None
     place = known.names.index(name)
     width = known.std[name] / fit.coordinates.slope(fit.p)[place]

@@ -25,13 +25,15 @@ class Kernel:
     """The compiled physics of a set of effects.
 
     parameters : full names, in the order of the parameter vector and of the first columns of a jacobian;
-    states : names of the states, in the order of the last columns; a force-driven kernel starts with x and v.
+    states : names of the states, in the order of the last columns; a force-driven kernel starts with x and v;
+    catalogue : where its effects were looked up, and where to look up what they declare.
     """
 
     effects: tuple[str, ...]
     causality: Causality
     layout: Layout
     scanner: Scanner
+    catalogue: Catalogue = CATALOGUE
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -118,7 +120,7 @@ def kernel(effects: Iterable[str], causality: Causality = "force", catalogue: Ca
     if outside or not chosen:
         found = f"{outside[0].id} acts on the {outside[0].site.value}, and the motion is imposed" if outside else "none"
         raise BadInput("effects", found, "name effects that act on the force, for example inertia, spring and lugre")
-    return _kernel(chosen, causality, compiler())
+    return _kernel(chosen, causality, catalogue, compiler())
 
 
 def shows_imposed(effect: Effect) -> bool:
@@ -131,7 +133,17 @@ ASSEMBLED = {"force": force_driven, "motion": motion_driven, "uncertain force": 
 
 
 @functools.lru_cache(maxsize=128)
-def _kernel(effects: tuple[Effect, ...], causality: Causality, _compiler: tuple[str, ...] | None) -> Kernel:
-    """One kernel per choice of effects and way of compiling."""
+def _kernel(
+    effects: tuple[Effect, ...], causality: Causality, catalogue: Catalogue, compiler: tuple[str, ...] | None
+) -> Kernel:
+    """One kernel per choice of effects, catalogue and way of compiling."""
+    return Kernel(tuple(e.id for e in effects), causality, *_assembled(effects, causality, compiler), catalogue)
+
+
+@functools.lru_cache(maxsize=128)
+def _assembled(
+    effects: tuple[Effect, ...], causality: Causality, _compiler: tuple[str, ...] | None
+) -> tuple[Layout, Scanner]:
+    """The machine code of a choice of effects, which catalogues that extend one another share."""
     recurrence, layout = ASSEMBLED[causality](effects)
-    return Kernel(tuple(e.id for e in effects), causality, layout, Scanner(recurrence))
+    return layout, Scanner(recurrence)

@@ -13,7 +13,7 @@ import serial
 from pymodbus.client import AsyncModbusSerialClient
 from served_ramp import Ramp, connected, device_of, port_of, settings
 
-from hil import PtyAddress, SerialAddress, Server, listen_address
+from hil import PtyAddress, SerialLine, Server, listen_address
 from recordings import BadInput
 
 
@@ -40,13 +40,13 @@ def refusal(*listen, **more):
     ],
 )  # fmt: skip
 def test_an_address_that_is_none_lists_the_forms_there_are(text):
-    with pytest.raises(BadInput, match=r"--listen: .*use one of: tcp://127\.0\.0\.1:5020"):
+    with pytest.raises(BadInput, match=r"^listen.*: .*use one of: tcp://127\.0\.0\.1:5020"):
         listen_address(text)
 
 
 def test_addresses_mean_what_they_say():
-    assert listen_address("rtu:/dev/ttyS0") == SerialAddress("/dev/ttyS0", 19200, "E", 1)
-    assert listen_address("rtu:///dev/ttyS0?baud=9600&parity=n&stop=2") == SerialAddress("/dev/ttyS0", 9600, "N", 2)
+    assert listen_address("rtu:/dev/ttyS0") == SerialLine("/dev/ttyS0", 19200, "E", 1)
+    assert listen_address("rtu:///dev/ttyS0?baud=9600&parity=n&stop=2") == SerialLine("/dev/ttyS0", 9600, "N", 2)
     assert listen_address("pty:/tmp/valve") == PtyAddress("/tmp/valve")
     assert listen_address("tcp://[::1]:5020").at(1) == "tcp://[::1]:1"
     assert [listen_address(f"tls://{host}:1").loopback for host in ("localhost", "127.9.9.9", "0.0.0.0")] == [

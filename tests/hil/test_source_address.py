@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from hil import parse_address
+from hil import SerialLine, parse_address
 from recordings import BadInput
 
 
@@ -16,7 +16,7 @@ def test_every_form_is_understood():
     tls = parse_address("tls://plc.example?ca=ca.pem&cert=own.pem&key=own.key&name=plc")
     assert (tls.host, tls.port, tls.ca, tls.name) == ("plc.example", 802, Path("ca.pem"), "plc")
     rtu = parse_address("rtu:/dev/ttyUSB0?baud=9600&parity=n&stop=2&timeout=1&quiet=3")
-    assert (rtu.device, rtu.baud, rtu.parity, rtu.stop, rtu.quiet) == (Path("/dev/ttyUSB0"), 9600, "N", 2, 3.0)
+    assert (rtu.line, rtu.quiet) == (SerialLine("/dev/ttyUSB0", 9600, "N", 2), 3.0)
     replay = parse_address("replay:runs/a b.h5?pace=2.5")
     assert (replay.path, replay.pace) == (Path("runs/a b.h5"), 2.5)
 
@@ -30,7 +30,7 @@ def test_a_line_is_quiet_for_as_long_as_its_timeout_unless_told_otherwise():
     [("baud=9600&parity=E", 3.5 * 11 / 9600), ("baud=9600&parity=N&stop=1", 3.5 * 10 / 9600), ("baud=115200", 1.75e-3)],
 )
 def test_the_gap_between_frames_is_that_of_the_standard(options, gap):
-    assert parse_address(f"rtu:/dev/ttyS0?{options}").gap == pytest.approx(gap)
+    assert parse_address(f"rtu:/dev/ttyS0?{options}").line.gap == pytest.approx(gap)
 
 
 @pytest.mark.parametrize(

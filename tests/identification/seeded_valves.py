@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from identification import Experiment, Fit, Uncertainty, experiment, fit, uncertainty
+from identification import Experiment, Fit, Uncertainty, experiment, fit, uncertainty_of
 from recordings import Plant, Recording, Signal
 from simulator import BASE, Excitation, Sensors, kernel, random_valve, simulate
 
@@ -28,7 +28,7 @@ def fitted(seed: int, excite: str = "mixed:20", rate: float = 500.0) -> tuple[Ex
     """The fit to that recording, with nothing known beforehand."""
     prepared = experiment(recorded(seed, excite, rate))
     found = fit([prepared])
-    return prepared, found, uncertainty(found)
+    return prepared, found, uncertainty_of(found)
 
 
 def scores(found: Fit, known: Uncertainty, truth: dict[str, float]) -> dict[str, float]:

@@ -17,9 +17,11 @@ TRIALS = 6
 
 @functools.cache
 def found(trials: int) -> Identification:
-    told = []
-    result = identify([recorded(2)], trials=trials, progress=lambda: told.append(1), check=False)
-    assert len(told) == trials
+    reports: list[tuple[str, int, int]] = []
+    result = identify([recorded(2)], bootstrap=trials, progress=lambda *one: reports.append(one), check=False)
+    assert [one for one in reports if one[0] == "bootstrap"] == [("bootstrap", k + 1, trials) for k in range(trials)]
+    stages = list(dict.fromkeys(stage for stage, _, _ in reports if stage != "bootstrap"))
+    assert stages == ["starting values", "search", "fit to whole recordings", "uncertainty", "free runs"]
     return result
 
 
@@ -40,6 +42,6 @@ def test_intervals_of_twins_hold_the_fit_and_differ_from_the_plain_ones():
 
 def test_too_few_trials_are_refused(capsys: pytest.CaptureFixture[str]):
     with pytest.raises(BadInput, match="5 or more"):
-        identify([recorded(2)], trials=3)
+        identify([recorded(2)], bootstrap=3)
     assert run(["fit", "bundled:step", "--bootstrap", "-1"]) == 2
     assert "--bootstrap -1" in capsys.readouterr().err

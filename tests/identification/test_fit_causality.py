@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from seeded_valves import made, moved, recorded, scores
 
-from identification import Outcome, experiment, fit, identify, uncertainty
+from identification import Outcome, experiment, fit, identify, uncertainty_of
 from recordings import Plant, Recording, Signal
 from simulator import BASE, kernel, random_valve
 
@@ -38,7 +38,7 @@ def imposed(values: dict[str, float], position_noise: float, *, roles: tuple[str
 def test_the_roles_say_that_the_rig_imposes_the_motion():
     prepared = experiment(imposed(TRUTH, 0.0))
     found = fit([prepared])
-    known = uncertainty(found)
+    known = uncertainty_of(found)
     assert prepared.causality == "motion"
     assert found.kernel.causality == "motion"
     assert found.outcome is Outcome.CONVERGED
@@ -122,7 +122,7 @@ def test_gaps_and_missing_forces_of_a_rig_are_passed_over():
     assert sum(s.seen.sum() for s in prepared.segments) == 14650
     found = fit([prepared])
     assert found.outcome is Outcome.CONVERGED
-    assert max(abs(z) for z in scores(found, uncertainty(found), TRUTH).values()) < 4.5
+    assert max(abs(z) for z in scores(found, uncertainty_of(found), TRUTH).values()) < 4.5
 
 
 def test_a_force_driven_recording_can_be_read_as_a_rig_too():

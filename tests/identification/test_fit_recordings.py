@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from seeded_valves import QUIET, changed, kept, made, moved, recorded, scores
 
-from identification import Outcome, experiment, fit, identify, uncertainty
+from identification import Outcome, experiment, fit, identify, uncertainty_of
 from recordings import BadInput, Plant, Recording, Signal
 from simulator import random_valve
 
@@ -32,10 +32,10 @@ def plain() -> Recording:
 
 def test_several_recordings_share_their_parameters_and_narrow_them(plain):
     other = recorded(SEED, "staircase:10,sine:10")
-    alone = uncertainty(fit([experiment(plain)]))
+    alone = uncertainty_of(fit([experiment(plain)]))
     prepared = [experiment(r) for r in (plain, other)]
     together = fit(prepared)
-    known = uncertainty(together)
+    known = uncertainty_of(together)
     assert together.outcome is Outcome.CONVERGED
     assert together.rms == pytest.approx(1.0, abs=0.05)
     assert max(abs(z) for z in scores(together, known, TRUTH).values()) < 4.5
@@ -69,7 +69,7 @@ def test_bristles_bent_by_a_millimetre_at_a_gap_are_found(seed):
     found = fit([experiment(kept(recording, keep))])
     assert found.outcome is Outcome.CONVERGED
     assert found.rms == pytest.approx(1.0, abs=0.05)
-    assert max(abs(z) for z in scores(found, uncertainty(found), truth).values()) < 4.5
+    assert max(abs(z) for z in scores(found, uncertainty_of(found), truth).values()) < 4.5
 
 
 def test_missing_positions_are_masked(plain):

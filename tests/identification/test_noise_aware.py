@@ -12,11 +12,12 @@ from numpy.testing import assert_allclose, assert_array_equal
 from numpy.typing import NDArray
 from seeded_valves import changed, recorded
 
-from identification import Fit, Outcome, experiment, fit, identify, uncertainty
-from identification.data.force import estimate_force, loops
-from identification.estimators.noise_aware.estimator import grids
-from identification.estimators.noise_aware.linearised_model import Grid, first_path
-from identification.estimators.noise_aware.recursions import RUNAWAY
+from identification import Fit, Outcome, experiment, fit, identify, uncertainty_of
+from identification.data.force import estimate_force
+from identification.data.force import loops as force_loops
+from identification.data.grid import Grid, grids
+from identification.estimators.noise_aware.linearised_model import first_path
+from identification.estimators.noise_aware.recursions import RUNAWAY, loops
 from recordings import BadInput, Recording
 from simulator import BASE, Excitation, Sensors, kernel, random_valve, simulate
 
@@ -113,7 +114,7 @@ def test_the_force_is_smoothed_as_by_rauch_tung_and_striebel(order):
     unit = (t[-1] - t[0]) / (n - 1)
     u, q = 10 + np.cumsum(rng.normal(0, 1, n)), rng.uniform(0.5, 2, n - 1) * 1e4 / unit ** (2 * order - 2)
     mean, variance, jumps = np.empty((n, order)), np.empty(n), np.empty(n - 1)
-    loops().smoothed_force(t, u, q, r, mean, variance, jumps)
+    force_loops().smoothed_force(t, u, q, r, mean, variance, jumps)
     other = KalmanFilter(order, 1)
     other.x[0], other.P = u[0], 1e4 * r * np.diag([unit ** (-2.0 * i) for i in range(order)])
     other.H, other.R = np.eye(order)[:1], r
@@ -155,7 +156,7 @@ def test_a_noisy_force_is_estimated_along_with_the_motion():
 
 
 def test_its_free_run_is_on_the_smoothed_force_and_near_the_noise():
-    known = uncertainty(found())
+    known = uncertainty_of(found())
     assert all(known.std[name] > 0 for name in known.names)
     problem, path = found().problem, found().path
     assert problem is not None
@@ -175,14 +176,14 @@ def test_what_no_valve_does_is_said_not_to_have_converged():
     other = 0.3 * TRUTH["lugre.fc"] * np.sin(20 * np.asarray(plain.time))
     outcome = fit([experiment(changed(plain, force=plain["force"].values + other))])
     assert outcome.outcome is Outcome.NOT_CONVERGED
-    assert set(uncertainty(outcome).status.values()) <= {"weak", "at_bound"}
+    assert set(uncertainty_of(outcome).status.values()) <= {"weak", "at_bound"}
 
 
 def test_a_profile_is_refused_for_it():
     from identification import profile
 
     with pytest.raises(BadInput, match="noise-aware"):
-        profile(found(), uncertainty(found()), "spring.K")
+        profile(found(), uncertainty_of(found()), "spring.K")
 
 
 @pytest.mark.long

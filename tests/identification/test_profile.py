@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from seeded_valves import QUIET, fitted
 
-from identification import experiment, fit, profile, uncertainty
+from identification import experiment, fit, profile, uncertainty_of
 from recordings import BadInput
 from simulator import Excitation, Sensors, random_valve, simulate
 
@@ -45,7 +45,7 @@ def test_a_parameter_at_its_bound_has_one_end():
     values["lugre.sigma2"] = 0.0
     sensors = Sensors(position_noise=QUIET * stroke)
     found = fit([experiment(simulate(values, Excitation.parse("sine:8,step:4"), sensors, stroke=stroke, seed=2)[0])])
-    p = profile(found, uncertainty(found), "lugre.sigma2", points=3)
+    p = profile(found, uncertainty_of(found), "lugre.sigma2", points=3)
     assert p.lower is None
     assert p.upper is not None
     assert found.values["lugre.sigma2"] < p.upper < 1.0

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from seeded_valves import QUIET, changed, fitted, recorded, scores
 
-from identification import Identification, experiment, fit, identify, uncertainty
+from identification import Identification, experiment, fit, identify, uncertainty_of
 from simulator import Excitation, Sensors, random_valve, simulate
 
 STATUSES = {"identified", "weak", "at_bound", "given"}
@@ -93,7 +93,7 @@ def test_a_parameter_at_zero_is_at_its_bound():
     values["lugre.sigma2"] = 0.0
     sensors = Sensors(position_noise=QUIET * stroke)
     found = fit([experiment(simulate(values, Excitation.parse("sine:8,step:4"), sensors, stroke=stroke, seed=2)[0])])
-    known = uncertainty(found)
+    known = uncertainty_of(found)
     assert known.status["lugre.sigma2"] == "at_bound"
     assert found.values["lugre.sigma2"] < 0.1
     assert found.values["lugre.fc"] == pytest.approx(values["lugre.fc"], rel=1e-3)
@@ -118,7 +118,7 @@ def test_what_the_model_lacks_widens_the_standard_deviations():
     plain, (truth, stroke) = recorded(seed), random_valve(seed)
     wave = 20 * QUIET * stroke * np.sin(2 * np.pi * 0.37 * plain.time)
     found = fit([experiment(changed(plain, position=plain["position"].values + wave))])
-    known = uncertainty(found)
+    known = uncertainty_of(found)
     assert found.rms > 5
     assert known.inflation > 3
     z = scores(found, known, truth)

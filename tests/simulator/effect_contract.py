@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from simulator import BASE, Catalogue, Effect, Kernel, Quantities, Site, kernel
+from simulator import BASE, Catalogue, Effect, Kernel, Quantities, Site, TriedAt, kernel
 from simulator.compile.translate import python_source
 
 T = np.arange(1001) / 500.0
@@ -106,6 +106,24 @@ def parameters(s: Subject) -> None:
         assert p.lower < p.scale < p.upper, f"{p.symbol}: the scale lies inside the bounds"
         assert p.neutral is None or p.lower <= p.neutral <= p.upper, f"{p.symbol}: neutral lies inside the bounds"
         assert not p.positive or p.lower >= 0, f"{p.symbol}: a positive parameter has a lower bound of at least 0"
+
+
+def tried_at(s: Subject) -> None:
+    """Where tracing tries a parameter fits what it is: its unit, and whether it is a strength or a shape."""
+    units = {
+        TriedAt.POSITIONS: "m", TriedAt.WIDTHS: "m", TriedAt.PITCHES: "m", TriedAt.NOISE: "m",
+        TriedAt.FREQUENCIES: "Hz",
+    }  # fmt: skip
+    for p in s.effect.parameters:
+        assert p.unit == units.get(p.tried_at, p.unit), f"{p.symbol} [{p.unit}] is tried at {p.tried_at.value}"
+        if p.tried_at is not TriedAt.SCALE:
+            assert not p.known, f"{p.symbol} is held at what is known, and tried at {p.tried_at.value}"
+            strength = p.neutral is not None
+            assert strength == p.tried_at.of_strength, f"{p.symbol}: {p.tried_at.value} is not for such a parameter"
+        if s.effect.memory and p.neutral is not None and p.lower == p.neutral:
+            assert p.tried_at.of_strength, f"{p.symbol} works through memory and can only grow: try it at some sizes"
+        elif p.tried_at.of_strength:
+            assert p.lower == p.neutral, f"{p.symbol} is tried at sizes beside zero, and it may be negative"
 
 
 def memory(s: Subject) -> None:
@@ -255,6 +273,6 @@ def recovery(s: Subject) -> None:
 
 
 CHECKS = (
-    words, parameters, memory, hooks, neutral, derivative, derivative_at_neutral, passive, imitated, portable,
+    words, parameters, tried_at, memory, hooks, neutral, derivative, derivative_at_neutral, passive, imitated, portable,
     recovery,
 )  # fmt: skip

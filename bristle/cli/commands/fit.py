@@ -58,7 +58,7 @@ def command(
     with working("fitting") as status:
         found = identify(
             read, holdout=others, given=held, causality=checked_causality(causality), hold=hold, check=crosscheck,
-            estimator=checked_estimator(estimator), trials=bootstrap, progress=counted(status, bootstrap),
+            estimator=checked_estimator(estimator), bootstrap=bootstrap, progress=counted(status),
         )  # fmt: skip
     console = stdout()
     print_identification(console, found, crosscheck=crosscheck)

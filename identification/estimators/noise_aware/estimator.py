@@ -4,36 +4,36 @@ Output error takes the recorded force for exact; its noise then dithers the simu
 Stribeck velocity come out wrong by a multiple. Here the force is estimated along with the motion: each step linearises
 all intervals along the present paths, filters, moves the parameters by Gauss-Newton on the innovations and the paths to
 where the smoother sees them then (an iterated extended Kalman smoother with parameters). At first the paths may stray
-from the model, which keeps the problem smooth; the looseness is then taken away.
+from the model, which keeps the problem smooth; that freedom is then taken away.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
-from typing import TypeVar
+import copy
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Self
 
 import numpy as np
 
-from identification.data.experiment import Experiment
+from identification.data.grid import Grid
 from identification.estimators.coordinates import Coordinates
-from identification.estimators.least_squares import Normal, move, weighted
-from identification.estimators.noise_aware.linearised_model import Grid, Linearised, PathFreedom, first_path, linearise
+from identification.estimators.estimate import OUTLIER, TUNING, Estimate, Innovations
+from identification.estimators.least_squares import Normal, cauchy, move, weighted
+from identification.estimators.noise_aware.linearised_model import PathFreedom, correction, first_path, linearise
+from identification.estimators.priors import prior
+from identification.parallel import each
 from recordings import Array
 from simulator import Kernel
 
-T = TypeVar("T")
-
-WORKERS = 2
-TUNING = 3.0
-"""Tuning of the Cauchy loss on normalised innovations, in sigmas."""
 UNIT_LOSS = 0.8741
-"""Expectation of that loss for a unit normal innovation."""
+"""Expectation of the Cauchy loss for a unit normal innovation."""
 LONGEST = 0.4
 """Largest move of a coordinate in one step."""
 HOLD = 1.0 / np.log(3.0) ** 2
 """Precision that keeps a coordinate near where it is in one step."""
+NEW_PATH, TAKEN_OVER = 3, 4
+"""Steps of the path alone along which a fit starts: of a new path, and of one from a stage before."""
 RELAXED = 2
 """Steps of the path alone after a step has failed."""
 RESTING, DENSE = 4, 30.0
@@ -42,118 +42,83 @@ which that helps: between rarer ones paths come to rest so slowly that resting a
 did."""
 SETTLED, MOST_FAILURES = 0.3, 4
 """A descent has settled with moves below so many standard deviations, or after so many failures in a row."""
-SWING, MOST_BETWEEN = 0.75, 2
-"""Radians of a swing between nodes, and nodes per sample that are spent on it at most."""
-OUTLIER = 4.0
-"""Sigmas from which an innovation is an outlier."""
 
 STAGES = (
     (PathFreedom(1.0, 1e-5, 0.05, 5e-4), 10),
     (PathFreedom(1.0, 1e-5, 0.02, 2.5e-4), 8),
 )
-"""PathFreedom and number of steps of the last stages, on whole recordings."""
+"""Freedom of the path and number of steps of the last stages, on whole recordings."""
 SPARSE_STAGES = ((PathFreedom(1.0, 1e-4, 0.1, 5e-4), 5), *STAGES)
 """The same where positions are rare."""
 STRICT = PathFreedom(1.0, 1e-5, 0.0, 2.5e-4, share=1.0)
 STRICT_STEPS = 3
-"""PathFreedom and number of steps of the path by which ends of fits are judged."""
+"""Freedom and number of steps of the path by which ends of fits are judged."""
 Stages = Sequence[tuple[PathFreedom, int]]
 
 
-@dataclass(frozen=True)
-class Prior:
-    """A weak normal prior on a sum of coordinates: weights by parameter name, mean and standard deviation."""
+class NoiseAware:
+    """The fit of one kernel of an uncertain force to some grids (a `PathEstimator`).
 
-    weights: Mapping[str, float]
-    mean: float
-    std: float
-
-
-PRIORS = (
-    Prior({"lugre.fs": 1, "lugre.fc": -1}, float(np.log(1.3)), 0.4),
-    Prior({"lugre.vs": 1}, float(np.log(4e-3)), 1.0),
-    Prior({"mass.m": 1}, float(np.log(3.0)), 1.5),
-    Prior({"lugre.sigma1": 2, "lugre.sigma0": -1, "mass.m": -1}, float(np.log(0.36)), 1.5),
-)
-"""What is known of LuGre friction before any measurement: it matters only where a recording says nothing."""
-
-
-@dataclass(frozen=True)
-class Estimate:
-    """A step's outcome. theta (m,); paths and linearised, one per grid; normal : equations of the innovations with
-    the priors; cost : robust loss plus log variances; loss : mean loss of a position innovation, 1 when all is right;
-    outliers : share of those beyond `OUTLIER` sigmas; tuning : of the loss, inf for squares.
+    kernel : with causality ``uncertain force``; coordinates : what is free; freedom : of the paths; worth : fall of the
+    cost below which two steps in a row are the last of a descent.
     """
 
-    theta: Array
-    paths: tuple[Array, ...]
-    linearised: tuple[Linearised, ...]
-    normal: Normal
-    cost: float
-    loss: float
-    outliers: float
-    settled: bool = False
-    tuning: float = TUNING
-
-    @property
-    def samples(self) -> int:
-        """Number of samples whose prediction is judged by `loss`."""
-        return sum(int(np.isfinite(line.variances[:, 0]).sum()) for line in self.linearised)
-
-    @property
-    def covariance(self) -> Array:
-        """Covariance (m, m) of theta: the Cramer-Rao bound of the linearised model."""
-        return np.asarray(np.linalg.pinv(self.normal.matrix), float)
-
-
-class NoiseAware:
-    """The fit of one kernel (of an uncertain force) to some grids, with what is free given by coordinates."""
-
-    def __init__(self, kernel: Kernel, coordinates: Coordinates, grids: Sequence[Grid]) -> None:
+    def __init__(
+        self, kernel: Kernel, coordinates: Coordinates, grids: Sequence[Grid], freedom: PathFreedom = STRICT,
+        worth: float = 0.0,
+    ) -> None:  # fmt: skip
         self.kernel, self.coordinates, self.grids = kernel, coordinates, tuple(grids)
+        self.freedom, self.worth = freedom, worth
         self.names = coordinates.free_names
         self.positions = sum(int(np.isfinite(s.y).sum()) for s in grids)
         self.dense = self.positions > DENSE * sum(float(s.t[-1] - s.t[0]) for s in grids)
 
-    def line(self, grid: Grid, p: Array, path: Array, freedom: PathFreedom) -> Linearised | None:
-        """A grid filtered along a path at parameters p; None where the model has no solution."""
-        return linearise(self.kernel, self.coordinates, grid, p, path, freedom)
+    def with_freedom(self, freedom: PathFreedom) -> Self:
+        """The same fit with another freedom of the paths."""
+        other = copy.copy(self)
+        other.freedom = freedom
+        return other
 
-    def toward(self, line: Linearised, move: Array) -> Array:
+    def line(self, grid: Grid, p: Array, path: Array) -> Innovations | None:
+        """A grid filtered along a path (n, n_states) at parameters p; None where the model has no solution."""
+        return linearise(self.kernel, self.coordinates, grid, p, path, self.freedom)
+
+    def toward(self, line: Innovations, move: Array) -> Array:
         """The way (n, n_states) from a path to the one about which it is linearised next."""
-        return line.correction(move)
+        return correction(line, move)
 
-    def start(self, theta: Array, freedom: PathFreedom, *, steps: int = 3) -> Estimate | None:
-        """The estimate at fixed parameters, from paths along the smoothed motion. None where the model diverges."""
+    def start(self, theta: Array, steps: int = NEW_PATH) -> Estimate | None:
+        """The estimate at fixed parameters theta (m,), along new paths that start on the smoothed motion and take so
+        many steps. None where the model diverges.
+        """
         p = self.coordinates.p(theta)
-        paths = self._each(lambda i: first_path(self.kernel, self.grids[i], p))
+        paths = each(lambda grid: first_path(self.kernel, grid, p), self.grids)
         known = [path for path in paths if path is not None]
-        return self.at(theta, known, freedom, steps=steps) if len(known) == len(paths) else None
+        return self.along(theta, known, steps) if len(known) == len(paths) else None
 
-    def at(self, theta: Array, paths: Sequence[Array], freedom: PathFreedom, *, steps: int = 1) -> Estimate | None:
-        """The estimate at fixed parameters after some steps of the paths."""
+    def along(self, theta: Array, paths: Sequence[Array], steps: int) -> Estimate | None:
+        """The estimate at fixed parameters theta (m,) along paths, one (n, n_states) for every grid, after so many
+        steps of the paths. None where the model diverges.
+        """
         p, still = self.coordinates.p(theta), np.zeros(len(theta))
 
-        def one(i: int) -> tuple[Array, Linearised] | None:
+        def one(i: int) -> tuple[Array, Innovations] | None:
             path = paths[i]
-            for left in range(steps, -1, -1):
-                line = self.line(self.grids[i], p, path, freedom)
-                if line is None or not left:
+            for further in range(steps, -1, -1):
+                line = self.line(self.grids[i], p, path)
+                if line is None or not further:
                     break
-                path = path + freedom.share * self.toward(line, still)
+                path = path + self.freedom.share * self.toward(line, still)
             return None if line is None else (path, line)
 
-        found = [f for f in self._each(one) if f is not None]
+        found = [f for f in each(one, range(len(self.grids))) if f is not None]
         if len(found) < len(self.grids):
             return None
         return self._judged(theta, tuple(f[0] for f in found), tuple(f[1] for f in found))
 
-    def descend(
-        self, now: Estimate, freedom: PathFreedom, steps: int, worth: float = 0.0,
-        vain: Callable[[Estimate], bool] | None = None,
-    ) -> Estimate:  # fmt: skip
-        """Gauss-Newton steps with adaptive damping; a step that raises the cost is taken back. worth : fall of the cost
-        below which two steps in a row are the last; vain : whether to go on from an estimate is.
+    def descend(self, now: Estimate, steps: int, vain: Callable[[Estimate], bool] | None = None) -> Estimate:
+        """Gauss-Newton steps with adaptive damping; a step that raises the cost is taken back. vain : whether it is, to
+        go on from an estimate.
 
         A step moves parameters and paths together to first order, and where something breaks away that is not enough:
         the cost rises by thousands until the paths have come to rest at the new parameters. So only then it is judged;
@@ -166,68 +131,66 @@ class NoiseAware:
             before = now.cost
             held = replace(now.normal, matrix=now.normal.matrix + HOLD * np.eye(len(now.theta)))
             step = np.clip(move(held, damping), -LONGEST, LONGEST)
-            trial = self._rested(
-                self.at(now.theta + step, self._moved(now, step, freedom.share), freedom, steps=0), now.cost, freedom
-            )
+            trial = self._rested(self.along(now.theta + step, self._moved(now, step), 0), now.cost)
             small = bool(np.max(np.abs(step) / self._sigmas(now)) < SETTLED)
             if trial is not None and trial.cost < now.cost + 1.0:
                 settled = small and now.cost - trial.cost < 1.0
                 now, damping, failures = trial, max(damping / 5, 1e-9), 0
             elif failures == 0:
-                now = self.at(now.theta, now.paths, freedom, steps=RELAXED) or now
+                now = self.along(now.theta, now.paths, RELAXED) or now
                 damping, failures = max(5 * damping, 1e-3), 1
             else:
                 damping, failures = max(20 * damping, 1e-3), failures + 1
                 settled = (small and self.dense) or failures > MOST_FAILURES
-            idle = idle + 1 if before - now.cost < worth else 0
+            idle = idle + 1 if before - now.cost < self.worth else 0
             if settled or idle > 1 or (vain is not None and vain(now)):
                 break
         return replace(now, settled=settled)
 
-    def _rested(self, trial: Estimate | None, below: float, freedom: PathFreedom) -> Estimate | None:
+    def _rested(self, trial: Estimate | None, below: float) -> Estimate | None:
         """The trial after as many steps of its paths as it needs to cost less, within reason."""
         for _ in range(RESTING if self.dense else 0):
             if trial is None or trial.cost < below:
                 break
-            still = np.zeros(len(trial.theta))
-            trial = self.at(trial.theta, self._moved(trial, still, freedom.share), freedom, steps=0)
+            trial = self.along(trial.theta, self._moved(trial, np.zeros(len(trial.theta))), 0)
         return trial
 
-    def follow(
-        self, theta: Array, paths: Sequence[Array] | None = None, stages: Stages = (), worth: float = 0.0
-    ) -> Estimate | None:
-        """All stages from a start, by default those for whole recordings; None where the model diverges. worth : as in
-        `descend`.
+    def fit(self, theta: Array, steps: int) -> Estimate | None:
+        """The estimate after a descent from theta (m,) along new paths. None where the model diverges."""
+        return self.in_stages(theta, ((self.freedom, steps),))
+
+    def in_stages(self, theta: Array, stages: Stages = ()) -> Estimate | None:
+        """The estimate after descents with ever less freedom of the paths, by default those for whole recordings. None
+        where the model diverges.
         """
         now: Estimate | None = None
-        stages = stages or (STAGES if self.dense else SPARSE_STAGES)
-        for freedom, steps in stages:
-            if now is not None:
-                theta, paths = now.theta, now.paths
-            begun = self.start(theta, freedom) if paths is None else self.at(theta, paths, freedom, steps=4)
-            if begun is None:
+        for freedom, steps in stages or (STAGES if self.dense else SPARSE_STAGES):
+            stage = self.with_freedom(freedom)
+            first = stage.start(theta) if now is None else stage.along(now.theta, now.paths, TAKEN_OVER)
+            if first is None:
                 return now
-            now = self.descend(begun, freedom, steps, worth)
+            now = stage.descend(first, steps)
         return now
 
     def strict(self, now: Estimate) -> Estimate | None:
         """The estimate without allowance for the error of linearisation, which makes costs of estimates comparable."""
-        end = self.at(now.theta, now.paths, STRICT, steps=STRICT_STEPS)
+        end = self.with_freedom(STRICT).along(now.theta, now.paths, STRICT_STEPS)
         return None if end is None else replace(end, settled=now.settled)
 
     def _sigmas(self, now: Estimate) -> Array:
         return np.sqrt(np.maximum(np.diag(now.covariance), 1e-12))
 
-    def _moved(self, now: Estimate, step: Array, share: float) -> list[Array]:
-        still = np.zeros(len(step))
+    def _moved(self, now: Estimate, step: Array) -> list[Array]:
+        """The paths moved along with a step of the parameters."""
+        still, share = np.zeros(len(step)), self.freedom.share
 
         def moved(i: int) -> Array:
             line, way = now.linearised[i], self.toward(now.linearised[i], step)
             return now.paths[i] + (way - (1 - share) * self.toward(line, still) if step.any() else share * way)
 
-        return self._each(moved)
+        return each(moved, range(len(self.grids)))
 
-    def _judged(self, theta: Array, paths: tuple[Array, ...], lines: tuple[Linearised, ...]) -> Estimate | None:
+    def _judged(self, theta: Array, paths: tuple[Array, ...], lines: tuple[Innovations, ...]) -> Estimate | None:
         total, cost, far, loss, seen_y = prior(self.names, theta), 0.0, 0, 0.0, 0
         for line in lines:
             seen = np.isfinite(line.variances)
@@ -237,66 +200,11 @@ class NoiseAware:
             innovations, variances = line.judged
             sigma = np.sqrt(variances[seen])
             r = innovations[seen] / sigma
-            total = replace(total, cost=total.cost + float(cauchy(r).sum()))
+            total = replace(total, cost=total.cost + float(cauchy(r, TUNING).sum()))
             cost += 2 * float(np.sum(np.log(sigma)))
             y = innovations[seen[:, 0], 0] / np.sqrt(variances[seen[:, 0], 0])
-            loss, seen_y = loss + float(cauchy(y).sum()), seen_y + len(y)
+            loss, seen_y = loss + float(cauchy(y, TUNING).sum()), seen_y + len(y)
             far += int(np.sum(np.abs(y) > OUTLIER))
         if not np.isfinite(total.cost + cost):
             return None
         return Estimate(theta, paths, lines, total, total.cost + cost, loss / seen_y / UNIT_LOSS, far / seen_y)
-
-    def _each(self, task: Callable[[int], T]) -> list[T]:
-        if len(self.grids) == 1:
-            return [task(0)]
-        with ThreadPoolExecutor(WORKERS) as pool:
-            return list(pool.map(task, range(len(self.grids))))
-
-
-def lean(estimate: Estimate) -> Estimate:
-    """The estimate without what only a further step needs, which is most of its memory."""
-    nothing = np.empty((0, 2, 0))
-    lines = tuple(replace(line, by=nothing, _smoother=()) for line in estimate.linearised)
-    return replace(estimate, linearised=lines)
-
-
-def prior(names: Sequence[str], theta: Array) -> Normal:
-    """Normal equations of `PRIORS`, those on coordinates that are free."""
-    normal = Normal(0.0, np.zeros(len(theta)), np.zeros((len(theta), len(theta))))
-    for one in PRIORS:
-        if not set(one.weights) <= set(names):
-            continue
-        a = np.array([one.weights.get(name, 0.0) for name in names])
-        off = float(a @ theta) - one.mean
-        normal = Normal(
-            normal.cost + (off / one.std) ** 2,
-            normal.gradient + off / one.std**2 * a,
-            normal.matrix + np.outer(a, a) / one.std**2,
-        )
-    return normal
-
-
-def cauchy(r: Array, tuning: float = TUNING) -> Array:
-    """Cauchy's loss of each normalised innovation, of any shape; squares where the tuning is infinite."""
-    return np.asarray(r**2 if np.isinf(tuning) else tuning**2 * np.log1p((r / tuning) ** 2), float)
-
-
-def grids(experiments: Sequence[Experiment]) -> list[Grid]:
-    """The grids of all segments."""
-    pairs = [(s, e) for e in experiments for s in e.segments]
-    with ThreadPoolExecutor(WORKERS) as pool:
-        return list(pool.map(lambda pair: Grid.of(pair[0], pair[1].noise_position, pair[1].noise_force), pairs))
-
-
-def resolving(seen: Sequence[Grid], omega: float) -> list[Grid]:
-    """Scenes with nodes close enough for a swing of omega [rad/s], within reason.
-
-    Between nodes a break-away is linearised as a whole: where the mass swings on its bristles by more than a radian in
-    that time, paths do not settle.
-    """
-
-    def between(grid: Grid) -> int:
-        spacing = float(np.median(np.diff(grid.t)))
-        return int(np.clip(np.ceil(omega * spacing / SWING), 1, MOST_BETWEEN))
-
-    return [grid.divided(between(grid)) for grid in seen]

@@ -8,20 +8,18 @@ path that fits the measurements best (Bell, SIAM J. Optim. 4(3), 1994; Bryson an
 
 from __future__ import annotations
 
-import functools
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.data.experiment import Segment
-from identification.data.force import Force, estimate_force, loops, smoother
+from identification.data.grid import Grid
 from identification.estimators.coordinates import Coordinates
+from identification.estimators.estimate import Innovations
+from identification.estimators.noise_aware.recursions import loops
 from recordings import Array
 from simulator import Kernel
 
-WIDEST_NODES = 5e-3
-"""Longest time between nodes of a path [s]: between slow samples the force can do more than move at one slope."""
 NOISE_X, NOISE_V = 1e-8, 2e-5
 """Noise of the model itself per interval, position [m] and velocity [m/s]: below what can be measured, but enough for
 the paths of very stiff bristles to settle."""
@@ -31,66 +29,6 @@ FIRST_V, FIRST_SLOPE = 1e-4, 1e3
 
 UNKNOWN = 0.3
 """Standard deviation of the first state of a memory, as a share of what it can be."""
-
-
-@dataclass(frozen=True)
-class Grid:
-    """A segment on the nodes of its path. t (n,) [s]; y (n,) [m] and u (n,) [N] measured, NaN at nodes between
-    samples; force : what the recording alone says of it; noise_y [m]; motion (n, 3): smoothed x [m] and v [m/s], and v
-    behind a dead zone at the level of the noise; lead : of a part, what comes before it, up to its first node.
-    """
-
-    t: Array
-    y: Array
-    u: Array
-    force: Force
-    noise_y: float
-    motion: Array
-    lead: Grid | None = None
-
-    @classmethod
-    def of(cls, segment: Segment, noise_y: float, noise_u: float) -> Grid:
-        """The grid of a segment with the noise of its channels, standard deviations."""
-        force = estimate_force(segment.t, segment.u, noise_u)
-        y = np.where(segment.seen, segment.y, np.nan)
-        motion = np.column_stack([segment.motion.x, segment.motion.v, segment.motion.crept])
-        grid = cls(np.ascontiguousarray(segment.t), y, segment.u, force, noise_y, motion)
-        return grid.divided(int(np.ceil(segment.dt / WIDEST_NODES - 1e-9)))
-
-    @functools.cached_property
-    def free_force(self) -> Array:
-        """The force (n,) [N] for free runs of the whole: smoothed as is likeliest."""
-        seen = np.isfinite(self.u)
-        found = smoother(self.t[seen], self.u[seen], self.force)
-        return self.force.u if found is None else np.interp(self.t, self.t[seen], found)
-
-    def part(self, first: int, last: int) -> Grid:
-        """The nodes [first, last)."""
-        f, s = self.force, slice(first, last)
-        force = Force(f.u[s], f.slope[s], f.std[s], f.intensity[first : last - 1], f.noise, f.likelihood)
-        t, motion = np.ascontiguousarray(self.t[s]), np.ascontiguousarray(self.motion[s])
-        lead = self.part(0, first + 1) if first else self.lead
-        return Grid(t, self.y[s], self.u[s], force, self.noise_y, motion, lead)
-
-    def divided(self, between: int) -> Grid:
-        """The same grid with every interval divided in so many."""
-        if between <= 1:
-            return self
-        n = len(self.t)
-        t = np.interp(np.arange((n - 1) * between + 1) / between, np.arange(n), self.t)
-
-        def spread(values: Array) -> Array:
-            wide = np.full(len(t), np.nan)
-            wide[::between] = values
-            return wide
-
-        f = self.force
-        force = replace(
-            f, u=np.interp(t, self.t, f.u), slope=np.interp(t, self.t, f.slope), std=np.interp(t, self.t, f.std),
-            intensity=np.repeat(f.intensity, between),
-        )  # fmt: skip
-        motion = np.column_stack([np.interp(t, self.t, column) for column in self.motion.T])
-        return Grid(t, spread(self.y), spread(self.u), force, self.noise_y, motion, self.lead)
 
 
 @dataclass(frozen=True)
@@ -111,25 +49,12 @@ class PathFreedom:
     honest: bool = True
 
 
-@dataclass(frozen=True)
-class Linearised:
-    """The filter along a path. innovations, variances (n, 2): of position and force, variance inf where there is no
-    measurement; by (n, 2, m): their derivatives by the free coordinates; judged: innovations and variances by which
-    an estimate is judged; the rest is what the smoother needs.
-    """
-
-    innovations: Array
-    variances: Array
-    by: Array
-    judged: tuple[Array, Array]
-    _smoother: tuple[Array, ...]
-
-    def correction(self, move: Array) -> Array:
-        """Where the smoothed path lies (n, n_states) beside the one linearised about, with the coordinates moved."""
-        mean, P, S, E, V, J, K, H, F = self._smoother
-        out = np.empty_like(mean)
-        loops().smoothed(mean, P, S, E, V, J, K, H, F, np.ascontiguousarray(move), out)
-        return out
+def correction(line: Innovations, move: Array) -> Array:
+    """Where the smoothed path lies (n, n_states) beside that of the linearisation, coordinates moved by (m,)."""
+    mean, P, S, E, V, J, K, H, F = line.smoother
+    out = np.empty_like(mean)
+    loops().smoothed(mean, P, S, E, V, J, K, H, F, np.ascontiguousarray(move), out)
+    return out
 
 
 def first_path(kernel: Kernel, grid: Grid, p: Array, h_max: float = 1e-3) -> Array | None:
@@ -140,14 +65,12 @@ def first_path(kernel: Kernel, grid: Grid, p: Array, h_max: float = 1e-3) -> Arr
     start = kernel.start(grid.motion[0, 0], 0.0, grid.force.u[0])
     path = np.zeros((len(grid.t), len(kernel.states)))
     path[:, : len(start)] = start
-    path[:, 0], path[:, 1] = (
-        grid.motion[:, 0],
-        grid.motion[:, 2],
-    )  # noise on v would relax the bristle, and linearise rest as motion
+    path[:, 0] = grid.motion[:, 0]
+    path[:, 1] = grid.motion[:, 2]  # noise on v would relax the bristle, and linearise rest as motion
     path[:, -2], path[:, -1] = grid.force.u, grid.force.slope
     deflection = value["lugre.fc"] / value["lugre.sigma0"]
-    left = grid.force.u[0] - value["spring.K"] * path[0, 0] - value["spring.F0"]
-    path[0, kernel.states.index("lugre.z")] = np.clip(left / value["lugre.sigma0"], -deflection, deflection)
+    held = grid.force.u[0] - value["spring.K"] * path[0, 0] - value["spring.F0"]
+    path[0, kernel.states.index("lugre.z")] = np.clip(held / value["lugre.sigma0"], -deflection, deflection)
     before = None if grid.lead is None else first_path(kernel, grid.lead, p, h_max)
     if before is not None:
         path[0, 2:-2] = before[-1, 2:-2]
@@ -157,19 +80,19 @@ def first_path(kernel: Kernel, grid: Grid, p: Array, h_max: float = 1e-3) -> Arr
 
 def linearise(
     kernel: Kernel, coordinates: Coordinates, grid: Grid, p: Array, path: Array, freedom: PathFreedom
-) -> Linearised | None:
+) -> Innovations | None:
     """Filter a grid along a path at parameters p; None where the model has no solution."""
-    model = _Model.of(kernel, coordinates, grid, p, path, freedom.h_max)
-    first = _first_variances(kernel, grid, p, freedom, path)
-    line = None if model is None else _filtered(kernel, grid, p, freedom, model, first)
+    model = AffineModel.of(kernel, coordinates, grid, p, path, freedom.h_max)
+    first = first_variances(kernel, grid, p, freedom, path)
+    line = None if model is None else kalman_filter(kernel, grid, p, freedom, model, first)
     if model is None or line is None or not freedom.honest or freedom.curvature == 0.0:
         return line
-    plain = _filtered(kernel, grid, p, replace(freedom, curvature=0.0), model.without_parameters(), first)
+    plain = kalman_filter(kernel, grid, p, replace(freedom, curvature=0.0), model.without_parameters(), first)
     return None if plain is None else replace(line, judged=plain.judged)
 
 
 @dataclass(frozen=True)
-class _Model:
+class AffineModel:
     """The affine model of a grid along a path. E (n, 2): measured less predicted; H (n, 2, s), D (n, 2, m):
     derivatives of the predicted by state and coordinates; F (n - 1, s, s), G (n - 1, s, m): of the intervals; jump
     (n - 1, s): where an interval ends less where the next one starts.
@@ -185,7 +108,7 @@ class _Model:
     @classmethod
     def of(
         cls, kernel: Kernel, coordinates: Coordinates, grid: Grid, p: Array, path: Array, h_max: float
-    ) -> _Model | None:
+    ) -> AffineModel | None:
         shots = kernel.shoot(grid.t, grid.force.u, p, path, h_max=h_max)
         if shots.failed is not None:
             return None
@@ -198,7 +121,7 @@ class _Model:
         G = _columns(shots.by[:, :, :q], coordinates.free) * slope
         return cls(E, H, D, F, G, shots.ends - path[1:])
 
-    def without_parameters(self) -> _Model:
+    def without_parameters(self) -> AffineModel:
         """The same with no parameter free, which is filtered in a third of the time."""
         return replace(self, D=np.zeros((len(self.D), 2, 0)), G=np.zeros((*self.G.shape[:2], 0)))
 
@@ -212,9 +135,12 @@ def _columns(values: Array, chosen: NDArray[np.bool_]) -> Array:
     return np.concatenate([values[..., run[0] : run[-1] + 1] for run in runs if len(run)], axis=-1)
 
 
-def _filtered(
-    kernel: Kernel, grid: Grid, p: Array, freedom: PathFreedom, model: _Model, first: Array
-) -> Linearised | None:
+def kalman_filter(
+    kernel: Kernel, grid: Grid, p: Array, freedom: PathFreedom, model: AffineModel, first: Array
+) -> Innovations | None:
+    """The innovations of a grid under its affine model, from the variances (s,) of its first state; None where the
+    filter has no finite answer.
+    """
     n, _, s = model.H.shape
     m = model.D.shape[2]
     noise = np.array([grid.noise_y, freedom.force * grid.force.noise])
@@ -228,7 +154,7 @@ def _filtered(
     if not (V > 0).all() or not np.isfinite(E).all() or not np.isfinite(J).all():
         return None
     measured = E[:, :2], V[:, :2]
-    return Linearised(*measured, -J[:, :2], measured, (A, P, S, E, V, J, K, model.H, model.F))
+    return Innovations(*measured, -J[:, :2], measured, (A, P, S, E, V, J, K, model.H, model.F))
 
 
 def _memory_std(kernel: Kernel, p: Array, share: float) -> Array:
@@ -238,7 +164,7 @@ def _memory_std(kernel: Kernel, p: Array, share: float) -> Array:
     return np.array([share * (deflection if m.unit == "m" else 1.0) for m in kernel.layout.memory])
 
 
-def _first_variances(kernel: Kernel, grid: Grid, p: Array, freedom: PathFreedom, path: Array) -> Array:
+def first_variances(kernel: Kernel, grid: Grid, p: Array, freedom: PathFreedom, path: Array) -> Array:
     """Variances (s,) of the first state. Memory that starts at the position or force is as far from it, for all that is
     known, as a part of how far it is along the path: a play may begin anywhere within its gap.
     """

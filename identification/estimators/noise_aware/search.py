@@ -1,8 +1,8 @@
-"""Where to start a noise-aware fit: many starts on chunks of the recordings, the best of them on all.
+"""The search of a noise-aware fit: many starts on chunks of the recordings, the best of their ends on all.
 
 A start that is far off in mass, bristle stiffness or damping leads to a path from which no step helps. So starts are
-compared by the cost of the smoothed path alone, the better ones are followed on some seconds of each recording with
-different freedom of the path, and only the best end is carried to whole recordings.
+compared by the cost of the smoothed path alone, descents from the better ones are made on some seconds of each
+recording with different freedom of the path, and only the best end is carried to whole recordings.
 """
 
 from __future__ import annotations
@@ -11,15 +11,18 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from identification.data.chunks import centred
+from identification.data.grid import Grid
 from identification.estimators.coordinates import Coordinates
-from identification.estimators.noise_aware.estimator import Estimate, NoiseAware, Stages, lean
-from identification.estimators.noise_aware.linearised_model import Grid, PathFreedom
-from recordings import Array
+from identification.estimators.estimate import HOPELESS, Estimate, converged, lean
+from identification.estimators.noise_aware.estimator import NoiseAware, Stages
+from identification.estimators.noise_aware.linearised_model import PathFreedom
+from recordings import Array, Progress, silent
 
 CHUNK, CHUNK_S, CHUNKS = 2500, 4.0, 6
 """Least nodes and seconds of a chunk, and number of chunks of all recordings together, about."""
 SCREEN = PathFreedom(1.0, 1e-4, 0.1, 1e-3)
-"""PathFreedom at which starts are compared: freedom settings do not tell a wrong mass from the right one."""
+"""Freedom at which starts are compared: with more of it a wrong mass cannot be told from the right one."""
 CHANGES, ROUNDS = 10, 2
 """Number of changes of the best start, and times that they are tried."""
 DIRECT: Stages = ((PathFreedom(1.0, 1e-3, 0.3, 1e-3), 5), (PathFreedom(1.0, 1e-4, 0.1, 1e-3), 9))
@@ -33,112 +36,94 @@ WIDE: Stages = (
     (PathFreedom(2.0, 3e-3, 0.3, 1e-3, honest=False), 6),
     *DIRECT,
 )
-"""Ways from a start on chunks, by how much freedom the path has at first."""
-PROMISING = 1.06
+"""Stages of a descent from a start on chunks, by how much freedom the path has at first."""
+RIGHT = 1.06
 """Mean loss on chunks up to which an end is taken to be the right one at once: wrong ends have 1.1 to 15."""
 UNEXPLAINED, NOT_FAR = 3.0, 2.0
 """Mean loss from which the model is known to lack much, and how many times the least loss is not far behind it."""
 TELLING = 5000
 """Positions on chunks from which the loss tells a right end from a wrong one, so that a start may be tried unseen."""
 MOST_TRIES = 7
-"""Ways that are gone at most before the best end is carried to whole recordings."""
-CLEAN_LOSS, CLEAN_OUTLIERS = 1.03, 5e-4
-"""Mean loss (and three standard deviations of it) and share of outliers up to which the innovations are those of the
-right model."""
-ROUGH_LOSS, ROUGH_OUTLIERS = 1.2, 1e-2
-"""The same where the sampling does not resolve break-away, so that what its linearisation leaves is not noise."""
+"""Descents on chunks at most before the best end is carried to whole recordings."""
 AGREED = 2.0
 """Difference of the costs of two ends on chunks up to which they are the same."""
-HOPELESS, HOPELESS_TRIES = 50.0, 3
-"""Mean loss from which a fit follows nothing of the data, and ways after which no more are gone where all end there."""
+HOPELESS_TRIES = 3
+"""Descents after which no more are made where all ends follow nothing of the data (`HOPELESS`)."""
 RISING = 0.8
 """Slope at which a rising friction curve goes from fs to fc, in (fc - fs)/vs."""
 MASSES = (0.2, 30.0)
 """Moving masses [kg] that are tried."""
 
 
-def converged(estimate: Estimate, *, resolved: bool = True) -> bool:
-    """Whether the innovations look like noise. resolved : break-away is, by the sampling."""
-    loss, outliers = (CLEAN_LOSS, CLEAN_OUTLIERS) if resolved else (ROUGH_LOSS, ROUGH_OUTLIERS)
-    return estimate.loss < loss + 3 / np.sqrt(estimate.samples) and estimate.outliers < outliers
-
-
-def fit_noise_aware(problem: NoiseAware, theta: Array, *others: Array) -> Estimate | None:
-    """Fit from one start or several, best first. None where the model diverges from all.
-
-    The end may be the wrong one: ask `converged`.
-    """
-    small = on_chunks(problem)
-    best = sought(small, theta, *others)
-    return None if best is None else carried(problem, small, best)
-
-
-def on_chunks(problem: NoiseAware) -> NoiseAware:
+def on_chunks(whole: NoiseAware) -> NoiseAware:
     """The same fit to chunks of its grids."""
-    return type(problem)(problem.kernel, problem.coordinates, chunks(problem.grids))
+    return type(whole)(whole.kernel, whole.coordinates, chunks(whole.grids))
 
 
-def sought(small: NoiseAware, theta: Array, *others: Array, most: int = MOST_TRIES) -> Estimate | None:
-    """The best end on chunks, of at most so many ways, from one start or several, best first. None where the model
-    diverges from all.
+def best_on_chunks(
+    small: NoiseAware, starts: Sequence[Array], *, most: int = MOST_TRIES, progress: Progress = silent
+) -> Estimate | None:
+    """The best end on chunks, of at most so many descents, from starting values (m,), best first. None where the model
+    diverges from all. It may be the wrong one: ask `converged`.
     """
     ends: list[Estimate] = []
-    for tries, (start, stages) in enumerate(_ways(small, (theta, *others)), 1):
-        end = small.follow(start, stages=stages)
+    for tries, (start, stages) in enumerate(_descents(small, starts), 1):
+        progress("search on chunks", tries - 1, most)
+        end = small.in_stages(start, stages)
         end = None if end is None else small.strict(end)
         if end is not None:
             ends.append(lean(end))
         hopeless = tries >= HOPELESS_TRIES and all(end.loss > HOPELESS for end in ends)
-        if ends and (tries >= most or hopeless or ends[-1].loss < PROMISING or _agreed(ends)):
+        if ends and (tries >= most or hopeless or ends[-1].loss < RIGHT or _agreed(ends)):
             break
-    return _best(small, ends, others[-1] if others else theta) if ends else None
+    return _best(small, ends, starts[-1]) if ends else None
 
 
 def _agreed(ends: Sequence[Estimate]) -> bool:
-    """Whether two ways, and no way to a better end, led to the same place."""
+    """Whether two descents, and none to a better end, led to the same place."""
     least = min(end.cost for end in ends)
     return sum(end.cost < least + AGREED for end in ends) > 1
 
 
-def _best(problem: NoiseAware, ends: Sequence[Estimate], guess: Array) -> Estimate:
+def _best(problem: NoiseAware, ends: Sequence[Estimate], start: Array) -> Estimate:
     """The end with the least cost; where the model explains nothing well, of those not far behind the one whose mass is
-    nearest to a guess: likelihood would then choose what bends the model most, a mass of tons for example.
+    nearest to that of a start: likelihood would then choose what bends the model most, a mass of tons for example.
     """
     least = min(end.loss for end in ends)
     if least < UNEXPLAINED or "mass.m" not in problem.names:
         return min(ends, key=lambda end: end.cost)
     mass = problem.names.index("mass.m")
-    return min((e for e in ends if e.loss < NOT_FAR * least), key=lambda end: abs(end.theta[mass] - guess[mass]))
+    return min((e for e in ends if e.loss < NOT_FAR * least), key=lambda end: abs(end.theta[mass] - start[mass]))
 
 
-def carried(problem: NoiseAware, small: NoiseAware, best: Estimate) -> Estimate | None:
+def on_whole_recordings(whole: NoiseAware, small: NoiseAware, best: Estimate) -> Estimate | None:
     """The fit to whole recordings from the best end on chunks; where it fails, once more from there."""
     found: Estimate | None = None
     theta = best.theta
     for _ in range(2):
-        end = problem.follow(theta)
-        end = None if end is None else problem.strict(end)
+        end = whole.in_stages(theta)
+        end = None if end is None else whole.strict(end)
         if end is not None and (found is None or end.cost < found.cost):
             found = end
         if found is None or converged(found) or found.loss > HOPELESS:
             break
-        again = [small.follow(found.theta, stages=DIRECT)]
-        again += [small.follow(start, stages=GENTLE) for start in tamed(small.coordinates, found.theta)[:1]]
+        again = [small.in_stages(found.theta, DIRECT)]
+        again += [small.in_stages(start, GENTLE) for start in usual_values(small.coordinates, found.theta)[:1]]
         theta = min((end for end in again if end is not None), key=lambda end: end.cost, default=found).theta
     return found
 
 
-def _ways(problem: NoiseAware, starts: Sequence[Array]) -> Iterator[tuple[Array, Stages]]:
-    """Starts and stages, the most promising first."""
+def _descents(problem: NoiseAware, starts: Sequence[Array]) -> Iterator[tuple[Array, Stages]]:
+    """Starts and stages of the descents worth making, the likeliest first."""
     if problem.positions > TELLING:
         yield starts[0], DIRECT
     ranked = screened(problem, starts)
     first = ranked[0]
     yield first, DIRECT
     yield first, WIDE
-    for start in tamed(problem.coordinates, starts[0]):
+    for start in usual_values(problem.coordinates, starts[0]):
         yield start, GENTLE
-    for start in tamed(problem.coordinates, starts[-1]):
+    for start in usual_values(problem.coordinates, starts[-1]):
         yield start, WIDE
     for start in ranked[1:]:
         yield start, GENTLE
@@ -150,26 +135,22 @@ def chunks(grids: Sequence[Grid]) -> list[Grid]:
     for s in grids:
         n, count = len(s.t), max(1, round(CHUNKS * len(s.t) / total))
         length = max(CHUNK, int(CHUNK_S * (n - 1) / (s.t[-1] - s.t[0])))
-        if 1.5 * length * count >= n:
-            found.append(s)
-            continue
-        for i in range(count):
-            first = int(np.clip((i + 0.5) / count * n - length / 2, 0, max(n - length, 0)))
-            found.append(s.part(first, min(n, first + length)))
+        short = 1.5 * length * count >= n
+        found += [s] if short else [s.part(c.start, c.stop) for c in centred(n, length, count)]
     return found
 
 
 def screened(problem: NoiseAware, starts: Sequence[Array]) -> list[Array]:
     """Starts and changes of the best of them, best first, by the cost after a few steps of the path alone."""
-    seen: list[tuple[float, Array]] = []
+    screening, seen = problem.with_freedom(SCREEN), list[tuple[float, Array]]()
 
     def judge(candidate: Array) -> float:
-        estimate = problem.start(candidate, SCREEN)
+        estimate = screening.start(candidate)
         seen.append((np.inf if estimate is None else estimate.cost, candidate))
         return seen[-1][0]
 
     for start in starts:
-        for candidate in (start, *tamed(problem.coordinates, start)):
+        for candidate in (start, *usual_values(problem.coordinates, start)):
             judge(candidate)
     cost, best = min(seen, key=lambda pair: pair[0])
     for _ in range(ROUNDS):
@@ -184,8 +165,8 @@ def screened(problem: NoiseAware, starts: Sequence[Array]) -> list[Array]:
     return [candidate for _, candidate in sorted(seen, key=lambda pair: pair[0])]
 
 
-def tamed(coordinates: Coordinates, theta: Array) -> list[Array]:
-    """A start with what noise makes extreme set back: the friction curve, the damping of the bristle, and the mass. A
+def usual_values(coordinates: Coordinates, theta: Array) -> list[Array]:
+    """A start with what noise makes extreme set to usual values: friction curve, damping of the bristle, and mass. A
     curve that rises with speed, fs below fc, is viscous friction in disguise.
     """
     value = coordinates.values(theta)

@@ -1,4 +1,4 @@
-"""Out of a wrong basin: try other friction curves and bristles, judged by the cheap first stage of the homotopy.
+"""Basin search: other friction curves and bristles, judged by the cheap first stage of the homotopy.
 
 After the first stage mass, spring, Coulomb and viscous friction are nearly always right; what a wrong basin has wrong
 is the shape of the Stribeck curve or the bristle, and the first stage's cost tells.
@@ -22,7 +22,7 @@ def changes(values: dict[str, float]) -> list[dict[str, float]]:
     return curves + damped + stiff
 
 
-def shaken(theta: Array, homotopy: Homotopy) -> Array | None:
+def basin_search(theta: Array, homotopy: Homotopy) -> Array | None:
     """Greedy search over `changes`, each followed by the first stage. theta (n_free,) in and out."""
     coordinates, n = homotopy.full.coordinates, homotopy.full.n_free
     best = homotopy.first(theta)

@@ -11,11 +11,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from identification.data.chunks import to_the_ends
 from identification.data.experiment import Experiment, Segment
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.least_squares import Descent, Normal, descend
 from identification.estimators.output_error.problem import Problem, Setting
-from identification.estimators.starting_values import LOOSE, precision
+from identification.estimators.output_error.starting_values import PRIOR_STD, precision
 from recordings import Array
 from simulator import Kernel
 
@@ -66,7 +67,7 @@ class Homotopy:
         self.early = self.full if parts is None else Problem(kernel, coordinates, parts)
         self.dt = min(s.dt for e in self.early.experiments for s in e.segments)
         self.longest = max(float(s.t[-1] - s.t[0]) for e in self.early.experiments for s in e.segments)
-        self.freedom = 4 * precision(coordinates, LOOSE)
+        self.freedom = 4 * precision(coordinates, PRIOR_STD)
         self.coarse = min(self.dt, COARSE)
 
     def first(self, theta: Array) -> Descent | None:
@@ -176,5 +177,4 @@ def _chunks(segment: Segment, share: float, every: int) -> list[Segment]:
     n, least = len(segment.t), CHUNK * every
     count = max(1, round(share * n / least))
     size = min(n, max(least, int(share * n / count)))
-    firsts = np.linspace(0, n - size, count).astype(int)
-    return [segment.part(first, first + size, every) for first in firsts]
+    return [segment.part(chunk.start, chunk.stop, every) for chunk in to_the_ends(n, size, count)]

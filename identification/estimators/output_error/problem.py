@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,13 +11,9 @@ from numpy.typing import NDArray
 from identification.data.experiment import Experiment, Segment
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.least_squares import Normal, weighted
+from identification.parallel import each
 from recordings import Array
 from simulator import Kernel
-
-T = TypeVar("T")
-
-WORKERS = 2
-"""Segments are simulated in this many threads: the compiled loop holds no lock of the interpreter."""
 
 HELD = 10.0
 """In a last, plain stage a parameter may move freely by about this factor from where it started; beyond, it costs what
@@ -102,7 +96,7 @@ class Problem:
 
     def evaluate(self, unknowns: Array, setting: Setting) -> Normal | None:
         """Normal equations of all segments at once; None where the model diverges."""
-        normals = self._each(lambda i: self._normal(i, unknowns, setting))
+        normals = each(lambda i: self._normal(i, unknowns, setting), range(len(self.pieces)))
         size = self.n_free + self.n_local * len(self.pieces)
         total = Normal(0.0, np.zeros(size), np.zeros((size, size)))
         for i, one in enumerate(normals):
@@ -127,19 +121,13 @@ class Problem:
 
     def responses(self, unknowns: Array, setting: Setting, *, sensitivities: bool = False) -> list[Response | None]:
         """The model's answer for every segment."""
-        return self._each(lambda i: self._response(i, unknowns, setting, sensitivities))
+        return each(lambda i: self._response(i, unknowns, setting, sensitivities), range(len(self.pieces)))
 
     def residual(self, i: int, response: Response) -> Array:
         """Normalised residual of segment i (n_samples,), zero where nothing was measured."""
         piece = self.pieces[i]
         measured = piece.segment.y if self.kernel.causality == "force" else piece.segment.u
         return np.where(piece.segment.seen, (response.predicted - measured) / piece.noise, 0.0)
-
-    def _each(self, work: Callable[[int], T]) -> list[T]:
-        if len(self.pieces) == 1:
-            return [work(0)]
-        with ThreadPoolExecutor(WORKERS) as pool:
-            return list(pool.map(work, range(len(self.pieces))))
 
     def _local_slice(self, i: int) -> NDArray[np.intp]:
         return np.arange(self.n_free + i * self.n_local, self.n_free + (i + 1) * self.n_local)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from identification.estimators.fit import Outcome
+from identification.estimators.fitted import Outcome
 from identification.report.runs import error_unit, output_name, rms, runs
 from identification.report.section import Section
 from identification.report.sections.cards import cards

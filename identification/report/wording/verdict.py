@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.estimators.fit import Outcome
+from identification.estimators.fitted import Outcome
 from identification.report.runs import Run, rms, runs
 from identification.result import Identification
 

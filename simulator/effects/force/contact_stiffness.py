@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import casadi as ca
 
-from simulator.effect import Effect, Expression, Parameter, Quantities, Site, Values
+from simulator.effect import Effect, Expression, Parameter, Quantities, Site, TriedAt, Values
 
 ROUNDING = 2e-5
 """Distance [m] over which the contact closes: surfaces are rough, and the force stays differentiable."""
@@ -23,7 +23,7 @@ class ContactStiffness(Effect):
     check = "travel stops, the seat and anything that the stem or the actuator plate can touch there"
     parameters = (
         Parameter("k", "N/m", "extra stiffness; negative: below the position", scale=2e4, neutral=0.0),
-        Parameter("x0", "m", "position of the contact", scale=0.012),
+        Parameter("x0", "m", "position of the contact", scale=0.012, tried_at=TriedAt.POSITIONS),
     )
 
     def force(self, q: Quantities, p: Values, s: Values, ds: Values) -> Expression:

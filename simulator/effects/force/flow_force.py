@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from simulator.effect import Effect, Expression, Parameter, Quantities, Site, Values
+from simulator.effect import Effect, Expression, Parameter, Quantities, Site, TriedAt, Values
 
 
 class FlowForce(Effect):
@@ -19,8 +19,10 @@ class FlowForce(Effect):
     check = "the pressure drop during the recording, the flow direction and the balance of the plug"
     parameters = (
         Parameter("f", "N", "largest force of the flow against rising position", scale=60.0, neutral=0.0),
-        Parameter("x0", "m", "position of the largest force", scale=0.008),
-        Parameter("w", "m", "distance at which half of it is left", scale=0.006, lower=0.0, positive=True),
+        Parameter("x0", "m", "position of the largest force", scale=0.008, tried_at=TriedAt.POSITIONS),
+        Parameter(
+            "w", "m", "distance at which half of it is left", 0.006, lower=0.0, positive=True, tried_at=TriedAt.WIDTHS
+        ),
     )
 
     def force(self, q: Quantities, p: Values, s: Values, ds: Values) -> Expression:

@@ -6,7 +6,7 @@ import math
 
 import casadi as ca
 
-from simulator.effect import Effect, Expression, Parameter, Quantities, Site, Values
+from simulator.effect import Effect, Expression, Parameter, Quantities, Site, TriedAt, Values
 
 
 class PeriodicForce(Effect):
@@ -23,7 +23,7 @@ class PeriodicForce(Effect):
     parameters = (
         Parameter("a", "N", "amplitude of the sine", scale=10.0, neutral=0.0),
         Parameter("b", "N", "amplitude of the cosine", scale=10.0, neutral=0.0),
-        Parameter("f", "Hz", "frequency", scale=2.0, lower=0.0, positive=True),
+        Parameter("f", "Hz", "frequency", scale=2.0, lower=0.0, positive=True, tried_at=TriedAt.FREQUENCIES),
     )
 
     def force(self, q: Quantities, p: Values, s: Values, ds: Values) -> Expression:

@@ -6,7 +6,7 @@ import math
 
 import casadi as ca
 
-from simulator.effect import Effect, Expression, Parameter, Quantities, Site, Values
+from simulator.effect import Effect, Expression, Parameter, Quantities, Site, TriedAt, Values
 
 
 class PositionPeriodicForce(Effect):
@@ -22,8 +22,9 @@ class PositionPeriodicForce(Effect):
     parameters = (
         Parameter("a", "N", "amplitude of the sine", scale=10.0, neutral=0.0),
         Parameter("b", "N", "amplitude of the cosine", scale=10.0, neutral=0.0),
-        Parameter("pitch", "m", "distance after which the force repeats", scale=5e-3, lower=0.0, positive=True),
-    )
+        Parameter("pitch", "m", "distance after which the force repeats", 5e-3, lower=0.0, positive=True,
+                  tried_at=TriedAt.PITCHES),
+    )  # fmt: skip
 
     def force(self, q: Quantities, p: Values, s: Values, ds: Values) -> Expression:
         phase = 2 * math.pi * q.x / p["pitch"]

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import casadi as ca
 
-from simulator.effect import Effect, Expression, Memory, Parameter, Quantities, Site, Values
+from simulator.effect import Effect, Expression, Memory, Parameter, Quantities, Site, TriedAt, Values
 from simulator.relaxation import Relaxation
 
 
@@ -23,10 +23,11 @@ class DwellStiction(Effect):
     sentence = "break-away friction grows with the time at rest"
     check = "the packing for ageing, dried lubricant or adhesion, and how long the valve usually stands still"
     parameters = (
-        Parameter("a", "1", "rise of friction after a long rest, share of the level", 0.3, lower=0.0, neutral=0.0),
+        Parameter("a", "1", "rise of friction after a long rest, share of the level", 0.3, 0.0, neutral=0.0,
+                  tried_at=TriedAt.SHARES),
         Parameter("gamma", "s", "time at rest that brings 63 % of the rise", scale=1.0, lower=0.0, positive=True),
         Parameter("d", "m", "travel that wipes the rise out to 1/e", scale=5e-4, lower=0.0, positive=True),
-    )
+    )  # fmt: skip
     memory = (Memory("s", "1"),)
 
     def relax(self, q: Quantities, p: Values) -> Mapping[str, Relaxation]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from simulator.effect import Effect, Expression, Memory, Parameter, Quantities, Site, Values
+from simulator.effect import Effect, Expression, Memory, Parameter, Quantities, Site, TriedAt, Values
 from simulator.relaxation import Lag
 
 
@@ -15,7 +15,9 @@ class FrictionalMemory(Effect):
     site = Site.FORCE
     sentence = "friction follows changes of velocity late, as where a film of lubricant has to form"
     check = "lubricant and its viscosity, and the finish of stem and packing"
-    parameters = (Parameter("tau", "s", "time by which friction is late", scale=0.01, lower=0.0, neutral=0.0),)
+    parameters = (
+        Parameter("tau", "s", "time by which friction is late", 0.01, lower=0.0, neutral=0.0, tried_at=TriedAt.SHARES),
+    )
     memory = (Memory("w", "m/s"),)
 
     def relax(self, q: Quantities, p: Values) -> Mapping[str, Lag]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from simulator.effect import Effect, Expression, Memory, Parameter, Quantities, Site, Values
+from simulator.effect import Effect, Expression, Memory, Parameter, Quantities, Site, TriedAt, Values
 from simulator.imitation import hidden_in_friction
 from simulator.play import play
 
@@ -25,7 +25,9 @@ class NonlocalPresliding(Effect):
     sentence = "before break-away the packing remembers several reversals, as a stack of contacts that slip in turn"
     check = "a packing of many rings, its compression, and how small reversals of the set point are answered"
     parameters = (
-        Parameter("f", "N", "friction of all elements, sliding", scale=60.0, lower=0.0, neutral=0.0),
+        Parameter(
+            "f", "N", "friction of all elements, sliding", scale=60.0, lower=0.0, neutral=0.0, tried_at=TriedAt.SHARES
+        ),
         Parameter("d", "m", "displacement at which the last element slips", scale=4e-4, lower=0.0, positive=True),
     )
     memory = tuple(Memory(f"a{i}", "m", at_position=True) for i in range(1, ELEMENTS + 1))

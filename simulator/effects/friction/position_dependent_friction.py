@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import casadi as ca
 
-from simulator.effect import Effect, Expression, Parameter, Quantities, Site, Values
+from simulator.effect import Effect, Expression, Parameter, Quantities, Site, TriedAt, Values
 
 
 class PositionDependentFriction(Effect):
@@ -20,10 +20,11 @@ class PositionDependentFriction(Effect):
     check = "stem and guides at the named place for scoring, deposits and bending"
     parameters = (
         Parameter("a", "1", "rise of friction at the place, share of the level", scale=0.4, lower=-1.0, neutral=0.0),
-        Parameter("x0", "m", "place of the rise", scale=0.012),
-        Parameter("w", "m", "half width of the rise, where it has fallen to 1/e", 0.004, lower=0.0, positive=True),
+        Parameter("x0", "m", "place of the rise", scale=0.012, tried_at=TriedAt.POSITIONS),
+        Parameter("w", "m", "half width of the rise, where it has fallen to 1/e", 0.004, 0.0, positive=True,
+                  tried_at=TriedAt.WIDTHS),
         Parameter("b", "1/m", "slope of friction along the stroke, per level at x = 0", scale=10.0, neutral=0.0),
-    )
+    )  # fmt: skip
 
     def friction_level(self, q: Quantities, p: Values, s: Values) -> Expression:
         return 1 + p["a"] * ca.exp(-(((q.x - p["x0"]) / p["w"]) ** 2)) + p["b"] * q.x

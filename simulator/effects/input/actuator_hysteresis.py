@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from simulator.effect import Effect, Expression, Memory, Parameter, Quantities, Site, Values
+from simulator.effect import Effect, Expression, Memory, Parameter, Quantities, Site, TriedAt, Values
 from simulator.imitation import hidden_in_friction
 from simulator.play import play
 
@@ -25,7 +25,7 @@ class ActuatorHysteresis(Effect):
     sentence = "there is hysteresis between drive and force: a reversal of the drive is answered in part at first"
     check = "diaphragm, bellows and linkage of the actuator, and the transducer on the bench, up and down"
     parameters = (
-        Parameter("h", "N", "half width of the full loop", scale=30.0, lower=0.0, neutral=0.0),
+        Parameter("h", "N", "half width of the full loop", scale=30.0, lower=0.0, neutral=0.0, tried_at=TriedAt.SHARES),
         Parameter("r", "N", "half the change of the drive that completes a branch", 100.0, lower=0.0, positive=True),
     )
     memory = tuple(Memory(f"w{i}", "N", at_force=True) for i in range(1, ELEMENTS + 1))

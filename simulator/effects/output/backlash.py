@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Mapping, Sequence
 
-from simulator.effect import Effect, Expression, Memory, Parameter, Quantities, Site, Values
+from simulator.effect import Effect, Expression, Memory, Parameter, Quantities, Site, TriedAt, Values
 from simulator.play import play
 
 
@@ -16,7 +16,9 @@ class Backlash(Effect):
     site = Site.OUTPUT
     sentence = "there is play between stem and position sensor, so the reading stands still after a reversal"
     check = "feedback linkage, pins and couplings between stem and position sensor for play"
-    parameters = (Parameter("width", "m", "width of the play", scale=2e-4, lower=0.0, neutral=0.0),)
+    parameters = (
+        Parameter("width", "m", "width of the play", scale=2e-4, lower=0.0, neutral=0.0, tried_at=TriedAt.NOISE),
+    )
     memory = (Memory("w", "m", at_position=True),)
 
     def jump(self, q: Quantities, p: Values, s: Values) -> Mapping[str, Expression]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from simulator.effect import Effect, Expression, Memory, Parameter, Quantities, Site, Values
+from simulator.effect import Effect, Expression, Memory, Parameter, Quantities, Site, TriedAt, Values
 from simulator.imitation import late
 from simulator.relaxation import Lag
 
@@ -16,7 +16,7 @@ class SensorLag(Effect):
     site = Site.OUTPUT
     sentence = "the measured position lags behind the stem, as behind a filter"
     check = "the damping set in the position transmitter and filters of the data acquisition"
-    parameters = (Parameter("tau", "s", "time constant", scale=0.02, lower=0.0, neutral=0.0),)
+    parameters = (Parameter("tau", "s", "time constant", scale=0.02, lower=0.0, neutral=0.0, tried_at=TriedAt.SHARES),)
     memory = (Memory("w", "m", at_position=True),)
 
     def relax(self, q: Quantities, p: Values) -> Mapping[str, Lag]:

@@ -9,15 +9,7 @@ from typing import Any
 import numba
 import numpy as np
 
-from identification.estimators.noise_aware.estimator import NoiseAware
-from identification.estimators.noise_aware.linearised_model import (
-    Grid,
-    Linearised,
-    PathFreedom,
-    _filtered,
-    _first_variances,
-    _Model,
-)
+from identification.estimators import AffineModel, Grid, Innovations, NoiseAware, first_variances, kalman_filter
 from recordings import Array
 
 FAR = 1e3
@@ -52,22 +44,23 @@ class InnovationForm(NoiseAware):
     of an extended Kalman filter's along the present path, which knows the noise of the force; the variance of the
     errors is their own."""
 
-    def toward(self, line: Linearised, move: Array) -> Array:
+    def toward(self, line: Innovations, move: Array) -> Array:
         """The way to the predictor's corrected means."""
-        A, S = line._smoother
+        A, S = line.smoother
         return np.asarray(A + S @ move)
 
-    def line(self, grid: Grid, p: Array, path: Array, freedom: PathFreedom) -> Linearised | None:
+    def line(self, grid: Grid, p: Array, path: Array) -> Innovations | None:
         """The one-step errors along a path at parameters p; None where the predictor runs off."""
-        model = _Model.of(self.kernel, self.coordinates, grid, p, path, freedom.h_max)
+        freedom = self.freedom
+        model = AffineModel.of(self.kernel, self.coordinates, grid, p, path, freedom.h_max)
         if model is None:
             return None
-        first = _first_variances(self.kernel, grid, p, freedom, path)
-        kalman = _filtered(self.kernel, grid, p, replace(freedom, curvature=0.0), model.without_parameters(), first)
+        first = first_variances(self.kernel, grid, p, freedom, path)
+        kalman = kalman_filter(self.kernel, grid, p, replace(freedom, curvature=0.0), model.without_parameters(), first)
         if kalman is None:
             return None
         seen = np.isfinite(model.E[:, 0])
-        gain = np.median(kalman._smoother[6][seen, 0], axis=0)
+        gain = np.median(kalman.smoother[6][seen, 0], axis=0)
         gain[-2:] = 0.0
         (n, m), s = model.D[:, 0].shape, path.shape[1]
         E, A, S, J = np.nan_to_num(model.E[:, 0]), np.empty((n, s)), np.empty((n, s, m)), np.zeros((n, m))
@@ -78,4 +71,4 @@ class InnovationForm(NoiseAware):
         none = np.zeros(n)
         errors = np.column_stack([E, none])
         variances = np.column_stack([np.where(seen, np.mean(E[seen] ** 2), np.inf), none + np.inf])
-        return Linearised(errors, variances, np.stack([J, np.zeros((n, m))], axis=1), (errors, variances), (A, S))
+        return Innovations(errors, variances, np.stack([J, np.zeros((n, m))], axis=1), (errors, variances), (A, S))

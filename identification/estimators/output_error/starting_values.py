@@ -1,4 +1,4 @@
-"""Start values from the inverse equation: impose the measured motion, predict the force, fit that, from several starts.
+"""Starting values from the inverse equation: the force that the measured motion takes, fitted from several starts.
 
 The force predicted from measured motion is almost linear in the parameters and has no stick-slip timing in it, so it
 has a wide basin; its estimates are biased by the smoothing, and good enough for the homotopy that follows.
@@ -22,7 +22,7 @@ STIFFNESS_STARTS = (3e5, 2e6, 8e6)
 """Bristle stiffnesses to start from [N/m]."""
 STRIBECK_STARTS = (1.5e-3, 6e-3)
 """Stribeck velocities to start from [m/s]."""
-LOOSE = {"mass.m": 1.0, "spring.K": 1.0, "spring.F0": 10.0, "lugre.fc": 0.7, "lugre.fs": 0.7, "lugre.vs": 1.0,
+PRIOR_STD = {"mass.m": 1.0, "spring.K": 1.0, "spring.F0": 10.0, "lugre.fc": 0.7, "lugre.fs": 0.7, "lugre.vs": 1.0,
          "lugre.sigma0": 1.5, "lugre.sigma1": 1.5, "lugre.sigma2": 1.5}  # fmt: skip
 """Standard deviations of the weak priors on the coordinates (logarithms) about a start."""
 
@@ -32,18 +32,20 @@ FORCE_ERROR = 0.02
 
 @dataclass(frozen=True)
 class Start:
-    """A candidate start: theta (n_free,) and its cost, smaller is better."""
+    """Starting values: theta (n_free,) and its cost, smaller is better."""
 
     theta: Array
     cost: float
 
 
-def starts(experiments: Sequence[Experiment], effects: tuple[str, ...], coordinates: Coordinates) -> list[Start]:
-    """Candidate starts for a force-driven fit, best first. Empty when nothing moves. Effects that have no part in the
-    force of an imposed motion start from what they are by default.
+def starting_values(
+    experiments: Sequence[Experiment], effects: tuple[str, ...], coordinates: Coordinates
+) -> list[Start]:
+    """Starting values for a fit, best first. Empty when nothing moves. Effects that have no part in the force of an
+    imposed motion start from what they are by default.
     """
-    guess = regression(experiments, _held(coordinates, "spring.K"))
-    if guess is None:
+    rough = regression(experiments, _held(coordinates, "spring.K"))
+    if rough is None:
         return []
     inverse = kernel([effect for effect in effects if shows_imposed(CATALOGUE[effect])], "motion")
     own = coordinates.part(inverse.parameters)
@@ -51,11 +53,11 @@ def starts(experiments: Sequence[Experiment], effects: tuple[str, ...], coordina
     driven = [imposed(e) for e in experiments]
     force_std = float(np.std(np.concatenate([s.u for e in driven for s in e.segments]))) or 1.0
     problem = Problem(inverse, own, [replace(e, noise_force=FORCE_ERROR * force_std) for e in driven])
-    prior = precision(own, LOOSE)
+    prior = precision(own, PRIOR_STD)
     found = []
     for stiffness in STIFFNESS_STARTS:
         for stribeck in STRIBECK_STARTS:
-            first = own.theta(_assembled(own, guess, stiffness, stribeck, force_std))
+            first = own.theta(_assembled(own, rough, stiffness, stribeck, force_std))
             end = _descend(problem, first, prior)
             if end is not None:
                 values = default | own.values(end.theta[: len(first)])
@@ -114,14 +116,14 @@ def regression(experiments: Sequence[Experiment], stiffness: float | None = None
     return dict(zip(("m", "K", "F0", "fc", "sigma2"), (solution / np.where(norm > 0, norm, 1.0)).tolist(), strict=True))
 
 
-def _assembled(c: Coordinates, guess: dict[str, float], stiffness: float, stribeck: float, force_std: float) -> Array:
+def _assembled(c: Coordinates, rough: dict[str, float], stiffness: float, stribeck: float, force_std: float) -> Array:
     """A full parameter vector from the regression, with what it cannot know filled in."""
-    mass = guess["m"] if guess["m"] > 0.3 else 3.0
-    coulomb = max(guess["fc"], 1e-3 * force_std)
+    mass = rough["m"] if rough["m"] > 0.3 else 3.0
+    coulomb = max(rough["fc"], 1e-3 * force_std)
     values = {
-        "mass.m": mass, "spring.K": max(guess["K"], 1.0), "spring.F0": guess["F0"], "lugre.fc": coulomb,
+        "mass.m": mass, "spring.K": max(rough["K"], 1.0), "spring.F0": rough["F0"], "lugre.fc": coulomb,
         "lugre.fs": 1.3 * coulomb, "lugre.vs": stribeck, "lugre.sigma0": stiffness,
-        "lugre.sigma1": 0.5 * np.sqrt(stiffness * mass), "lugre.sigma2": max(guess["sigma2"], 10.0),
+        "lugre.sigma1": 0.5 * np.sqrt(stiffness * mass), "lugre.sigma2": max(rough["sigma2"], 10.0),
     }  # fmt: skip
     default = dict(zip(c.names, c.base, strict=True))
     free = dict(zip(c.names, c.free, strict=True))

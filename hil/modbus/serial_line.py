@@ -1,37 +1,39 @@
-"""A serial device as the system sees it: whether it can be opened now, and if not, why, in words."""
+"""A serial line as the system sees it: whether it can be opened now, and if not, why, in words."""
 
 from __future__ import annotations
 
 import errno
 import os
 import termios
+from dataclasses import replace
 
 import serial
 
+from hil.modbus.addresses import SerialLine
 from recordings import BadInput
 
 _PSEUDO_TERMINALS = range(136, 144)
 """Major device numbers of Linux' pseudo terminals (Documentation/admin-guide/devices.txt)."""
 
 
-def usable_parity(device: str, parity: str) -> str:
-    """The parity to open a device with: a pseudo terminal has none, and refuses to be given one."""
+def usable(line: SerialLine) -> SerialLine:
+    """The line with a parity that it can be opened with: a pseudo terminal has none, and refuses to be given one."""
     try:
-        pseudo = os.major(os.stat(device).st_rdev) in _PSEUDO_TERMINALS
+        pseudo = os.major(os.stat(line.device).st_rdev) in _PSEUDO_TERMINALS
     except OSError:
-        return parity
-    return "N" if pseudo else parity
+        return line
+    return replace(line, parity="N") if pseudo else line
 
 
-def check_serial_device(where: str, device: str, baud: int, parity: str) -> None:
-    """Open and close a device. Raises BadInput, about `where`, when that is not possible.
+def check_serial_line(where: str, line: SerialLine) -> None:
+    """Open and close a serial line. Raises BadInput, about `where`, when that is not possible.
 
     Later it may vanish and come back, but a wrong name at the start is a mistake.
     """
     try:
-        serial.Serial(device, baud, parity=usable_parity(device, parity), exclusive=True).close()
+        serial.Serial(line.device, line.baud, parity=usable(line).parity, exclusive=True).close()
     except (OSError, ValueError, termios.error) as error:
-        raise BadInput(where, *_reason(device, error)) from None
+        raise BadInput(where, *_reason(line.device, error)) from None
 
 
 def _reason(device: str, error: Exception) -> tuple[str, str]:

@@ -1,0 +1,130 @@
+"""How long a session goes on, what it does again and again meanwhile, and how it runs beside a synchronous program."""
+
+from __future__ import annotations
+
+import asyncio
+import gc
+import signal
+import threading
+from collections.abc import Callable, Coroutine, Iterator
+from contextlib import contextmanager, suppress
+from types import TracebackType
+from typing import Any, Self, TypeVar
+
+Result = TypeVar("Result")
+
+Job = tuple[float, Callable[[], None]]
+"""Something to do again and again, after the seconds of rest between two times."""
+
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
+
+class Stop:
+    """The end of a session: SIGINT, SIGTERM, or a duration that is over. A context manager inside a running event loop.
+
+    Only the main thread hears signals. `event` is set when the session is to end.
+
+    Parameters
+    ----------
+    duration_s : float, optional
+        How long the session lasts [s], from entering on; None for no limit.
+    """
+
+    def __init__(self, duration_s: float | None = None) -> None:
+        self.event = asyncio.Event()
+        self.signals: list[signal.Signals] = []
+        self._duration_s = duration_s
+
+    def __enter__(self) -> Self:
+        self._loop = asyncio.get_running_loop()
+        for which in SIGNALS:
+            self._loop.add_signal_handler(which, self._heard, which)
+        self._entered = self._loop.time()
+        self._timer = None if self._duration_s is None else self._loop.call_later(self._duration_s, self.event.set)
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+        for which in SIGNALS:
+            self._loop.remove_signal_handler(which)
+
+    @property
+    def first_signal(self) -> signal.Signals | None:
+        """The first signal that came; None when there was none."""
+        return self.signals[0] if self.signals else None
+
+    @property
+    def seconds(self) -> float:
+        """Time since the session was entered [s]."""
+        return self._loop.time() - self._entered
+
+    def _heard(self, which: signal.Signals) -> None:
+        self.signals.append(which)
+        self.event.set()
+
+
+@contextmanager
+def repeating(*jobs: Job) -> Iterator[None]:
+    """Do each job again and again while the context lasts. Needs a running event loop."""
+    tasks = [asyncio.ensure_future(_repeat(every_s, work)) for every_s, work in jobs]
+    try:
+        yield
+    finally:
+        for task in tasks:
+            task.cancel()
+
+
+async def _repeat(every_s: float, work: Callable[[], None]) -> None:
+    while True:
+        await asyncio.sleep(every_s)
+        work()
+
+
+def freeze_garbage() -> None:
+    """Tell the garbage collector to look no more at what is loaded now.
+
+    Otherwise it goes through all modules again and again, for 60 ms and more at a time, while polls are due.
+    """
+    gc.collect()
+    gc.freeze()
+
+
+class LoopThread:
+    """An event loop in a thread of its own, for synchronous programs. Close it when it is not needed any more.
+
+    name : of the thread, for debuggers.
+    """
+
+    def __init__(self, name: str) -> None:
+        self._loop = asyncio.new_event_loop()
+        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
+        self._thread.start()
+
+    def start(self, work: Coroutine[Any, Any, Result]) -> asyncio.Task[Result]:
+        """Begin something in the loop and return its task, which only the loop's thread may touch."""
+
+        async def begun() -> asyncio.Task[Result]:
+            return asyncio.get_running_loop().create_task(work)
+
+        return self.run(begun())
+
+    def run(self, work: Coroutine[Any, Any, Result]) -> Result:
+        """Run something in the loop and wait for its result. Raises what it raises; an interruption cancels it."""
+        future = asyncio.run_coroutine_threadsafe(work, self._loop)
+        try:
+            return future.result()
+        except BaseException:
+            future.cancel()
+            raise
+
+    def close(self) -> None:
+        """Cancel what still runs, and end the thread. A second call does nothing."""
+        with suppress(RuntimeError):  # the loop is closed already
+            self._loop.call_soon_threadsafe(self._loop.stop)
+        self._thread.join()
+
+    def _run(self) -> None:
+        asyncio.set_event_loop(self._loop)
+        with asyncio.Runner(loop_factory=lambda: self._loop) as runner:  # cancels and closes everything at its end
+            runner.get_loop().run_forever()

@@ -1,0 +1,84 @@
+"""What an estimator of paths and parameters answers, whatever it is: `NoiseAware` or `ImposedMotion`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from identification.estimators.least_squares import Normal
+from recordings import Array
+
+TUNING = 3.0
+"""Tuning of the Cauchy loss on normalised innovations, in sigmas."""
+OUTLIER = 4.0
+"""Sigmas from which an innovation is an outlier."""
+CLEAN_LOSS, CLEAN_OUTLIERS = 1.03, 5e-4
+"""Mean loss (and three standard deviations of it) and share of outliers up to which the innovations are those of the
+right model."""
+ROUGH_LOSS, ROUGH_OUTLIERS = 1.2, 1e-2
+"""The same where the sampling does not resolve break-away, so that what its linearisation leaves is not noise."""
+HOPELESS = 50.0
+"""Mean loss from which a fit follows nothing of the data."""
+
+
+@dataclass(frozen=True)
+class Innovations:
+    """What the measurements of one grid say against their predictions.
+
+    innovations, variances (n, 2) : of the position [m] and the force [N], variance inf where nothing was measured;
+    by (n, 2, m) : their derivatives by the free coordinates, empty where they are not kept; judged : innovations and
+    variances by which an estimate is judged; smoother : what the way back along a filtered path needs
+    (`linearised_model.correction`), empty where there is none or it is not kept.
+    """
+
+    innovations: Array
+    variances: Array
+    by: Array
+    judged: tuple[Array, Array]
+    smoother: tuple[Array, ...] = ()
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Parameters and paths at one step of a fit.
+
+    theta (m,) : coordinates of the free parameters; paths : the states at the nodes, (n, n_states) for every grid
+    (where the motion is imposed its position, velocity, the predicted force and nothing); linearised : the innovations
+    of every grid; normal : their normal equations with the priors; cost : robust loss plus logarithms of the variances;
+    loss : mean loss of an innovation of the position, 1 for a complete model; outliers : share of those beyond
+    `OUTLIER` sigmas; settled : whether the descent has; tuning : of the loss, inf for squares.
+    """
+
+    theta: Array
+    paths: tuple[Array, ...]
+    linearised: tuple[Innovations, ...]
+    normal: Normal
+    cost: float
+    loss: float
+    outliers: float
+    settled: bool = False
+    tuning: float = TUNING
+
+    @property
+    def samples(self) -> int:
+        """Number of samples whose prediction is judged by `loss`."""
+        return sum(int(np.isfinite(line.variances[:, 0]).sum()) for line in self.linearised)
+
+    @property
+    def covariance(self) -> Array:
+        """Covariance (m, m) of theta: the Cramer-Rao bound of the linearised model."""
+        return np.asarray(np.linalg.pinv(self.normal.matrix), float)
+
+
+def lean(estimate: Estimate) -> Estimate:
+    """The estimate without what only a further step needs, which is most of its memory."""
+    nothing = np.empty((0, 2, 0))
+    lines = tuple(replace(line, by=nothing, smoother=()) for line in estimate.linearised)
+    return replace(estimate, linearised=lines)
+
+
+def converged(estimate: Estimate, *, resolved: bool = True) -> bool:
+    """Whether the innovations look like noise. resolved : break-away is, by the sampling."""
+    loss, outliers = (CLEAN_LOSS, CLEAN_OUTLIERS) if resolved else (ROUGH_LOSS, ROUGH_OUTLIERS)
+    return estimate.loss < loss + 3 / np.sqrt(estimate.samples) and estimate.outliers < outliers

@@ -1,0 +1,49 @@
+"""What makes a fit impossible before it starts: parameters that no valve has, and recordings that say too little."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from identification.data.experiment import Experiment
+from identification.estimators.coordinates import Coordinates, parameters
+from identification.estimators.fitted import Outcome
+from identification.estimators.output_error.starting_values import regression
+from recordings import Array, BadParameter
+from simulator import Kernel
+
+FEWEST = 3
+"""Samples per free parameter below which no fit is tried."""
+REAL_TRAVEL = 10.0
+"""Way, in standard deviations of the noise, from which a position counts as moved."""
+
+
+def check_given(given: Mapping[str, float], valve: Kernel) -> None:
+    """Raise BadParameter for a held parameter that the valve has not, or that no valve can have."""
+    known = parameters(valve)
+    for name, value in given.items():
+        if name not in known:
+            raise BadParameter("given", name, "no such parameter", f"there are {', '.join(known)}")
+        if not known[name].lower <= value <= known[name].upper:
+            allowed = f"it is from {known[name].lower:g} to {known[name].upper:g} {known[name].unit}"
+            raise BadParameter("given", name, f"no valve has {value:g}", allowed)
+
+
+def obstacle(experiments: Sequence[Experiment], coordinates: Coordinates, force: Array) -> Outcome | None:
+    """What makes a fit impossible before it starts, if anything."""
+    if np.ptp(force) == 0.0:
+        return Outcome.CONSTANT_INPUT
+    if sum(e.samples for e in experiments) < FEWEST * coordinates.free.sum():
+        return Outcome.TOO_SHORT
+    up, down = _travel(experiments)
+    still = all(np.ptp(s.y) == 0.0 for e in experiments for s in e.segments)
+    if still or max(up, down) < REAL_TRAVEL or regression(experiments) is None:
+        return Outcome.NO_MOTION
+    return Outcome.NO_FRICTION if min(up, down) < REAL_TRAVEL and coordinates.is_free("spring.F0") else None
+
+
+def _travel(experiments: Sequence[Experiment]) -> tuple[float, float]:
+    """The longest way up and the longest way down in one segment, in standard deviations of the position's noise."""
+    steps = [s.motion.crept[:-1] * np.diff(s.t) / e.noise_position for e in experiments for s in e.segments]
+    return max(float(d[d > 0].sum()) for d in steps), max(float(-d[d < 0].sum()) for d in steps)

@@ -1,0 +1,104 @@
+"""A fit as a value: how it ended, in words, and the parameters."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from identification.estimators.coordinates import Coordinates
+from identification.estimators.estimate import HOPELESS, Estimate, converged
+from identification.estimators.noise_aware.resolution import RESOLVED, turn
+from identification.estimators.output_error.homotopy import Path
+from identification.estimators.output_error.problem import Problem
+from recordings import Array
+from simulator import Kernel
+
+FREE_STEP = 2.5e-4
+"""Largest sub-step of the free runs of a noise-aware fit [s]."""
+
+
+class Outcome(Enum):
+    """How a fit ended, with a sentence each."""
+
+    CONVERGED = "the fit converged"
+    NOT_SETTLED = "the fit ran out of iterations before it settled; take the values as approximate"
+    NOT_CONVERGED = (
+        "the fit did not converge: what it leaves does not look like noise; take the values as approximate, and no "
+        "interval for granted"
+    )
+    NO_MOTION = "the valve does not move in these recordings; excite it over a good part of its stroke"
+    CONSTANT_INPUT = "the force is constant in these recordings; nothing can be learned from it"
+    NO_FRICTION = "the motion never reverses; friction cannot be told from the spring's preload: record reversals"
+    TOO_SHORT = "there are too few samples for the number of parameters; record longer"
+    DIVERGED = "the simulation diverged from every start; check units and signs of force and position"
+    NOT_EXPLAINED = "no start led to a model that follows the data; check units, signs and roles of force and position"
+
+    @property
+    def usable(self) -> bool:
+        """Whether there are parameter values to report."""
+        return self.name in ("CONVERGED", "NOT_SETTLED", "NOT_CONVERGED", "NOT_EXPLAINED")
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fit as a value.
+
+    outcome : how it ended; ask ``outcome.usable`` before the values; kernel, coordinates : the model and what was free;
+    problem, path : the free runs that were fitted and where that ended, None where nothing could be; rms : normalised
+    root mean square residual (of the innovations where the force is estimated), 1 at the noise floor; estimate : force,
+    motion and parameters as estimated together, where the fit is noise-aware.
+    """
+
+    outcome: Outcome
+    kernel: Kernel
+    coordinates: Coordinates
+    problem: Problem | None = None
+    path: Path | None = None
+    rms: float = float("nan")
+    estimate: Estimate | None = None
+
+    @property
+    def estimator(self) -> str:
+        """Which estimator made the fit."""
+        return "output-error" if self.estimate is None else "noise-aware"
+
+    @property
+    def p(self) -> Array:
+        """The parameters (n_parameters,) in the order of the kernel, SI units."""
+        assert self.path is not None
+        return self.coordinates.p(self.path.unknowns[: int(self.coordinates.free.sum())])
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Parameter values by full name, SI units."""
+        return dict(zip(self.kernel.parameters, self.p.tolist(), strict=True))
+
+
+def fit_of(estimate: Estimate, problem: Problem, path: Path) -> Fit:
+    """A noise-aware estimate as a fit, with its outcome; problem, path : the same end as a free run."""
+    resolved = turn(problem.coordinates.values(estimate.theta), problem.spacing) < RESOLVED
+    outcome = Outcome.CONVERGED if converged(estimate, resolved=resolved) else Outcome.NOT_CONVERGED
+    if estimate.loss > HOPELESS:
+        outcome = Outcome.NOT_EXPLAINED
+    rms = float(np.sqrt(estimate.loss))
+    return Fit(outcome, problem.kernel, problem.coordinates, problem, path, rms, estimate)
+
+
+def fit_of_free_runs(valve: Kernel, coordinates: Coordinates, problem: Problem, path: Path | None) -> Fit:
+    """A fit with its outcome: whether anything was found, whether it settled, and whether it explains the data."""
+    if path is None:
+        return Fit(Outcome.DIVERGED, valve, coordinates)
+    square, level = 0.0, 0.0
+    for i, response in enumerate(problem.responses(path.unknowns, path.setting)):
+        if response is None:
+            return Fit(Outcome.DIVERGED, valve, coordinates)
+        segment, noise = problem.pieces[i].segment, problem.pieces[i].noise
+        measured = segment.y if valve.causality == "force" else segment.u
+        square += float(np.sum(problem.residual(i, response) ** 2))
+        level += float(np.sum(((measured - measured.mean()) / noise)[segment.seen] ** 2))
+    outcome = Outcome.CONVERGED if path.settled else Outcome.NOT_SETTLED
+    if square > 0.5 * level:
+        outcome = Outcome.NOT_EXPLAINED
+    return Fit(outcome, valve, coordinates, problem, path, float(np.sqrt(square / problem.samples)))

@@ -1,0 +1,45 @@
+"""Whether samples and nodes are close enough to see a break-away, in which the mass swings on its bristles."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from identification.data.grid import Grid
+from identification.estimators.coordinates import Coordinates
+from recordings import Array
+
+RESOLVED = 1.0
+"""`turn` up to which the sampling resolves break-away where the force is noisy."""
+SWING, MOST_BETWEEN = 0.75, 2
+"""Radians of a swing between nodes, and nodes per sample that are spent on it at most."""
+
+
+def swing(values: Mapping[str, float]) -> float:
+    """Angular frequency [rad/s] of the mass on its bristles, for parameters by full name."""
+    return float(np.sqrt(values["lugre.sigma0"] / values["mass.m"]))
+
+
+def turn(values: Mapping[str, float], spacing: float) -> float:
+    """Angle [rad] by which the mass swings on its bristles in a time `spacing` [s], for parameters by full name."""
+    return swing(values) * spacing
+
+
+def quickest(coordinates: Coordinates, starts: Sequence[Array]) -> float:
+    """The largest `swing` [rad/s] of several starts (m,): one of them may have a mass of tons."""
+    return max(swing(coordinates.values(theta)) for theta in starts)
+
+
+def resolving(seen: Sequence[Grid], omega: float) -> list[Grid]:
+    """Grids with nodes close enough for a swing of omega [rad/s], within reason.
+
+    Between nodes a break-away is linearised as a whole: where the mass swings on its bristles by more than a radian in
+    that time, paths do not settle.
+    """
+
+    def between(grid: Grid) -> int:
+        spacing = float(np.median(np.diff(grid.t)))
+        return int(np.clip(np.ceil(omega * spacing / SWING), 1, MOST_BETWEEN))
+
+    return [grid.divided(between(grid)) for grid in seen]

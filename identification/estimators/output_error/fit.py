@@ -1,0 +1,88 @@
+"""A force-driven fit without starting values where the recorded force is exact: output error."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from identification.data.experiment import Experiment
+from identification.estimators.coordinates import Coordinates
+from identification.estimators.fitted import Fit, Outcome, fit_of_free_runs
+from identification.estimators.noise_aware.fit import start_of_free_runs
+from identification.estimators.output_error.basin_search import basin_search
+from identification.estimators.output_error.homotopy import Homotopy, Path
+from identification.estimators.output_error.starting_values import Start, starting_values
+from recordings import Array, Progress, silent
+from simulator import Kernel
+
+TRIES = 4
+"""Starts that are followed at most."""
+WORTH = 0.98
+"""A further start is tried only while the last one brought the cost below this share of the best before it."""
+GOOD_ENOUGH = 1.15
+"""Normalised root mean square residual at which no further start is tried."""
+LOST = 2.0
+"""The same of a fit that follows the data, from which one more start is made, with the force taken for uncertain."""
+
+INTEGRATING_WINDOW = 0.01
+"""Reset window [s] of the last stage for a plant without spring: it integrates every error of the model without limit,
+so that its free run says more about the model's smallest flaw than about its parameters."""
+
+
+def fit_output_error(
+    valve: Kernel, coordinates: Coordinates, experiments: Sequence[Experiment], progress: Progress = silent
+) -> Fit:
+    """Fit a valve whose recorded force is exact, without starting values."""
+    window = INTEGRATING_WINDOW if integrates(coordinates) else np.inf
+    homotopy = Homotopy(valve, coordinates, experiments, window)
+    progress("starting values", 0, 0)
+    ranked = starting_values(homotopy.early.experiments, valve.effects, coordinates)
+    best = _best_path(homotopy, ranked, progress)
+    progress("fit to whole recordings", 0, 0)
+    found = fit_of_free_runs(valve, coordinates, homotopy.full, _polished(homotopy, best))
+    if found.outcome not in (Outcome.CONVERGED, Outcome.NOT_SETTLED) or found.rms < LOST or integrates(coordinates):
+        return found
+    progress("one more start, with an uncertain force", 0, 0)
+    theta = start_of_free_runs(valve, coordinates, experiments)
+    end = _polished(homotopy, None if theta is None else homotopy.follow(theta))
+    other = fit_of_free_runs(valve, coordinates, homotopy.full, end)
+    return other if other.rms < found.rms else found
+
+
+def integrates(coordinates: Coordinates) -> bool:
+    """Whether the plant has no spring, so that its position is an integral."""
+    held = dict(zip(coordinates.names, coordinates.base, strict=True)).get("spring.K") == 0.0
+    return held and not coordinates.is_free("spring.K")
+
+
+def _best_path(homotopy: Homotopy, ranked: Sequence[Start], progress: Progress) -> Path | None:
+    """The end of the robust stages with the least cost, from one start after the other while that helps."""
+    best: Path | None = None
+    for attempt in range(TRIES):
+        progress("search", attempt, TRIES)
+        theta = _next_start(attempt, ranked, best, homotopy)
+        path = None if theta is None else homotopy.follow(theta)
+        stuck = path is None or (best is not None and path.level > WORTH * best.level)
+        if path is not None and (best is None or path.level < best.level):
+            best = path
+        reached = best is not None and np.sqrt(best.level) < GOOD_ENOUGH
+        if reached or (attempt > 1 and stuck):
+            break
+    return best
+
+
+def _next_start(attempt: int, ranked: Sequence[Start], best: Path | None, homotopy: Homotopy) -> Array | None:
+    """The best start first; then what a basin search from the best path finds; then other starts, searched likewise."""
+    if attempt == 1 and best is not None:
+        return basin_search(best.unknowns[: homotopy.full.n_free], homotopy)
+    place = max(attempt - 1, 0)
+    if place >= len(ranked):
+        return None
+    return ranked[0].theta if attempt == 0 else basin_search(ranked[place].theta, homotopy)
+
+
+def _polished(homotopy: Homotopy, path: Path | None) -> Path | None:
+    """A path on whole recordings by plain least squares."""
+    whole = None if path is None else homotopy.carried(path)
+    return None if whole is None else homotopy.polish(whole)

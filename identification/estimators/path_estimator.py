@@ -1,0 +1,41 @@
+"""The protocol of the estimators of paths and parameters, so that models are tried alike whatever is predicted."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+from identification.data.grid import Grid
+from identification.estimators.coordinates import Coordinates
+from identification.estimators.estimate import Estimate
+from recordings import Array
+from simulator import Kernel
+
+
+class PathEstimator(Protocol):
+    """One kernel fitted to some grids.
+
+    `NoiseAware` predicts the position and estimates the path of all states along with the parameters; `ImposedMotion`
+    predicts the force, and its paths follow from the parameters.
+    """
+
+    @property
+    def kernel(self) -> Kernel:
+        """The model."""
+
+    @property
+    def coordinates(self) -> Coordinates:
+        """What is free."""
+
+    @property
+    def grids(self) -> Sequence[Grid]:
+        """What it is fitted to."""
+
+    def start(self, theta: Array) -> Estimate | None:
+        """The estimate at parameters theta (m,) along new paths. None where the model diverges."""
+
+    def descend(self, now: Estimate, steps: int) -> Estimate:
+        """The estimate after at most so many damped Gauss-Newton steps."""
+
+    def fit(self, theta: Array, steps: int) -> Estimate | None:
+        """`start` and `descend`. None where the model diverges."""
