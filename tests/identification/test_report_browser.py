@@ -8,14 +8,13 @@ from pathlib import Path
 
 import pytest
 from _browser import Browser
-from report_samples import SPIKE, long_run
+from report_samples import IDLE, SPIKE, long_run
 
 from identification import Identification
 
 pytestmark = pytest.mark.browser
 
 FITS = ("valve_fit", "rig_fit", "drive_fit", "ramp_fit", "short_fit")
-IDLE = "Bokeh.documents.length > 0 && Bokeh.documents.every(d => d.is_idle)"
 INKED = """
     (() => {
         const canvases = [];

@@ -29,7 +29,7 @@ def headline(identification: Identification, *, traced: bool = False) -> Section
         sentences = [*trust, f"What the values would mean if it did: {valve[0].lower()}{valve[1:]}"]
     else:
         sentences = [valve, *trust]
-    shown = cards(identification, judged)
+    shown = cards(identification, None if traced else judged)
     words = {
         "mood": "" if traced else page_mood(identification),
         "sentences": [s for s in sentences if s],

@@ -5,24 +5,25 @@ from __future__ import annotations
 from identification.report.runs import error_unit, runs
 from identification.report.section import Section
 from identification.report.sections.cards import Card
-from identification.report.trace.before_after import before_after, errors, overlay
+from identification.report.trace.before_after import before_after, close_view, stacked
 from identification.report.wording.answer import answer
 from identification.report.wording.numbers import number, percent
 from identification.tracing.result import Trace
+
+MOSTLY = 0.5
+"""Share of the error beyond noise from which its fall is good news."""
 
 
 def answer_section(trace: Trace) -> Section:
     """The section of the answer."""
     shown, found = before_after(trace), answer(trace)
-    signal, error = overlay(shown), errors(shown)
-    error.x_range = signal.x_range
     words = {"answer": found, "cards": _cards(trace), "shown": shown, "added": bool(trace.effects_added)}
-    return Section("answer", "Answer", words, {"overlay": signal, "errors": error})
+    return Section("answer", "Answer", words, {"whole": stacked(shown), "close": close_view(shown)})
 
 
 def error_scale(trace: Trace) -> tuple[float, str]:
     """Factor and unit of every error on the page."""
-    return error_unit((*runs(trace.base), *runs(trace.final)))
+    return error_unit(runs(trace.final))
 
 
 def error_at(trace: Trace, side: str, where: str) -> float | None:
@@ -39,13 +40,14 @@ def _cards(trace: Trace) -> list[Card]:
         return "unknown" if value is None else f"{number(factor * value)} {unit}"
 
     before, after = error_at(trace, "before", where), error_at(trace, "after", where)
-    noise = Card("Noise of the sensor", sized(trace.error[f"noise_floor_{trace.unit}"]), "the least a model can reach")
+    floor = trace.error[f"noise_floor_{trace.unit}"]
+    least = "estimated; the model is below it" if after is not None and after < floor else "the least a model can reach"
+    noise = Card("Noise of the sensor", sized(floor), least)
     if not trace.effects_added:
         return [Card("Error of the free run", sized(before), f"rms, {on}"), noise]
-    good = before is not None and after is not None and after < before
     return [
         Card("Error before", sized(before), f"free run, rms, {on}"),
-        Card("Error after", sized(after), _gone(trace, before, after), "good" if good else "warn"),
+        Card("Error after", sized(after), _gone(trace, before, after), "good" if trace.closed > MOSTLY else "neutral"),
         noise,
     ]
 
@@ -54,5 +56,5 @@ def _gone(trace: Trace, before: float | None, after: float | None) -> str:
     if before is None or after is None:
         return "a free run diverged"
     if before <= trace.error[f"noise_floor_{trace.unit}"]:
-        return "both are below the noise of a single sample"
+        return "both are below the estimated noise"
     return f"{percent(max(trace.closed, 0.0))} of the error beyond the noise is gone"

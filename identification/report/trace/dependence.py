@@ -5,10 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from identification.tracing.model import Model
 from identification.tracing.residual import quantities
+from identification.tracing.result import Trace
 from recordings import Array
+
+Indices = NDArray[np.intp]
 
 BINS = 20
 """Bins of as many samples each, over which means are taken."""
@@ -30,9 +34,15 @@ class Dependence:
     unit: str
     values: Array
     force: Array
-    rising: Array
+    rising: NDArray[np.bool_]
     share: float
     both: bool
+
+
+def seen_models(trace: Trace) -> list[Model]:
+    """The model before and, where something was added, the model after, on the recordings that show something."""
+    models = [trace.tracing.base, trace.tracing.final][: 1 + bool(trace.effects_added)]
+    return [model.at_held() for model in models] if trace.tracing.only_held else models
 
 
 def dependences(model: Model) -> list[Dependence]:
@@ -50,12 +60,18 @@ def dependences(model: Model) -> list[Dependence]:
     return sorted(found, key=lambda one: -one.share)
 
 
+def force_left(model: Model) -> tuple[float, float]:
+    """Root mean square of the force left [N], and of the same in standard deviations of the recorded force."""
+    force, std = np.concatenate(model.force_left), np.concatenate([grid.force.std for grid in model.data.fitted])
+    return float(np.sqrt(np.mean(force**2))), float(np.sqrt(np.mean((force / std) ** 2)))
+
+
 def edges(values: Array, parts: int = BINS) -> Array:
     """Inner edges of bins with as many samples each; fewer where values repeat."""
     return np.unique(np.quantile(values, np.linspace(0, 1, parts + 1)[1:-1]))
 
 
-def explained(force: Array, place: Array) -> float:
+def explained(force: Array, place: Indices) -> float:
     """Share of the variance of a force (n_samples,) that the bins `place` (n_samples,) explain: the correlation ratio,
     adjusted for the number of bins (Kelley's epsilon squared).
     """

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from identification.report.canvas import BEFORE, INK, canvas, finish_legend, inked
 from identification.report.section import Section
-from identification.report.trace.dependence import SHOWS, Dependence, dependences, edges, spectrum
+from identification.report.trace.dependence import SHOWS, Dependence, dependences, edges, seen_models, spectrum
 from identification.report.wording.numbers import number, percent
 from identification.tracing.model import Model
 from identification.tracing.result import Trace
@@ -21,6 +22,8 @@ FEWEST = 12
 """Samples of a bin that is drawn, at least."""
 STRIPES = 24
 """Bins of a band."""
+ENDS = (0.005, 0.995)
+"""Quantiles between which they lie."""
 LINES = 400
 """Frequencies drawn, at most."""
 RESTS = 4
@@ -43,9 +46,7 @@ class Picture:
 
 def pictures(trace: Trace) -> Section:
     """The section of the force left."""
-    models = [_seen(trace, trace.tracing.base)]
-    if trace.effects_added:
-        models.append(_seen(trace, trace.tracing.final))
+    models = seen_models(trace)
     names = ("before", "after") if len(models) > 1 else ("model",)
     found = [dependences(model) for model in models]
     sides = [
@@ -64,11 +65,6 @@ def pictures(trace: Trace) -> Section:
     }  # fmt: skip
     plots = {name: plot for _, _, some in drawn for name, plot in some.items()}
     return Section("pictures", "Where it shows" if shown else "Force that is not accounted for", words, plots)
-
-
-def _seen(trace: Trace, model: Model) -> Model:
-    """The model on the recordings that show something."""
-    return model.at_held() if trace.tracing.only_held else model
 
 
 def _picture(first: Dependence, sides: list[Side]) -> tuple[Picture, dict[str, Any]]:
@@ -103,8 +99,9 @@ def _band(first: Dependence, sides: list[Side], rising: bool | None, title: str,
 
 def _quantiles(values: Array, force: Array) -> tuple[Array, Array, Array, Array]:
     """Middles of bins and 10, 50 and 90 % quantiles of the force in them; one outlier moves none of them."""
-    place = np.digitize(values, edges(values, STRIPES)) if len(values) else np.zeros(0, int)
-    groups = [place == i for i in np.unique(place)]
+    first, last = (float(np.quantile(values, end)) if len(values) else end for end in ENDS)
+    place = np.digitize(values, np.linspace(first, last, STRIPES + 1))
+    groups = [place == i for i in range(1, STRIPES + 1)]
     rows = [
         (np.median(values[at]), *np.quantile(force[at], (0.1, 0.5, 0.9))) for at in groups if at.sum() >= FEWEST
     ] or [(0.0, 0.0, 0.0, 0.0)]
@@ -149,7 +146,7 @@ def _groups(first: Dependence, sides: list[Side]) -> tuple[list[str], list[Array
     rested = first.values[first.values > 0]
     inner = edges(rested, RESTS) if len(rested) > RESTS * FEWEST else np.zeros(0)
     cuts = np.concatenate([[0.0], inner, [max(float(one.values.max()) for one in every)]])
-    labels = ["none", *(f"{number(a, 2)} – {number(b, 2)}" for a, b in zip(cuts[:-1], cuts[1:], strict=True))]
+    labels = ["none", *(f"{number(a, 2)} – {number(b, 2)}" for a, b in itertools.pairwise(cuts))]
     return labels, [np.where(one.values > 0, 1 + np.digitize(one.values, inner, right=True), 0) for one in every]
 
 

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from identification.report.wording.effects import effect_name, listed, sizes
-from identification.report.wording.numbers import number, percent
+from identification.report.trace.dependence import force_left, seen_models
+from identification.report.wording.effects import SHOWN, effect_name, listed, sizes
+from identification.report.wording.numbers import number, percent, plain
 from identification.tracing.algorithm import Candidate
-from identification.tracing.judge import COMPLETE
+from identification.tracing.judge import COMPLETE, Comparison
 from identification.tracing.result import Trace
 from simulator import CATALOGUE
 
@@ -18,18 +20,21 @@ SURE, LIKELY = 1e-3, 1e-2
 """Probabilities of the held-out test below which it makes an answer sure, and likely."""
 NEARLY_ALL, MOST = 0.9, 0.75
 """Shares of the misfit beyond noise that a named effect explains in a sure answer, and in a likely one."""
+STRONGEST = re.compile(r"it is strongest at (?P<name>.+) (?P<low>\S+) to (?P<high>\S+) (?P<unit>[^\s;]+)")
 
 
 @dataclass(frozen=True)
 class Answer:
     """lead : the verdict in a sentence; more : what belongs to it; mood : colour of the block; level : how sure, in a
-    few words; evidence : title and sentence of what that rests on; on_site : what to check; next : what to record.
+    few words; because : the reason in a sentence; evidence : title and sentence of what that rests on; on_site : what
+    to check; next : what to record.
     """
 
     lead: str
     more: tuple[str, ...]
     mood: str
     level: str
+    because: str
     evidence: tuple[tuple[str, str], ...]
     on_site: tuple[str, ...]
     next: str
@@ -38,7 +43,7 @@ class Answer:
 def answer(trace: Trace) -> Answer:
     """The answer of a trace."""
     return Answer(
-        lead=_lead(trace), more=tuple(_more(trace)), mood=_mood(trace), level=_level(trace),
+        lead=_lead(trace), more=tuple(_more(trace)), mood=_mood(trace), level=_level(trace), because=_because(trace),
         evidence=tuple(_evidence(trace)), on_site=tuple(_on_site(trace)), next=_next(trace),
     )  # fmt: skip
 
@@ -86,8 +91,11 @@ def _more(trace: Trace) -> Iterator[str]:
 
 
 def _judges(trace: Trace) -> str:
-    names = [t.name for t in trace.base.holdout]
-    return listed(names) + (", which was not fitted" if len(names) == 1 else ", which were not fitted")
+    """The recordings that judge; the end of each recording where none was held out."""
+    names = list(dict.fromkeys(t.name for t in trace.base.holdout))
+    if {t.name for t in trace.base.trajectories} >= set(names):
+        return f"the last part of {listed(names)}, which was not fitted"
+    return f"{listed(names)}, which {'was' if len(names) == 1 else 'were'} not fitted"
 
 
 def _nearest(trace: Trace) -> Iterator[str]:
@@ -108,10 +116,22 @@ def _nearest(trace: Trace) -> Iterator[str]:
 
 
 def _remains(trace: Trace) -> str:
+    """How large a force remains, and where it is largest."""
     assert trace.left is not None
-    where = trace.left.where.partition("; ")[0].removeprefix("it is ")
+    rms, over_noise = force_left(seen_models(trace)[-1])
     kept = "What remains" if trace.effects_added else "What is missing"
-    return f"{kept} is {trace.left.description}. It is {where}."
+    noise = f"{number(over_noise)} times the noise of the recorded force"
+    return f"{kept} acts like a force of {number(rms)} N rms ({noise}). It is largest {_place(trace.left.where)}."
+
+
+def _place(where: str) -> str:
+    """The place of what remains, in the units of the page."""
+    found = STRONGEST.match(where)
+    if found is None:
+        return where.partition("; ")[0].removeprefix("it is ")
+    factor, unit = SHOWN.get(found["unit"], (1.0, found["unit"]))
+    low, high = (plain(factor * float(found[end])) for end in ("low", "high"))
+    return f"at a {found['name']} of {low}{f' to {high}' if high != low else ''} {unit}"
 
 
 def _mood(trace: Trace) -> str:
@@ -133,16 +153,21 @@ def _level(trace: Trace) -> str:
     return sure
 
 
+def _because(trace: Trace) -> str:
+    """Why it is as sure as that."""
+    best, found = chosen(trace), trace.tracing.before
+    if best is None or best.held is None:
+        return f"Noise alone makes errors as large as these with probability {_probability(found.p_value)}."
+    return (
+        f"On recordings that were not fitted it explains {percent(explained(trace))} of the misfit beyond noise; as "
+        f"clear a gain comes by chance with probability {_probability(best.held.p_value)}."
+    )
+
+
 def _evidence(trace: Trace) -> Iterator[tuple[str, str]]:
     best = chosen(trace)
     if best is not None and best.held is not None:
-        yield (
-            "Held-out test",
-            (
-                f"With {effect_name(best.effect)} the model predicts {_judges(trace)}, better than without it, compared "
-                f"second by second (t = {number(best.held.t)}; probability of that by chance {_probability(best.held.p_value)})."
-            ),
-        )
+        yield "Held-out test", _tested(trace, best, best.held)
         yield "Chance", _chance(trace, best)
     else:
         yield "Held-out test", _whiteness(trace)
@@ -150,20 +175,22 @@ def _evidence(trace: Trace) -> Iterator[tuple[str, str]]:
         yield "Explained", _explained(trace)
         yield "Alternatives", _alternatives(trace)
     if trace.verdict == "none":
-        yield (
-            "Limits",
-            (
-                "An effect that these motions do not excite, or that is smaller than the noise, cannot be seen and is not "
-                "excluded."
-            ),
-        )
+        yield "Limits", "An effect that these motions do not excite, or that is smaller than the noise, cannot be seen."
     if trace.opinion is not None:
         yield "Second opinion", _opinion(trace)
 
 
+def _tested(trace: Trace, best: Candidate, held: Comparison) -> str:
+    return (
+        f"With {effect_name(best.effect)} the model predicts {_judges(trace)}, better than without it, compared second "
+        f"by second (t = {number(held.t)}; by chance with probability {_probability(held.p_value)})."
+    )
+
+
 def _whiteness(trace: Trace) -> str:
     found = trace.tracing.before
-    compared = f"{number(found.loss)} times those of a complete model, {_probability(found.p_value)} by chance alone"
+    chance = f"by noise alone with probability {_probability(found.p_value)}"
+    compared = f"{number(found.loss)} times those of a complete model; {chance}"
     if found.white:
         return f"The errors of the prediction, sample by sample, are no larger than noise ({compared})."
     return f"The errors of the prediction, sample by sample, are larger than noise ({compared})."
@@ -199,8 +226,8 @@ def _opinion(trace: Trace) -> str:
     if trace.opinion.effect in trace.effects_added:
         return f"Sparse regression of the force, a quick look by other means, chooses the same: {found}."
     return (
-        f"Sparse regression of the force chooses {found}. It is a quick look by other means that refits nothing; it does "
-        "not change the answer."
+        f"Sparse regression of the force chooses {found}. It is a quick look by other means that refits nothing, and "
+        "does not change the answer."
     )
 
 
@@ -212,6 +239,8 @@ def _on_site(trace: Trace) -> Iterator[str]:
 def _next(trace: Trace) -> str:
     if trace.left is None:
         return ""
+    if trace.tracing.only_held:
+        return f"Record more like {listed([t.name for t in trace.base.holdout])}, and fit to those recordings as well."
     _, _, wanted = trace.left.where.partition("record ")
     return f"Record {wanted}." if wanted else ""
 

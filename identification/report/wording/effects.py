@@ -9,6 +9,7 @@ from simulator import CATALOGUE, ValveModel
 
 SHOWN = {"m": (1e3, "mm"), "m/s": (1e3, "mm/s")}
 """SI unit -> factor and unit in which a parameter of an effect is written; all others as they are."""
+POWERS = str.maketrans("23", "²³")
 
 
 def effect_name(effect: str) -> str:
@@ -35,7 +36,7 @@ def sizes(effect: str, model: ValveModel) -> Iterator[str]:
         value = model.parameters.get(CATALOGUE[effect].parameter_name(parameter.symbol))
         if value is None or value.status == "given":
             continue
-        factor, unit = SHOWN.get(value.unit, (1.0, "" if value.unit == "1" else value.unit))
+        factor, unit = SHOWN.get(value.unit, (1.0, "" if value.unit == "1" else value.unit.translate(POWERS)))
         shown, std = with_std(factor * value.value, None if value.std is None else factor * value.std)
         doubt = f" ± {std}" if std else ""
         yield f"{parameter.meaning}: {shown}{doubt}{NARROW}{unit}".rstrip(NARROW)
