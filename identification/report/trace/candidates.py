@@ -16,12 +16,13 @@ def candidates(trace: Trace) -> Section:
     """The section of what was tried, and the errors before and after."""
     factor, unit = error_scale(trace)
     refitted = [c for c in trace.candidates if c.refit is not None]
+    models = (("before", "before"), ("after", "after")) if trace.effects_added else (("before", "model"),)
     words = {
         "unit": unit,
         "errors": [
             {"model": name, "fit": _sized(error_at(trace, side, "fit"), factor),
              "holdout": _sized(error_at(trace, side, "holdout"), factor)}
-            for side, name in (("before", "before"), ("after", "after"))[: 1 + bool(trace.effects_added)]
+            for side, name in models
         ],
         "floor": _sized(trace.error[f"noise_floor_{trace.unit}"], factor),
         "refitted": [_row(c, trace, factor) for c in refitted],

@@ -20,7 +20,9 @@ SURE, LIKELY = 1e-3, 1e-2
 """Probabilities of the held-out test below which it makes an answer sure, and likely."""
 NEARLY_ALL, MOST = 0.9, 0.75
 """Shares of the misfit beyond noise that a named effect explains in a sure answer, and in a likely one."""
-STRONGEST = re.compile(r"it is strongest at (?P<name>.+) (?P<low>\S+) to (?P<high>\S+) (?P<unit>[^\s;]+)")
+STRONGEST = re.compile(
+    r"it is strongest at (?P<name>[a-z ]+) (?P<low>[-+.\de]+) to (?P<high>[-+.\de]+) (?P<unit>[^\s;]+)"
+)
 
 
 @dataclass(frozen=True)
@@ -93,7 +95,8 @@ def _more(trace: Trace) -> Iterator[str]:
 def _judges(trace: Trace) -> str:
     """The recordings that judge; the end of each recording where none was held out."""
     names = list(dict.fromkeys(t.name for t in trace.base.holdout))
-    if {t.name for t in trace.base.trajectories} >= set(names):
+    begins, ends = (np.nanmin(t.t) for t in trace.base.holdout), (np.nanmax(t.t) for t in trace.base.trajectories)
+    if min(begins) >= max(ends):
         return f"the last part of {listed(names)}, which was not fitted"
     return f"{listed(names)}, which {'was' if len(names) == 1 else 'were'} not fitted"
 
