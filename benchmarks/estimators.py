@@ -34,7 +34,7 @@ from recordings import Array
 from simulator import BASE, Excitation, Sensors, kernel, random_valve, simulate
 
 NAMES = ("spring.K", "lugre.fc", "fs - fc", "lugre.vs", "lugre.sigma0", "lugre.sigma1", "lugre.sigma2", "mass.m")
-WAYS = ("raw", "smoothed", "innovations", "filter", "noise-aware", "auto")
+ESTIMATORS = ("raw", "smoothed", "innovations", "filter", "noise-aware", "auto")
 """Output error on the recorded force and on the smoothed force; the innovation form and the likelihood of an extended
 Kalman filter, with the states and the starts of the noise-aware estimator; that estimator; and what `fit` chooses, for
 which one has to ask."""
@@ -108,11 +108,11 @@ PREDICTORS = {"innovations": InnovationForm, "filter": ExtendedKalman}
 
 def by_prediction(way: type[NoiseAware], experiments: list[Experiment]) -> dict[str, float] | None:
     """Parameters by the one-step errors of a predictor; None where it diverges."""
-    c, seen = coordinates(experiments), grids(experiments)
-    starts = smoothed_starts(kernel(BASE), c, with_smooth_force(experiments, seen))
+    c, segment_grids = coordinates(experiments), grids(experiments)
+    starts = smoothed_starts(kernel(BASE), c, with_smooth_force(experiments, segment_grids))
     if not starts:
         return None
-    usual = noise_aware_for(kernel(BASE), c, seen, starts)
+    usual = noise_aware_for(kernel(BASE), c, segment_grids, starts)
     whole = way(usual.kernel, c, usual.grids)
     chunks = on_chunks(whole)
     best = best_on_chunks(chunks, starts)
@@ -138,7 +138,7 @@ def main() -> None:
     options.add_argument("--first", type=int, default=0, help="seed of the first valve")
     options.add_argument("--noise", type=float, default=1e-3, help="share of the force over the stroke")
     options.add_argument("--rate", type=float, default=500.0, help="samples a second, of both channels")
-    options.add_argument("--only", default="", help=f"one estimator: {', '.join(WAYS)}")
+    options.add_argument("--only", default="", help=f"one estimator: {', '.join(ESTIMATORS)}")
     asked = options.parse_args()
     print(machine("casadi", "numpy", "numba"))
     table: dict[str, list[Array]] = {"bound": []}
@@ -147,11 +147,11 @@ def main() -> None:
         truth, experiments = valve(seed, asked.noise, asked.rate)
         if asked.noise:
             table["bound"].append(bound(truth, experiments))
-        for name in [asked.only] if asked.only else WAYS[:-1]:
-            begun = time.process_time()
+        for name in [asked.only] if asked.only else ESTIMATORS[:-1]:
+            started = time.process_time()
             found = fitted(name, experiments) if name in FITS else None
             values = by_prediction(PREDICTORS[name], experiments) if found is None else usable(found)
-            took = time.process_time() - begun
+            took = time.process_time() - started
             said = "" if found is None else found.outcome.name
             if values is None:
                 print(f"  seed {seed} {name}: {said or 'diverged'}")

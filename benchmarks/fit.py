@@ -1,7 +1,7 @@
 """How often, how fast and in how much memory `fit` identifies a valve, and the same work by the usual means.
 
     python -m benchmarks.fit                 everything (about half an hour)
-    python -m benchmarks.fit --valves 10 --budget 30     a look
+    python -m benchmarks.fit --valves 10 --budget 30     a quick one
 
 Random valves: see `simulator.random_valve`; truth with a sub-step of 0.05 ms, exact force,
 position noise 1e-4 of the stroke.
@@ -39,7 +39,7 @@ def valve_recording(seed: int, seconds: float, rate: float) -> tuple[Recording, 
 
 
 def timed_fit(recording: Recording) -> tuple[Fit, Experiment, float]:
-    """A fit without any guess, and its time [s]."""
+    """A fit without starting values, and its time [s]."""
     prepared = experiment(recording)
     start = time.perf_counter()
     found = fit([prepared])
@@ -68,8 +68,8 @@ def random_valves(count: int) -> None:
         recording, _, noise = valve_recording(seed, 40, 500)
         found, prepared, seconds = timed_fit(recording)
         times.append(seconds)
-        reached = (found.rms * prepared.noise_position / noise) ** 2 if found.path else np.inf
-        evaluations.append(found.path.evaluations if found.path else 0)
+        reached = (found.rms * prepared.noise_position / noise) ** 2 if found.minimum else np.inf
+        evaluations.append(found.minimum.evaluations if found.minimum else 0)
         if reached <= 1.05:
             good += 1
         else:
@@ -98,7 +98,7 @@ def against_baselines(budget: float) -> None:
     recording, values, noise = valve_recording(1, 20, 100)
     found, prepared, ours = timed_fit(recording)
     reached = (found.rms * prepared.noise_position / noise) ** 2
-    print(f"  {len(recording)} samples; ours, no guess: {ours:.2f} s, cost {reached:.3f} times the floor")
+    print(f"  {len(recording)} samples; ours, no starting values: {ours:.2f} s, cost {reached:.3f} times the floor")
     p = kernel(BASE).vector(values) * (1 + 0.01 * np.random.default_rng(0).choice([-1.0, 1.0], len(values)))
     for name, run in BASELINES.items():
         seconds, cost, why = run(recording, p, noise, 1.001 * reached, budget)

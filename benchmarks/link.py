@@ -23,7 +23,7 @@ from typing import NamedTuple
 
 from pymodbus.client import AsyncModbusSerialClient, AsyncModbusTcpClient
 
-from benchmarks._link_device import Device
+from benchmarks.link_device import Device
 from benchmarks.machine import machine
 from hil import LinkEvent, Polling, RegisterMap, Sample, Source, open_source, parse_address, valves_of
 
@@ -53,16 +53,16 @@ class Speed(NamedTuple):
 
 async def source_speed(source: Source, seconds: float) -> Speed:
     """What comes out of a source, the first fifty samples left out: connecting, and getting to know a serial line."""
-    n_samples, begun, cost = 0, 0.0, 0.0
+    n_samples, started, cost = 0, 0.0, 0.0
     async with source:
         async for item in source:
             n_samples += isinstance(item, Sample)
-            if n_samples == 50 and not begun:
-                begun, cost = time.perf_counter(), time.process_time()
-            if begun and time.perf_counter() - begun > seconds:
+            if n_samples == 50 and not started:
+                started, cost = time.perf_counter(), time.process_time()
+            if started and time.perf_counter() - started > seconds:
                 break
         n_reads = n_samples - 50
-        return Speed(n_reads / (time.perf_counter() - begun), (time.process_time() - cost) / n_reads)
+        return Speed(n_reads / (time.perf_counter() - started), (time.process_time() - cost) / n_reads)
 
 
 class Bare(NamedTuple):
@@ -80,8 +80,8 @@ async def bare_speed(client: Client, seconds: float, use: Bare) -> Speed:
     """What pymodbus' client reads."""
     await asyncio.sleep(0.2)  # what comes of a request that nobody waited for would be its first answer
     await client.connect()
-    n_reads, begun, cost = 0, time.perf_counter(), time.process_time()
-    while time.perf_counter() - begun < seconds:
+    n_reads, started, cost = 0, time.perf_counter(), time.process_time()
+    while time.perf_counter() - started < seconds:
         reply = await client.read_input_registers(0, count=20, device_id=1)
         n_reads += 1
         if use.convert:
@@ -89,7 +89,7 @@ async def bare_speed(client: Client, seconds: float, use: Bare) -> Speed:
                 client.convert_from_registers(reply.registers[2 * k : 2 * k + 2], client.DATATYPE.FLOAT32)
         if use.silence:
             await asyncio.sleep(use.silence)
-    speed = Speed(n_reads / (time.perf_counter() - begun), (time.process_time() - cost) / n_reads)
+    speed = Speed(n_reads / (time.perf_counter() - started), (time.process_time() - cost) / n_reads)
     client.close()
     return speed
 

@@ -1,7 +1,7 @@
 """All detectors on the benchmark's 44 scenarios: what is detected, how soon, at which rate of false alarms.
 
-    python -m benchmarks.scenarios --out scenarios            everything
-    python -m benchmarks.scenarios --out scenarios --main     the published friction and sampling only
+    python -m benchmarks.scenarios            everything, into the folder scenarios
+    python -m benchmarks.scenarios --main     the published friction and sampling only
 
 Goals: 36 of 44 scenarios detected; median time of the abrupt ones below 10 s; right fault or group first in 80 % of
 the detected; false alarms at or below the stated rate; every detection better than the random alarm at 99 %.
@@ -34,7 +34,7 @@ from detector.evaluation import (
 HOUR = Path(__file__).resolve().parents[1] / "../shared/data/damadics/OneHourTestData_ExampleII.mat"
 
 
-def told(label: str, done: int, total: int) -> None:
+def show_progress(label: str, done: int, total: int) -> None:
     """Progress on a terminal, a line a stage elsewhere."""
     if sys.stderr.isatty() or done == total:
         print(f"\r{label}: {done} of {total}", end="" if sys.stderr.isatty() else "\n", file=sys.stderr, flush=True)
@@ -51,7 +51,7 @@ def report(outcome: Outcome) -> None:
 def main() -> None:
     """Run, write the files, print the figures."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--out", type=Path, required=True, help="folder for tables, page and results")
+    parser.add_argument("--out", type=Path, default=Path("scenarios"), help="folder for tables, page and results")
     parser.add_argument("--main", action="store_true", help="the published friction and sampling only")
     parser.add_argument("--seeds", type=int, default=5, help="trials of each scenario")
     parser.add_argument("--workers", type=int, default=0, help="processes; 0 for one per core")
@@ -59,7 +59,7 @@ def main() -> None:
     plan = Plan(variants=(MAIN,) if options.main else VARIANTS, seeds=options.seeds)
     print(machine("numpy", "scipy", "numba", "filterpy"))
     start = time.perf_counter()
-    outcome = evaluate(plan, options.out, told, options.workers or None)
+    outcome = evaluate(plan, options.out, show_progress, options.workers or None)
     more = []
     if HOUR.exists():
         run = plant_hour(HOUR)

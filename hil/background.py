@@ -17,7 +17,7 @@ from types import TracebackType
 from typing import Self
 
 from hil.plant.pace import LatenessReport
-from hil.plant.plant import Plant
+from hil.plant.plant import ServedPlant
 from hil.recorder.files import RecorderSettings
 from hil.recorder.recorder import Recorder, RecorderReport
 from hil.running import LoopThread
@@ -32,7 +32,7 @@ class BackgroundServer:
     stopped plant time meanwhile, unless the block itself failed.
     """
 
-    def __init__(self, plants: Mapping[int, Plant], settings: ServerSettings) -> None:
+    def __init__(self, plants: Mapping[int, ServedPlant], settings: ServerSettings) -> None:
         self._server = Server(plants, settings)
 
     def __enter__(self) -> Self:

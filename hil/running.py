@@ -104,10 +104,10 @@ class LoopThread:
     def start(self, work: Coroutine[Any, Any, Result]) -> asyncio.Task[Result]:
         """Begin something in the loop and return its task, which only the loop's thread may touch."""
 
-        async def begun() -> asyncio.Task[Result]:
+        async def started() -> asyncio.Task[Result]:
             return asyncio.get_running_loop().create_task(work)
 
-        return self.run(begun())
+        return self.run(started())
 
     def run(self, work: Coroutine[Any, Any, Result]) -> Result:
         """Run something in the loop and wait for its result. Raises what it raises; an interruption cancels it."""

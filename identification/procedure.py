@@ -13,7 +13,7 @@ from identification.sparse_regression import crosscheck
 from identification.uncertainty.bootstrap import bootstrap_of, checked_trials, with_bootstrap
 from identification.uncertainty.covariance import uncertainty_of
 from recordings import NegativeAnswer, Progress, Recording, silent
-from simulator import BASE, Causality
+from simulator import BASE, CATALOGUE, Catalogue, Causality
 
 PLANT_CONSTANTS = {"moving_mass_kg": "mass.m"}
 """Items of /plant that are measured constants and are held in a fit, with the parameter each fixes. Spring constant and
@@ -31,6 +31,7 @@ def identify(
     check: bool = True,
     estimator: Estimator = "auto",
     bootstrap: int = 0,
+    catalogue: Catalogue = CATALOGUE,
     progress: Progress = silent,
 ) -> Identification:
     """Fit a valve to recordings, say how well its parameters are known, and judge it by free runs.
@@ -57,6 +58,8 @@ def identify(
         As in `fit`.
     bootstrap : int
         Trials of a parametric bootstrap, at least 5; 0 for intervals from the linearised model.
+    catalogue : Catalogue
+        Where the effects are looked up: ``CATALOGUE.extended(MyEffect())`` for one of your own.
     progress : callable
         Told the stages: the search of the fit, its uncertainty, the bootstrap's trials, free runs and cross-check.
 
@@ -70,7 +73,9 @@ def identify(
     trials = checked_trials(bootstrap)
     experiments = [experiment(r, causality, hold=hold) for r in recordings]
     held = plant_constants(experiments) | dict(given or {})
-    found = fit(experiments, effects=effects, given=held, estimator=estimator, progress=progress)
+    found = fit(
+        experiments, effects=effects, given=held, estimator=estimator, catalogue=catalogue, progress=progress
+    )  # fmt: skip
     if not found.outcome.usable:
         raise NegativeAnswer(found.outcome.value)
     progress("uncertainty", 0, 0)

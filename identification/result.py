@@ -24,8 +24,11 @@ SETTLING = 1.0
 
 @dataclass(frozen=True)
 class Trajectory:
-    """A recording against the model's free run. t [s], force [N], measured and simulated position [m] (or force [N]
-    where the motion is imposed), each (n_samples,), NaN in gaps; noise : standard deviation in the same unit.
+    """A recording against the model's free run, arrays (n_samples,), NaN in gaps.
+
+    name : of the recording; t [s]; position [m], velocity [m/s] : the smoothed motion; force [N]; measured, simulated :
+    position, or force where the motion is imposed, in `unit`; noise : standard deviation of the measured, in `unit`;
+    unit : ``m`` or ``N``.
     """
 
     name: str
@@ -51,7 +54,13 @@ class Trajectory:
 
 @dataclass(frozen=True)
 class Identification:
-    """A fit, what is known of its quality, and its free runs on the fitted and on the hold-out recordings."""
+    """An identified valve: a fit, how well its parameters are known, and its free runs.
+
+    fit : see `Fit`; uncertainty : of its parameters; model : the valve as `model.json` has it, ``model.write(path)``;
+    trajectories, holdout : free runs against the fitted recordings and those held out; crosscheck : against sparse
+    regression, None where that was not asked for or says nothing; advice : what to record to know weak parameters
+    better, in sentences.
+    """
 
     fit: Fit
     uncertainty: Uncertainty
@@ -63,15 +72,17 @@ class Identification:
 
 
 def free_runs(fit: Fit, experiments: Sequence[Experiment], fitted: bool) -> tuple[Trajectory, ...]:
-    """Free runs of a fitted model: with the fitted initial states, or for other recordings with states estimated from
-    the first `SETTLING` seconds of each segment. From the first sample on, only the recorded input enters.
+    """Free runs of a fitted model on some experiments: from the first sample on, only the recorded input enters.
+
+    fitted : the experiments are those of the fit, whose initial states it knows; on others the initial state of each
+    segment is estimated from its first `SETTLING` seconds.
     """
     assert fit.problem is not None
-    assert fit.path is not None
-    setting = replace(fit.path.setting, window=np.inf, tuning=np.inf)
+    assert fit.minimum is not None
+    setting = replace(fit.minimum.setting, window=np.inf, tuning=np.inf)
     problem = fit.problem if fitted else Problem(fit.kernel, fit.coordinates, experiments)
-    resets = not np.isinf(fit.path.setting.window)
-    unknowns = fit.path.unknowns if fitted and not resets else _started(fit, problem, setting)
+    resets = not np.isinf(fit.minimum.setting.window)
+    unknowns = fit.minimum.unknowns if fitted and not resets else _with_initial_states(fit, problem, setting)
     runs = iter(zip(problem.pieces, problem.responses(unknowns, setting), strict=True))
     found = []
     for e in experiments:
@@ -93,10 +104,10 @@ def free_runs(fit: Fit, experiments: Sequence[Experiment], fitted: bool) -> tupl
     return tuple(found)
 
 
-def _started(fit: Fit, problem: Problem, setting: Setting) -> Array:
+def _with_initial_states(fit: Fit, problem: Problem, setting: Setting) -> Array:
     """Unknowns with the fitted parameters and initial states fitted to the beginning of each segment."""
-    assert fit.path is not None
-    theta = fit.path.unknowns[: problem.n_free]
+    assert fit.minimum is not None
+    theta = fit.minimum.unknowns[: problem.n_free]
     short = [
         e.with_segments(tuple(s.part(0, max(10, int(np.searchsorted(s.t, SETTLING)))) for s in e.segments))
         for e in problem.experiments

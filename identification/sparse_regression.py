@@ -144,7 +144,7 @@ def _decides(fitted: float, std: float, gate: float, share: float, error: float)
 def _table(segment: Segment, fit: Fit, experiment: Experiment) -> tuple[Array, Array]:
     """Candidate terms (n_samples, n_terms) and the measured force (n_samples,), both at measured samples."""
     m, p, noise = segment.motion, fit.values, experiment.noise_position
-    alone = kernel(("lugre",), "motion")
+    alone = kernel(("lugre",), "motion", fit.kernel.catalogue)
     motion = np.column_stack([m.x, m.crept, m.a, np.zeros_like(m.x)])
     p_bristle = {name: p[name] for name in alone.parameters}
     forces = [

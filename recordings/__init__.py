@@ -21,10 +21,11 @@ from recordings.plant import Event, Plant
 from recordings.plots import picture
 from recordings.progress import Progress, silent
 from recordings.recording import Recording
-from recordings.signal import UNDERSTOOD, Role, Signal, SignalSpec
+from recordings.signal import ROLES, UNDERSTOOD, Role, Signal, SignalSpec
 from recordings.units import UNITS, Unit, convert, find_unit, unit
 
 __all__ = [
+    "ROLES",
     "UNDERSTOOD",
     "UNITS",
     "Array",

@@ -12,9 +12,7 @@ from recordings.signal import Role
 
 _BLOCK = 1 << 18
 
-TIME_REMEDY = (
-    "time is finite and strictly increasing; sort the rows and drop repeated ones (bristle import --time-repair)"
-)
+TIME_REMEDY = "time is finite and strictly increasing; sort the rows and drop repeated ones"
 
 
 def time_fault(time: Array, before: float = -np.inf) -> tuple[int, str] | None:

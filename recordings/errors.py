@@ -32,16 +32,21 @@ class BadInput(BristleError, ValueError):
         What is there.
     remedy : str
         What is allowed, or what to do.
-    parameter : str, optional
-        The parameter of the call that would mend it. The command line adds the option of that name.
+    parameter : str or tuple of str, optional
+        The parameter of the call that would mend it, or several. The command line adds the options of these names.
 
     >>> str(BadInput("rec.h5: /signals/time", "the time goes backwards at sample 7", "sort the rows by time"))
     'rec.h5: /signals/time: the time goes backwards at sample 7; sort the rows by time'
     """
 
-    def __init__(self, where: str, found: str, remedy: str, *, parameter: str | None = None) -> None:
+    def __init__(self, where: str, found: str, remedy: str, *, parameter: str | tuple[str, ...] | None = None) -> None:
         self.where, self.found, self.remedy, self.parameter = where, found, remedy, parameter
         super().__init__(" ".join(f"{where}: {found}; {remedy}".split()))
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """The parameters that would mend it; empty where none would."""
+        return (self.parameter,) if isinstance(self.parameter, str) else self.parameter or ()
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle by the parts, so that a worker process can send it home."""
@@ -73,7 +78,7 @@ class BadParameter(BadInput):
         return type(self), (self.parameter, self.value, self.found, self.remedy)
 
 
-def _bad_input(where: str, found: str, remedy: str, parameter: str | None) -> BadInput:
+def _bad_input(where: str, found: str, remedy: str, parameter: str | tuple[str, ...] | None) -> BadInput:
     return BadInput(where, found, remedy, parameter=parameter)
 
 

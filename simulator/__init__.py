@@ -2,8 +2,9 @@
 
 from simulator.compile.cache import artefact, machine
 from simulator.compile.kernel import Causality, Kernel, kernel, shows_imposed
-from simulator.compile.native import native_module
-from simulator.compile.scan import Recurrence, Scan, Scanner
+from simulator.compile.numba_loop import native_module
+from simulator.compile.recurrence import Recurrence
+from simulator.compile.scan import Scan, Scanner
 from simulator.effect import Catalogue, Effect, Memory, Parameter, Quantities, Site, TriedAt
 from simulator.effects import BASE, CATALOGUE
 from simulator.excitation import Excitation

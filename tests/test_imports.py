@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import ast
+import graphlib
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import pytest
@@ -123,6 +124,34 @@ def test_what_keeps_the_rules_passes(place, source):
 @pytest.mark.parametrize("door", sorted(DOORS))
 def test_every_door_is_a_module(door):
     assert is_module(door)
+
+
+def dotted(path: Path) -> str:
+    """The name by which a module of the house is imported."""
+    return ".".join(path.relative_to(HOUSE).with_suffix("").parts).removesuffix(".__init__")
+
+
+def circle(graph: Mapping[str, set[str]]) -> list[str]:
+    """Modules that import each other in a circle, the first one again at the end; empty where there is none."""
+    try:
+        graphlib.TopologicalSorter(graph).prepare()
+    except graphlib.CycleError as error:
+        return list(error.args[1])
+    return []
+
+
+@pytest.mark.parametrize("room", ARROWS)
+def test_no_modules_of_a_room_import_each_other_in_a_circle(room):
+    """Imports inside functions, and those for the types alone, count as well: they only hide a circle."""
+    paths = [path for path in MODULES if path.relative_to(HOUSE).parts[0] == room]
+    graph = {dotted(path): set(imported(path.read_text(encoding="utf-8"))) - {dotted(path)} for path in paths}
+    assert len(graph) == len(paths)
+    assert circle({name: targets & set(graph) for name, targets in graph.items()}) == []
+
+
+def test_a_circle_is_seen():
+    assert circle({"a": {"b"}, "b": {"c"}, "c": set()}) == []
+    assert set(circle({"a": {"b"}, "b": {"c"}, "c": {"b"}})) == {"b", "c"}
 
 
 def test_every_room_is_looked_at():

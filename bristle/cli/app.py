@@ -29,6 +29,14 @@ COMMANDS = {
 }
 """Command name -> module in `bristle.cli.commands`; each module has one function `command`."""
 
+OPTIONS = {
+    "column": "--column NAME=COLUMN:UNIT",
+    "overwrite": "--force",
+    "rate_hz": "--rate HZ",
+    "time": "--time COLUMN:UNIT",
+}
+"""How a message writes the option that stands for a parameter, where it is not the parameter's name alone."""
+
 SEVERAL = ("--holdout",)
 """Options that take all words up to the next option."""
 
@@ -95,12 +103,11 @@ def _usage(error: Exception) -> int:
 
 def _as_option(error: BadInput) -> str:
     """What is wrong with an input, with the parameter it names written as the option of this command line."""
-    if error.parameter is None:
-        return str(error)
-    option = f"--{error.parameter.replace('_', '-')}"
     if isinstance(error, BadParameter):
-        return f"{option}{str(error).removeprefix(error.parameter)}"
-    return f"{error} ({option})"
+        (parameter,) = error.parameters
+        return f"--{parameter.replace('_', '-')}{str(error).removeprefix(parameter)}"
+    options = [OPTIONS.get(name, f"--{name.replace('_', '-')}") for name in error.parameters]
+    return f"{error} ({', '.join(options)})" if options else str(error)
 
 
 def _say(message: str, code: int) -> int:

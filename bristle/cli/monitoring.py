@@ -16,7 +16,7 @@ from hil import (
     MonitorEnd,
     MonitorEvent,
     MonitorSession,
-    PollingDied,
+    PollingStopped,
     RecorderSettings,
     Source,
     Statistics,
@@ -71,8 +71,8 @@ def watch(source: Source, wishes: Wishes) -> None:
 def _run(source: Source, monitor: Monitor, session: MonitorSession) -> MonitorEnd:
     try:
         return asyncio.run(monitor_session(source, monitor, session))
-    except PollingDied as death:
-        raise NegativeAnswer(str(death)) from death
+    except PollingStopped as stopped:
+        raise NegativeAnswer(str(stopped)) from stopped
 
 
 def _take_up(monitor: Monitor, wishes: Wishes, key: str, learner: Callable[[Measurements], Watch]) -> None:

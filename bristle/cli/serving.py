@@ -8,13 +8,14 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from hil import Certificates, NetworkAddress, Plant, ServerAddress, ServerSettings, make_test_authority, serve_session
+from hil import Certificates, NetworkAddress, ServedPlant, ServerAddress, ServerSettings, serve_session
+from hil.testing import make_loopback_authority
 from recordings import BadInput
 
 
 def make_certificates(folder: Path) -> None:
     """Write the certificates of a test authority and say how to use them. Raises BadInput."""
-    made = make_test_authority(folder)
+    made = make_loopback_authority(folder)
     server, client = made.server, made.client
     print(f"server: --cert {server.certificate} --key {server.key} --ca {server.authority}")
     print(f"client: cert={client.certificate}&key={client.key}&ca={client.authority}")
@@ -34,7 +35,7 @@ def certificates(
     return Certificates(cert, key, ca)
 
 
-def run(plants: Mapping[int, Plant], settings: ServerSettings, duration: float | None) -> None:
+def run(plants: Mapping[int, ServedPlant], settings: ServerSettings, duration: float | None) -> None:
     """Serve; SIGTERM is the regular end, Ctrl-C an interruption."""
     for warning in settings.exposure():
         print(f"bristle: {warning}", file=sys.stderr)

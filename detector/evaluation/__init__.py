@@ -3,17 +3,22 @@
 from detector.alarms.levels import Levels, alarms, calibrate, largest
 from detector.evaluation.benchmark.fault_examples import Example, examples
 from detector.evaluation.benchmark.measured_hour import count_alarms, plant_hour
-from detector.evaluation.benchmark.runs import RATES, SIGNALS, Setting, elsewhere, healthy, simulate, with_fault
-from detector.evaluation.detectors import DETECTORS, Detector, Seen
-from detector.evaluation.isolation.diagnosis import Diagnosis, learn_diagnosis, portrait
+from detector.evaluation.benchmark.runs import RATES, SIGNALS, Setting, healthy, random_start, simulate, with_fault
+from detector.evaluation.contract import BenchmarkRun, Channels, Detector, LearnedDetector
+from detector.evaluation.detectors import DETECTORS
+from detector.evaluation.isolation.diagnosis import Diagnosis, feature_vectors, learn_diagnosis
 from detector.evaluation.isolation.structure import groups as structural_groups
 from detector.evaluation.isolation.structure import signatures as structural_signatures
 from detector.evaluation.isolation.symptoms import Symptoms, learn_symptoms
+from detector.evaluation.outcome import Outcome
 from detector.evaluation.performance import Indices, Zone, chance, indices, misisolation
 from detector.evaluation.plan import BENCHMARK, MAIN, SMOKE, VARIANTS, Plan, smoke
 from detector.evaluation.results.files import write
-from detector.evaluation.results.rows import Table, detected, isolation_words, plant_table, right, tables
-from detector.evaluation.study import Outcome, evaluate
+from detector.evaluation.results.isolation_rows import isolation_words
+from detector.evaluation.results.rows import plant_table, tables
+from detector.evaluation.results.table import Table
+from detector.evaluation.results.verdicts import correctly_isolated, detected
+from detector.evaluation.study import evaluate
 
 __all__ = [
     "BENCHMARK",
@@ -23,14 +28,16 @@ __all__ = [
     "SIGNALS",
     "SMOKE",
     "VARIANTS",
+    "BenchmarkRun",
+    "Channels",
     "Detector",
     "Diagnosis",
     "Example",
     "Indices",
+    "LearnedDetector",
     "Levels",
     "Outcome",
     "Plan",
-    "Seen",
     "Setting",
     "Symptoms",
     "Table",
@@ -38,11 +45,12 @@ __all__ = [
     "alarms",
     "calibrate",
     "chance",
+    "correctly_isolated",
     "count_alarms",
     "detected",
-    "elsewhere",
     "evaluate",
     "examples",
+    "feature_vectors",
     "healthy",
     "indices",
     "isolation_words",
@@ -52,8 +60,7 @@ __all__ = [
     "misisolation",
     "plant_hour",
     "plant_table",
-    "portrait",
-    "right",
+    "random_start",
     "simulate",
     "smoke",
     "structural_groups",

@@ -1,20 +1,20 @@
 """The detectors that are compared: each learns from fault-free runs, then makes channels of a run.
 
-A channel is any number that grows in size when something is wrong; levels and threshold are set for all alike
-(`detector.alarms.levels`). A new detector is one function here and one line in `DETECTORS`.
+A new detector is one function here and one line in `DETECTORS`; one of somebody's own is any value that obeys
+`Detector`, given to `evaluate`.
 """
 
 from __future__ import annotations
 
 import zlib
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
-from functools import cached_property
+from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from scipy.signal import lfilter
 
 from detector.evaluation.benchmark.runs import CV, P1, P2, T1, F, X
+from detector.evaluation.contract import BenchmarkRun, Channels, Detector, LearnedDetector
 from detector.evaluation.isolation.symptoms import MEMORIES, SCORES, Symptoms
 from detector.evaluation.linear import linearise
 from detector.generators import (
@@ -51,31 +51,6 @@ _LENIENT = 360.0
 """False alarms a month that the calibrated observer is learned for: its level is set anew, as everyone's."""
 
 
-class Seen:
-    """A run (n, 6) and its symptoms, worked out once for all detectors that use them."""
-
-    def __init__(self, run: Array, symptoms: Symptoms) -> None:
-        self.run, self.learned = run, symptoms
-
-    @cached_property
-    def symptoms(self) -> Array:
-        """As `Symptoms.of`."""
-        return self.learned.of(self.run)
-
-
-Channels = Callable[[Seen], Array]
-"""From a run (n, 6) to channels (n, n_channels)."""
-
-
-@dataclass(frozen=True)
-class Detector:
-    """name : on the command line; text : what it is; learn : from a fault-free run and its learned symptoms."""
-
-    name: str
-    text: str
-    learn: Callable[[Seen], Channels]
-
-
 def _alone(generator: Generator, y: Array) -> Array:
     return generator.run(generator.initial(), np.zeros((len(y), 0)), y)[1]
 
@@ -92,23 +67,23 @@ def _with_means(residuals: Array) -> Array:
     return np.hstack([residuals, _smoothed(residuals, 30.0)])
 
 
-def _limits(healthy: Seen) -> Channels:
-    checked = learn_limits(_checked(healthy.run[100:]))
-    return lambda seen: _alone(checked, _checked(seen.run))
+def _limits(healthy: BenchmarkRun) -> Channels:
+    checked = learn_limits(_checked(healthy.signals[100:]))
+    return lambda data: _alone(checked, _checked(data.signals))
 
 
 def _checked(run: Array) -> Array:
     return np.column_stack([run[:, [P1, P2, T1, X, F]], run[:, X] - run[:, CV]])
 
 
-def _voting(healthy: Seen) -> Channels:
-    learned = _thrice(healthy.run, healthy.learned)[100:]
+def _voting(healthy: BenchmarkRun) -> Channels:
+    learned = _three_positions(healthy.signals, healthy.model)[100:]
     middle = np.median(learned, axis=1, keepdims=True)
     voting = Voting(tuple((np.std(learned - middle, axis=0) + 1e-3).tolist()))
-    return lambda seen: _alone(voting, _thrice(seen.run, seen.learned))
+    return lambda data: _alone(voting, _three_positions(data.signals, data.model))
 
 
-def _thrice(run: Array, symptoms: Symptoms) -> Array:
+def _three_positions(run: Array, symptoms: Symptoms) -> Array:
     """The position three times: from its sensor, from the servo's model, and from the flow."""
     x = run[:, X]
     model = x - symptoms.residuals(run)[0] * symptoms.servo.noise
@@ -121,80 +96,85 @@ def _thrice(run: Array, symptoms: Symptoms) -> Array:
     return np.column_stack([x, model, np.where(usable, seen, model)])
 
 
-def _spectrum(healthy: Seen) -> Channels:
+def _spectrum(healthy: BenchmarkRun) -> Channels:
     def signals(run: Array) -> Array:
         return np.column_stack([run[:, X] - run[:, CV], np.clip(run[:, F], 0, 0.95), run[:, P1], run[:, P2]])
 
-    learned = learn_spectrum(signals(healthy.run[100:7300]))
-    return lambda seen: _alone(learned, signals(seen.run))
+    learned = learn_spectrum(signals(healthy.signals[100:7300]))
+    return lambda data: _alone(learned, signals(data.signals))
 
 
-def _full_order(healthy: Seen) -> Channels:
-    model = linearise(healthy.run[100:7300])
+def _full_order(healthy: BenchmarkRun) -> Channels:
+    model = linearise(healthy.signals[100:7300])
     watch = full_order(model.plant, np.linspace(0.3, 0.6, model.plant.order))
-    return lambda seen: _with_means(10 * watch.run(watch.initial(), model.inputs(seen.run), model.outputs(seen.run))[1])
+
+    def channels(data: BenchmarkRun) -> Array:
+        u, y = model.inputs(data.signals), model.outputs(data.signals)
+        return _with_means(10 * watch.run(watch.initial(), u, y)[1])
+
+    return channels
 
 
-def _functional(healthy: Seen) -> Channels:
-    model = linearise(healthy.run[100:7300])
+def _functional(healthy: BenchmarkRun) -> Channels:
+    model = linearise(healthy.signals[100:7300])
     order = model.plant.observability_index
     watches = [functional(model.plant, np.linspace(0.3, 0.5, order), which) for which in (0, 1)]
 
-    def channels(seen: Seen) -> Array:
-        u, y = model.inputs(seen.run), model.outputs(seen.run)
+    def channels(data: BenchmarkRun) -> Array:
+        u, y = model.inputs(data.signals), model.outputs(data.signals)
         return _with_means(10 * np.hstack([watch.run(watch.initial(), u, y)[1] for watch in watches]))
 
     return channels
 
 
-def _parity(healthy: Seen) -> Channels:
-    model = linearise(healthy.run[100:7300])
+def _parity(healthy: BenchmarkRun) -> Channels:
+    model = linearise(healthy.signals[100:7300])
     relations = temporal(model.plant, model.plant.order)
     ways = relations.directions()
 
-    def channels(seen: Seen) -> Array:
-        r = relations.run(relations.initial(), model.inputs(seen.run), model.outputs(seen.run))[1]
+    def channels(data: BenchmarkRun) -> Array:
+        r = relations.run(relations.initial(), model.inputs(data.signals), model.outputs(data.signals))[1]
         return np.column_stack([np.sqrt(dfd(r)), dfi(_smoothed(10 * r, 30.0), ways)])
 
     return channels
 
 
-def _kalman(healthy: Seen) -> Channels:
-    model = linearise(healthy.run[100:7300])
+def _kalman(healthy: BenchmarkRun) -> Channels:
+    model = linearise(healthy.signals[100:7300])
     watch = settled(model.plant, model.Q, model.R)
     responses = {name: watch.response(fault, 30) for fault, name in enumerate(("X sensor", "F sensor", "set point"))}
     bank = MatchedFilters(responses)
 
-    def channels(seen: Seen) -> Array:
-        r = watch.run(watch.initial(), model.inputs(seen.run), model.outputs(seen.run))[1]
+    def channels(data: BenchmarkRun) -> Array:
+        r = watch.run(watch.initial(), model.inputs(data.signals), model.outputs(data.signals))[1]
         return np.hstack([r, _alone(bank, r)])
 
     return channels
 
 
-def _estimation(healthy: Seen) -> Channels:
+def _estimation(healthy: BenchmarkRun) -> Channels:
     def rows(run: Array) -> tuple[Array, Array]:
         x, cv, drop = run[:, X], run[:, CV], run[:, P1] - run[:, P2]
         late = [np.concatenate([column[:1], column[:-1]]) for column in (x, cv, drop)]
         return np.column_stack([late[0], cv, late[1], drop, late[2], np.ones(len(x))]), x
 
-    regressors, x = rows(healthy.run[_SETTLE:7300])
+    regressors, x = rows(healthy.signals[_SETTLE:7300])
     learned = learn_estimation(regressors, x, memory=200.0)
 
-    def channels(seen: Seen) -> Array:
+    def channels(data: BenchmarkRun) -> Array:
         # The run-in of a valve that starts at rest is no small error: the estimates would remember it for minutes.
-        u, y = rows(seen.run[_SETTLE:])
+        u, y = rows(data.signals[_SETTLE:])
         return np.vstack([np.zeros((_SETTLE, len(learned.usual))), learned.run(learned.initial(), u, y[:, None])[1]])
 
     return channels
 
 
-def _neural(healthy: Seen) -> Channels:
+def _neural(healthy: BenchmarkRun) -> Channels:
     def signals(run: Array) -> tuple[Array, Array]:
         return run[:, [CV, P1, P2]], np.column_stack([run[:, X], np.clip(run[:, F], 0, 0.97)])
 
-    learned = learn_neural(*signals(healthy.run[100:10_000]))
-    return lambda seen: _with_means(learned.run(learned.initial(), *signals(seen.run))[1])
+    learned = learn_neural(*signals(healthy.signals[100:10_000]))
+    return lambda data: _with_means(learned.run(learned.initial(), *signals(data.signals))[1])
 
 
 RULES: Mapping[str, Mapping[int, Term]] = {
@@ -206,13 +186,13 @@ RULES: Mapping[str, Mapping[int, Term]] = {
 """Conclusions from the mean residuals of servo and flow and the outlet pressure."""
 
 
-def _fuzzy(healthy: Seen) -> Channels:
+def _fuzzy(healthy: BenchmarkRun) -> Channels:
     places = [SCORES.index("servo.power"), SCORES.index("flow.mean"), SCORES.index("outlet")]
     columns = [MEMORIES.index(10.0) * len(SCORES) + place for place in places]
     usual = np.abs(healthy.symptoms[100:, columns]).max(axis=0)
     watch = Fuzzy(tuple((5 * usual).tolist()), RULES)
     harm = np.array([1.0, 1.0, 1.0, 1.0])
-    return lambda seen: watch.score(_alone(watch, seen.symptoms[:, columns]), harm)[:, None]
+    return lambda data: watch.score(_alone(watch, data.symptoms[:, columns]), harm)[:, None]
 
 
 TREE = (
@@ -227,7 +207,7 @@ TREE = (
 """What an expert would say of the relations of the plant, symptoms taken over a minute."""
 
 
-def _tree(healthy: Seen) -> Channels:
+def _tree(healthy: BenchmarkRun) -> Channels:
     names = ("flow.mean", "servo.power", "inlet", "outlet")
     columns = [MEMORIES.index(60.0) * len(SCORES) + SCORES.index(name) for name in names]
     usual = np.abs(healthy.symptoms[100:, columns]).max(axis=0)
@@ -235,33 +215,33 @@ def _tree(healthy: Seen) -> Channels:
     steps = np.geomspace(0.5, 50.0, 25)
     trees = [FaultTree(names, TREE, limit=float(step)) for step in steps]
 
-    def channels(seen: Seen) -> Array:
-        shares = seen.symptoms[:, columns] / usual
+    def channels(data: BenchmarkRun) -> Array:
+        shares = data.symptoms[:, columns] / usual
         fired = np.column_stack([_alone(tree, shares).max(axis=1) for tree in trees])
         return (fired * steps).max(axis=1, keepdims=True)
 
     return channels
 
 
-def _published(healthy: Seen) -> Channels:
+def _published(healthy: BenchmarkRun) -> Channels:
     """The observer of Chapter 5, its velocity from a Kalman filter: there is noise, and a second between samples."""
     observer = replace(chapter_5(), velocity=SteadyKalman(noise=1.5e-3 * _STROKE, jerk=1e-5, dt_s=1.0))
 
-    def channels(seen: Seen) -> Array:
-        t, run = np.arange(len(seen.run), dtype=float), seen.run
+    def channels(data: BenchmarkRun) -> Array:
+        t, run = np.arange(len(data.signals), dtype=float), data.signals
         said = observer.run(observer.initial(), Samples.of(t, _STROKE * run[:, X], run[:, CV]))[1]
         return np.nan_to_num(np.abs(said.xi2) / np.maximum(said.rho, 1e-12), posinf=0.0)[:, None]
 
     return channels
 
 
-def _watch(healthy: Seen) -> Channels:
+def _watch(healthy: BenchmarkRun) -> Channels:
     """The calibrated observer with its relations of flow and pressures, as `detector.learn` makes it."""
-    watch = calibrated(_measurements(healthy.run[300:]), per_month=_LENIENT)
+    watch = calibrated(_measurements(healthy.signals[300:]), per_month=_LENIENT)
 
-    def channels(seen: Seen) -> Array:
-        state, loads = watch.initial(), np.empty((len(seen.run), 1))
-        for k, row in enumerate(_measurements(seen.run)):
+    def channels(data: BenchmarkRun) -> Array:
+        state, loads = watch.initial(), np.empty((len(data.signals), 1))
+        for k, row in enumerate(_measurements(data.signals)):
             state, judgement = watch.step(state, row)
             loads[k] = judgement.load
         return loads
@@ -277,38 +257,35 @@ def _measurements(run: Array) -> Measurements:
     return Measurements(np.arange(len(run), dtype=float), columns)
 
 
-def _random(healthy: Seen) -> Channels:
+def _random(healthy: BenchmarkRun) -> Channels:
     """Looks at nothing: numbers drawn anew for every run, whose largest values are Gumbel's by construction."""
 
-    def channels(seen: Seen) -> Array:
-        seed = zlib.crc32(np.ascontiguousarray(seen.run).tobytes())
-        return np.random.default_rng(seed).exponential(size=(len(seen.run), 1))
+    def channels(data: BenchmarkRun) -> Array:
+        seed = zlib.crc32(np.ascontiguousarray(data.signals).tobytes())
+        return np.random.default_rng(seed).exponential(size=(len(data.signals), 1))
 
     return channels
 
 
-def _bank(healthy: Seen) -> Channels:
-    return lambda seen: seen.symptoms
+def _bank(healthy: BenchmarkRun) -> Channels:
+    return lambda data: data.symptoms
 
 
 DETECTORS: Mapping[str, Detector] = {
-    one.name: one
-    for one in (
-        Detector("bank", "all symptoms of the learned plant, over five memories", _bank),
-        Detector("limits", "limit checking of the measurements", _limits),
-        Detector("voting", "position by sensor, model and flow, voting", _voting),
-        Detector("spectrum", "power in bands of frequency", _spectrum),
-        Detector("luenberger", "full-order Luenberger generator, linear plant", _full_order),
-        Detector("functional", "functional Luenberger generators, linear plant", _functional),
-        Detector("parity", "parity relations, linear plant: DFD and DFI", _parity),
-        Detector("kalman", "Kalman innovations and matched filters, linear plant", _kalman),
-        Detector("estimation", "recursive parameter estimation, ARX", _estimation),
-        Detector("neural", "neural observer, linear in the weights", _neural),
-        Detector("fuzzy", "fuzzy evaluation of servo and flow residuals", _fuzzy),
-        Detector("tree", "fault tree over servo, flow and process symptoms", _tree),
-        Detector("random", "an alarm at random, at the same rate", _random),
-        Detector("watch", "the calibrated observer with flow and pressure relations", _watch),
-        Detector("published", "the observer of Chapter 5, slow samples", _published),
-    )
+    "bank": LearnedDetector("all symptoms of the learned plant, over five memories", _bank),
+    "limits": LearnedDetector("limit checking of the measurements", _limits),
+    "voting": LearnedDetector("position by sensor, model and flow, voting", _voting),
+    "spectrum": LearnedDetector("power in bands of frequency", _spectrum),
+    "luenberger": LearnedDetector("full-order Luenberger generator, linear plant", _full_order),
+    "functional": LearnedDetector("functional Luenberger generators, linear plant", _functional),
+    "parity": LearnedDetector("parity relations, linear plant: DFD and DFI", _parity),
+    "kalman": LearnedDetector("Kalman innovations and matched filters, linear plant", _kalman),
+    "estimation": LearnedDetector("recursive parameter estimation, ARX", _estimation),
+    "neural": LearnedDetector("neural observer, linear in the weights", _neural),
+    "fuzzy": LearnedDetector("fuzzy evaluation of servo and flow residuals", _fuzzy),
+    "tree": LearnedDetector("fault tree over servo, flow and process symptoms", _tree),
+    "random": LearnedDetector("an alarm at random, at the same rate", _random),
+    "watch": LearnedDetector("the calibrated observer with flow and pressure relations", _watch),
+    "published": LearnedDetector("the observer of Chapter 5, slow samples", _published),
 }
 """All detectors by name; the random alarm is the floor under all of them."""

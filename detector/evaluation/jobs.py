@@ -1,103 +1,118 @@
-"""The pieces of work of an evaluation: each runs alone in any process and gives plain values that fit in JSON."""
+"""The pieces of an evaluation: which runs are made, learned from and judged, and what all pieces of work share."""
 
 from __future__ import annotations
 
-from dataclasses import asdict, replace
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from detector.alarms.levels import raised
-from detector.evaluation.benchmark.runs import SIGNALS, Setting, simulate
-from detector.evaluation.detectors import Seen
-from detector.evaluation.isolation.diagnosis import Diagnosis, portrait
-from detector.evaluation.learned import BANK, SETTLE_S, Learned
-from detector.evaluation.performance import Zone, indices, misisolation
+from detector.alarms.levels import BLOCK_S
+from detector.evaluation.benchmark.runs import Setting, healthy, random_start
+from detector.evaluation.contract import Detector
+from detector.evaluation.detectors import DETECTORS
+from detector.evaluation.learned import SETTLE_S, Learned
+from detector.evaluation.plan import Plan
+from detector.evaluation.store import Store
 from recordings import Array
-from simulator.damadics import Form, Scenario
+from simulator.damadics import Form, scenario
 
-Json = dict[str, Any]
+SEEDS = {"learn": 1000, "calibrate": 2000, "judge": 3000, "calibrate-start": 4000, "judge-start": 5000}
+"""Seeds of the fault-free runs for each purpose begin here; scenarios take 1, 2, 3, ..."""
 
-POINTS = 250
-"""Points of each curve that is kept for drawing."""
+START_S = SETTLE_S + 2 * BLOCK_S
+"""Length of the short runs [s]: what the benchmark's abrupt scenarios have."""
 
-RANKED_AFTER_S = 300
-"""The first ranking that counts is made so long after the alarm [s]; the last at the end of the run."""
-
-
-def zone(what: Scenario, seconds: int) -> Zone:
-    """ton, tfrom, thor of a scenario of which `seconds` were simulated."""
-    fault = what.faults[0]
-    return Zone(int(what.ton), int(fault.start_s), min(int(what.thor), seconds), fault.development_s, fault.strength)
+_DAY_S = 86_400
 
 
-def judge(what: Scenario, run: Array, learned: Learned, draw: bool) -> Json:
-    """Indices of every detector on one run, the diagnosis of the bank, and curves when they are to be drawn."""
-    seen, where = Seen(run, learned.symptoms), zone(what, len(run))
-    statistics, alarm = learned.alarms(seen)
-    found: Json = {"seconds": len(run), "detectors": {}}
-    for name, one in alarm.items():
-        healthy = raised(one[: where.tfrom], where.ton)
-        found["detectors"][name] = asdict(indices(one, where)) | {"false": healthy}
-    if BANK in alarm and learned.diagnosis is not None:
-        found["diagnosis"] = diagnosed(what.faults[0].number, seen, alarm[BANK], learned.diagnosis, where)
-    if draw:
-        found["curves"] = curves(run, statistics)
-    return found
-
-
-def diagnosed(fault: int, seen: Seen, alarm: NDArray[np.bool_], known: Diagnosis, where: Zone) -> Json:
-    """Rankings some minutes after the alarm and at the end, and the isolation indices of the group named first."""
-    live = alarm.copy()
-    live[: where.tfrom] = False
-    at, portraits = portrait(seen.run, seen.symptoms, live)
-    if not len(at):
-        return {"ranked": [], "last": []}
-    row = min(int(np.searchsorted(at, at[0] + RANKED_AFTER_S)), len(at) - 1)
-    flagged = known.flagged(seen.run, seen.symptoms, alarm)
-    mine = np.isin(flagged, known.members(fault))
-    isolation = indices(mine, where)
-    return {
-        "ranked": known.ranked(portraits[row])[:5],
-        "last": known.ranked(portraits[-1])[:5],
-        "isolation": asdict(isolation),
-        "rmi": misisolation((flagged > 0).astype(np.int64) - (mine & (flagged > 0)), where),
-        "dacc": 1 / len(known.members(fault)) if isolation.detected else 0.0,
-    }
-
-
-def curves(run: Array, statistics: dict[str, Array]) -> Json:
-    """Lowest and highest of the signals, and the largest statistic, within each of `POINTS` stretches, rounded."""
-    width = max(1, -(-len(run) // POINTS))
-    starts = np.arange(0, len(run), width)
-    kept: Json = {"t": starts.tolist()}
-    for name in ("CV", "X", "F"):
-        one = run[:, SIGNALS.index(name)]
-        ends = {"low": np.minimum.reduceat(one, starts), "high": np.maximum.reduceat(one, starts)}
-        kept[name] = {end: np.round(values, 4).tolist() for end, values in ends.items()}
-    kept["statistics"] = {
-        name: np.round(np.maximum.reduceat(np.clip(one, 1e-3, 1e4), starts), 4).tolist()
-        for name, one in statistics.items()
-    }
-    return kept
-
-
-def healthy_alarms(run: Array, learned: Learned) -> dict[str, int]:
-    """How many alarms each detector raises on a fault-free run."""
-    _, alarm = learned.alarms(Seen(run, learned.symptoms))
-    return {name: raised(one, SETTLE_S) for name, one in alarm.items()}
-
-
-def footprint(what: Scenario, form: Form, seed: int, seconds: int, noise_x: float, noise_f: float) -> dict[str, float]:
-    """How much a fault moves X and F: the run less the same run without the fault, noise alike; over the deviation of
-    the residual, for a second (`x`, `f`) and for all seconds together by a perfectly matched filter (`all`).
+@dataclass(frozen=True)
+class Job:
+    """One piece of work. name : of its file, empty for none; what : a key of `detector.evaluation.work.WORK`; form and
+    arguments of it.
     """
-    setting, first = Setting(form, seed), what.faults[0]
-    with_it = simulate(what.faults, seconds, setting)[1]
-    without = simulate((replace(first, strength=0.0),), seconds, setting)[1]
-    n = min(len(with_it), len(without))
-    moved = (with_it[:n] - without[:n])[int(first.start_s) :]
-    x, f = moved[:, SIGNALS.index("X")] / noise_x, moved[:, SIGNALS.index("F")] / noise_f
-    together = float(np.sqrt(np.sum(x**2) + np.sum(f**2)))
-    return {"x": float(np.sqrt(np.mean(x**2))), "f": float(np.sqrt(np.mean(f**2))), "all": together}
+
+    name: str
+    what: str
+    form: Form
+    arguments: tuple[Any, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Study:
+    """What all work of an evaluation shares. detectors : all that the plan may name; store : of results; learned : what
+    the detectors have learned so far, by form and rate.
+    """
+
+    plan: Plan
+    detectors: Mapping[str, Detector]
+    store: Store
+    learned: Mapping[tuple[Form, int], Learned] = field(default_factory=dict)
+
+    def rates(self, form: Form) -> tuple[int, ...]:
+        """Sampling rates of a form [Hz]."""
+        return self.plan.forms[form]
+
+    def pending(self, jobs: Sequence[Job]) -> list[Job]:
+        """Those without a result."""
+        return [job for job in jobs if self.store.result(job.name) is None]
+
+    def fault_free(self, form: Form, rate: int, job: Job) -> Array:
+        """The run of a fault-free job at a rate, (n, 6); made when it is not there."""
+        seed, seconds = job.arguments
+
+        def make() -> Array:
+            rows = healthy(seconds, setting(form, seed), self.rates(form))
+            return np.stack([rows[one] for one in self.rates(form)])
+
+        return self.store.run(f"{job.name}-{seconds}", make)[self.rates(form).index(rate)]
+
+
+def key(plan: Plan, detectors: Mapping[str, Detector]) -> str:
+    """Names what everything learned depends on: results of an equal key are resumed.
+
+    A detector of somebody's own is known by its name and its text.
+    """
+    own = {name: one.text for name, one in detectors.items() if DETECTORS.get(name) is not one}
+    if not own:
+        return plan.key
+    return hashlib.sha256(json.dumps([plan.key, own], sort_keys=True).encode()).hexdigest()[:12]
+
+
+def fault_free_jobs(plan: Plan, form: Form, purpose: str) -> list[Job]:
+    """Fault-free runs for a purpose of `SEEDS`: of a day at most each, or short ones from a start."""
+    seeds = range(SEEDS[purpose], SEEDS[purpose] + 1000)
+    if purpose.endswith("start"):
+        lengths = [START_S] * plan.starts[("calibrate-start", "judge-start").index(purpose)]
+    else:
+        seconds = round(plan.hours(form)[("learn", "calibrate", "judge").index(purpose)] * 3600)
+        lengths = [min(_DAY_S, seconds - started) for started in range(0, seconds, _DAY_S)]
+    what = "count" if purpose.startswith("judge") else "healthy"
+    return [
+        Job(f"{purpose}-{form}-{_rates(plan, form)}-{seed}", what, form, (seed, seconds))
+        for seed, seconds in zip(seeds, lengths, strict=False)
+    ]
+
+
+def judged_jobs(plan: Plan, form: Form) -> list[Job]:
+    """Scenarios, the long ones first so that no core waits at the end, and fault-free hours to judge."""
+    made = [
+        Job(f"{name}-{form}-{_rates(plan, form)}-{seed}", "scenario", form, (name, seed))
+        for name in plan.scenarios
+        for seed in range(1, plan.trials(form, scenario(name)) + 1)
+    ]
+    made.sort(key=lambda job: -plan.duration(form, scenario(job.arguments[0])))
+    return fault_free_jobs(plan, form, "judge") + made + fault_free_jobs(plan, form, "judge-start")
+
+
+def setting(form: Form, seed: int) -> Setting:
+    """How a fault-free run is made; every second of the short ones does not start as the benchmark does."""
+    return random_start(form, seed) if seed >= SEEDS["calibrate-start"] and seed % 2 else Setting(form, seed)
+
+
+def _rates(plan: Plan, form: Form) -> str:
+    """The sampling rates of a form, for names: results at other rates are others."""
+    return "-".join(str(rate) for rate in plan.forms[form])

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from detector.alarms.levels import Levels, alarms, largest
-from detector.evaluation.detectors import DETECTORS, Channels, Seen
+from detector.evaluation.contract import BenchmarkRun, Channels, Detector
 from detector.evaluation.isolation.diagnosis import Diagnosis
 from detector.evaluation.isolation.symptoms import Symptoms, learn_symptoms
 from recordings import Array
@@ -32,16 +32,16 @@ class Learned:
 
     def blocks(self, run: Array, block_s: int) -> dict[str, Array]:
         """Largest values of each detector's channels in blocks of a fault-free run."""
-        seen = Seen(run, self.symptoms)
-        return {name: largest(channels(seen), SETTLE_S, block_s) for name, channels in self.channels.items()}
+        data = BenchmarkRun(run, self.symptoms)
+        return {name: largest(channels(data), SETTLE_S, block_s) for name, channels in self.channels.items()}
 
-    def statistics(self, seen: Seen) -> dict[str, Array]:
+    def statistics(self, data: BenchmarkRun) -> dict[str, Array]:
         """One number a second (n,) by detector, an alarm above 1."""
-        return {name: levels.statistic(self.channels[name](seen)) for name, levels in self.levels.items()}
+        return {name: levels.statistic(self.channels[name](data)) for name, levels in self.levels.items()}
 
-    def alarms(self, seen: Seen) -> tuple[dict[str, Array], dict[str, NDArray[np.bool_]]]:
+    def alarms(self, data: BenchmarkRun) -> tuple[dict[str, Array], dict[str, NDArray[np.bool_]]]:
         """Statistics and alarms (n,) by detector; none during the first `SETTLE_S`."""
-        statistics = self.statistics(seen)
+        statistics = self.statistics(data)
         raised = {}
         for name, statistic in statistics.items():
             quiet = statistic.copy()
@@ -50,8 +50,8 @@ class Learned:
         return statistics, raised
 
 
-def learn(runs: Sequence[Array], detectors: Sequence[str]) -> Learned:
+def learn(runs: Sequence[Array], detectors: Mapping[str, Detector]) -> Learned:
     """From fault-free runs: the relations and what is usual, then each detector. Levels are still missing."""
     symptoms = learn_symptoms(runs)
-    healthy = Seen(runs[0], symptoms)
-    return Learned(symptoms, {name: DETECTORS[name].learn(healthy) for name in detectors}, {})
+    healthy = BenchmarkRun(runs[0], symptoms)
+    return Learned(symptoms, {name: one.learn(healthy) for name, one in detectors.items()}, {})

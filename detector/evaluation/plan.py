@@ -11,7 +11,7 @@ from typing import Any
 
 from detector.evaluation.benchmark.runs import RATES
 from detector.evaluation.detectors import DETECTORS
-from recordings import BadInput
+from recordings import BadParameter
 from simulator.damadics import FORMS, SCENARIOS, Form, Scenario
 
 BENCHMARK = tuple(name for name, one in SCENARIOS.items() if one.benchmark)
@@ -40,7 +40,8 @@ class Plan:
     runs per fault and mode for the signatures; other_long_h : for how long day-long faults are followed in other
     variants [h].
 
-    Raises BadInput for an unknown name or numbers that cannot be.
+    Raises BadParameter for an unknown scenario or variant, or numbers that cannot be. Detectors may be somebody's own:
+    `evaluate` knows them.
     """
 
     detectors: tuple[str, ...] = tuple(DETECTORS)
@@ -57,13 +58,13 @@ class Plan:
     other_long_h: float = 2.0
 
     def __post_init__(self) -> None:
-        _known("--detectors", self.detectors, tuple(DETECTORS))
-        _known("--scenarios", self.scenarios, BENCHMARK)
-        _known("--variants", self.variants, VARIANTS)
+        check_names("scenarios", self.scenarios, BENCHMARK)
+        check_names("variants", self.variants, VARIANTS)
         if not (self.seeds >= 1 and self.long_seeds >= 1 and self.examples >= 0):
-            raise BadInput("--seeds", f"{self.seeds} trials", "give 1 at least")
+            raise BadParameter("seeds", self.seeds, "there are no trials", "give 1 at least")
         if not (0 < self.rate_per_h < 10):
-            raise BadInput("--false-alarms", f"{self.rate_per_h:g} an hour", "give a rate above 0 and below 10")
+            found = f"{self.rate_per_h:g} an hour cannot be calibrated for"
+            raise BadParameter("false_alarms", f"{self.rate_per_h:g}", found, "give a rate above 0 and below 10")
 
     @property
     def forms(self) -> dict[Form, tuple[int, ...]]:
@@ -86,7 +87,7 @@ class Plan:
 
     @property
     def key(self) -> str:
-        """Names what everything learned depends on: results of an equal key can be taken up again."""
+        """Names what everything learned depends on: results of an equal key are resumed."""
         parts: dict[str, Any] = asdict(self)
         for free in ("scenarios", "seeds", "long_seeds", "other_seeds", "variants"):
             parts.pop(free)
@@ -101,11 +102,12 @@ def smoke(detectors: Sequence[str] = ("bank", "limits"), scenarios: Sequence[str
     )  # fmt: skip
 
 
-def _known(option: str, names: Sequence[str], allowed: Sequence[str]) -> None:
+def check_names(parameter: str, names: Sequence[str], allowed: Sequence[str]) -> None:
+    """Refuse names that are not allowed. Raises BadParameter."""
     for name in names:
         if name not in allowed:
             near = get_close_matches(name, allowed, 5, 0.4) if len(allowed) > _LISTED else []
             some = f"near to it are {', '.join(near)}" if near else f"there are {', '.join(allowed)}"
-            raise BadInput(f"{option} {name}", "there is none of that name", some)
+            raise BadParameter(parameter, name, "there is none of that name", some)
     if not names:
-        raise BadInput(option, "nothing is named", f"there are {', '.join(allowed)}")
+        raise BadParameter(parameter, "", "nothing is named", f"there are {', '.join(allowed)}")

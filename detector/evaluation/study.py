@@ -1,111 +1,114 @@
-"""A whole evaluation: learn, calibrate, judge; on all cores, with progress, taken up again after an interruption."""
+"""A whole evaluation: learn, calibrate, judge; on all cores, with progress, resumed after an interruption."""
 
 from __future__ import annotations
 
-import multiprocessing
 import os
-import signal
-import time
-from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from threading import Thread
 from typing import Any
 
 import numpy as np
 
-from detector.alarms.levels import BLOCK_S, Levels, alarms, calibrate
-from detector.evaluation import jobs
-from detector.evaluation.benchmark.fault_examples import Example, examples
-from detector.evaluation.benchmark.runs import Setting, elsewhere, healthy, simulate
-from detector.evaluation.detectors import Seen
-from detector.evaluation.isolation.diagnosis import learn_diagnosis, portrait
-from detector.evaluation.learned import BANK, SETTLE_S, Learned, learn
-from detector.evaluation.plan import Plan
+from detector.alarms.levels import BLOCK_S, Levels, calibrate
+from detector.evaluation.benchmark.fault_examples import examples
+from detector.evaluation.contract import Detector
+from detector.evaluation.detectors import DETECTORS
+from detector.evaluation.isolation.diagnosis import learn_diagnosis
+from detector.evaluation.jobs import Job, Study, fault_free_jobs, judged_jobs, key
+from detector.evaluation.learned import BANK, Learned, learn
+from detector.evaluation.outcome import Outcome, gathered, missed
+from detector.evaluation.plan import Plan, check_names
+from detector.evaluation.processes import in_processes
 from detector.evaluation.store import Store
-from recordings import Array, BadInput
-from simulator.damadics import Form, scenario
-
-Progress = Callable[[str, int, int], None]
-"""Told what is going on, how many pieces of it are done, and of how many."""
-
-SEEDS = {"learn": 1000, "calibrate": 2000, "judge": 3000, "calibrate-start": 4000, "judge-start": 5000}
-"""Seeds of the fault-free runs for each purpose begin here; scenarios take 1, 2, 3, ..."""
-
-START_S = SETTLE_S + 2 * BLOCK_S
-"""Length of the short runs [s]: what the benchmark's abrupt scenarios have."""
+from detector.evaluation.work import do
+from recordings import Array, Progress, silent
+from simulator.damadics import Form
 
 SAFETY = 2.0
 """Levels are estimates from some days: they are set for the stated rate over this."""
 
-_DAY_S = 86_400
-_PORTRAITS = 20
+NOISE_X, NOISE_F = 2.5e-3, 3e-3
+"""Deviation of the residuals of X and F without a fault [shares of their spans]."""
+
+Run = Callable[[Study, Sequence[Job], str], list[Any]]
+"""Does jobs of a study, a stage of that name, and gives their results in order."""
 
 
-@dataclass(frozen=True)
-class Job:
-    """One piece of work. name : of its file; what : of `_WORK`; form and arguments of it."""
+def evaluate(
+    plan: Plan,
+    out: Path,
+    progress: Progress = silent,
+    workers: int | None = None,
+    *,
+    detectors: Mapping[str, Detector] | None = None,
+) -> Outcome:
+    """Run a plan; results are kept in ``out/work`` and resumed.
 
-    name: str
-    what: str
-    form: Form
-    arguments: tuple[Any, ...] = ()
+    Parameters
+    ----------
+    plan : Plan
+        Which of the detectors, on which scenarios, how often.
+    out : Path
+        Folder for results. Raises BadInput when it cannot be written.
+    progress : Progress, optional
+        Told of every stage.
+    workers : int, optional
+        Processes; all cores where not given.
+    detectors : mapping of str to Detector, optional
+        Detectors of your own by name; they are compared besides those that the plan names. What they have learned is
+        kept under their name and text: change the text, or the folder, when you change the detector.
 
-
-@dataclass(frozen=True, eq=False)
-class Outcome:
-    """Everything measured. judged : by variant and scenario, a list of trials; healthy : by variant and detector, false
-    alarms; hours : fault-free hours judged, by variant; groups : faults named together; footprints : by scenario.
+    Raises BadParameter for a detector that nobody knows. KeyboardInterrupt leaves what is finished.
     """
-
-    plan: Plan
-    judged: dict[str, dict[str, list[dict[str, Any]]]]
-    healthy: dict[str, dict[str, int]]
-    hours: dict[str, float]
-    groups: list[list[int]]
-    signatures: dict[int, list[float]]
-    footprints: dict[str, dict[str, float]]
-
-
-_LEARNED: dict[tuple[Form, int], Learned] = {}
-"""By form and rate; filled before workers are forked, which inherit it: nothing learned is sent between processes."""
-_PLAN: list[Plan] = []
-_STORES: list[Store] = []
-
-
-def evaluate(plan: Plan, out: Path, progress: Progress = lambda *_: None, workers: int | None = None) -> Outcome:
-    """Run a plan; results are kept in ``out/work`` and taken up again. workers : processes, all cores where not given.
-
-    Raises BadInput when `out` cannot be written. KeyboardInterrupt leaves what is finished.
-    """
+    known = {**DETECTORS, **(detectors or {})}
+    check_names("detectors", plan.detectors, tuple(known))
+    plan = replace(plan, detectors=tuple(dict.fromkeys((*plan.detectors, *(detectors or {})))))
+    study = Study(plan, known, Store.at(out, key(plan, {name: known[name] for name in plan.detectors})))
     count = workers or os.cpu_count() or 1
-    _PLAN[:], _STORES[:] = [plan], [Store.at(out, plan.key)]
-    _LEARNED.clear()
+
+    def run(study: Study, jobs: Sequence[Job], stage: str) -> list[Any]:
+        return in_processes(partial(do, study), jobs, count, progress, stage)
+
     for form in plan.forms:
-        purposes = ("learn", "calibrate", "calibrate-start")
-        _all([job for purpose in purposes for job in _healthy_jobs(plan, form, purpose)], count, progress,
-             f"{form}: fault-free runs")  # fmt: skip
-        pending = _pending(_judging(plan, form))
-        if pending:
-            _learn(plan, form, count, progress)
-            _all(pending, count, progress, f"{form}: scenarios")
-    return _gathered(plan, count, progress)
+        study = _evaluated(study, form, run)
+    outcome = gathered(study)
+    return replace(outcome, detectability=_detectability(study, missed(outcome), run))
 
 
-def _learn(plan: Plan, form: Form, count: int, progress: Progress) -> None:
-    """Fill `_LEARNED` for a form: relations and detectors, then levels, then signatures."""
-    for rate in plan.forms[form]:
-        runs = [_kept(plan, form, rate, job) for job in _healthy_jobs(plan, form, "learn")]
-        _LEARNED[form, rate] = learn([runs[0], *runs], plan.detectors)
-    long, short = (_healthy_jobs(plan, form, purpose) for purpose in ("calibrate", "calibrate-start"))
+def _evaluated(study: Study, form: Form, run: Run) -> Study:
+    """All results of a form in the store; the study with what was learned for it."""
+    purposes = ("learn", "calibrate", "calibrate-start")
+    made = [job for purpose in purposes for job in fault_free_jobs(study.plan, form, purpose)]
+    run(study, made, f"{form}: fault-free runs")
+    pending = study.pending(judged_jobs(study.plan, form))
+    if pending:
+        study = _learned(study, form, run)
+        run(study, pending, f"{form}: scenarios")
+    return study
+
+
+def _learned(study: Study, form: Form, run: Run) -> Study:
+    """The study with what the detectors learn for a form: relations and detectors, then levels, then signatures."""
+    plan = study.plan
+    for rate in study.rates(form):
+        runs = [study.fault_free(form, rate, job) for job in fault_free_jobs(plan, form, "learn")]
+        chosen = {name: study.detectors[name] for name in plan.detectors}
+        study = _with(study, form, rate, learn([runs[0], *runs], chosen))
+    long, short = (fault_free_jobs(plan, form, purpose) for purpose in ("calibrate", "calibrate-start"))
     every = [replace(job, name="", what="blocks", arguments=(job,)) for job in (*long, *short)]
-    found = _all(every, count, progress, f"{form}: calibration")
-    for rate in plan.forms[form]:
+    found = run(study, every, f"{form}: calibration")
+    for rate in study.rates(form):
         levels = {name: _levels(plan, [one[rate][name] for one in found], len(long)) for name in plan.detectors}
-        _LEARNED[form, rate] = replace(_LEARNED[form, rate], levels=levels)
+        study = _with(study, form, rate, replace(study.learned[form, rate], levels=levels))
     if plan.examples and BANK in plan.detectors and form == next(iter(plan.forms)):
-        _learn_signatures(plan, form, count, progress)
+        study = _with_signatures(study, form, run)
+    return study
+
+
+def _with(study: Study, form: Form, rate: int, learned: Learned) -> Study:
+    return replace(study, learned={**study.learned, (form, rate): learned})
 
 
 def _levels(plan: Plan, found: Sequence[Array], long: int) -> Levels:
@@ -117,228 +120,22 @@ def _levels(plan: Plan, found: Sequence[Array], long: int) -> Levels:
     return calibrate(np.vstack(found[:long]), plan.rate_per_h / SAFETY, BLOCK_S, starts)
 
 
-def _learn_signatures(plan: Plan, form: Form, count: int, progress: Progress) -> None:
-    """Signatures of the first rate of a form; the others are learned at that rate, too."""
-    rate = plan.forms[form][0]
-    every = [Job(f"example-{form}-{one.seed}", "example", form, (one,)) for one in examples(plan.examples)]
-    rows = _all(every, count, progress, f"{form}: signatures")
+def _with_signatures(study: Study, form: Form, run: Run) -> Study:
+    """The study with the signatures of the first rate of a form; the others are learned at that rate, too."""
+    rate = study.rates(form)[0]
+    every = [Job(f"example-{form}-{one.seed}", "example", form, (one,)) for one in examples(study.plan.examples)]
+    rows = run(study, every, f"{form}: signatures")
     known = learn_diagnosis(
         [(job.arguments[0].number, job.name, np.array(row)) for job, row in zip(every, rows, strict=True)]
     )
-    _LEARNED[form, rate] = replace(_LEARNED[form, rate], diagnosis=known)
-    _STORES[0].keep(
+    study.store.keep(
         f"signatures-{form}", {"group": known.group, "matrix": {f: row.tolist() for f, row in known.matrix().items()}}
     )
+    return _with(study, form, rate, replace(study.learned[form, rate], diagnosis=known))
 
 
-def _healthy_jobs(plan: Plan, form: Form, purpose: str) -> list[Job]:
-    """Fault-free runs for a purpose of `SEEDS`: of a day at most each, or short ones from a start."""
-    seeds = range(SEEDS[purpose], SEEDS[purpose] + 1000)
-    if purpose.endswith("start"):
-        lengths = [START_S] * plan.starts[("calibrate-start", "judge-start").index(purpose)]
-    else:
-        seconds = round(plan.hours(form)[("learn", "calibrate", "judge").index(purpose)] * 3600)
-        lengths = [min(_DAY_S, seconds - begun) for begun in range(0, seconds, _DAY_S)]
-    what = "count" if purpose.startswith("judge") else "healthy"
-    return [
-        Job(f"{purpose}-{form}-{_rates(plan, form)}-{seed}", what, form, (seed, seconds))
-        for seed, seconds in zip(seeds, lengths, strict=False)
-    ]
-
-
-def _setting(form: Form, seed: int) -> Setting:
-    """How a fault-free run is made; every second of the short ones does not start as the benchmark does."""
-    return elsewhere(form, seed) if seed >= SEEDS["calibrate-start"] and seed % 2 else Setting(form, seed)
-
-
-def _rates(plan: Plan, form: Form) -> str:
-    """The sampling rates of a form, for names: results at other rates are others."""
-    return "-".join(str(rate) for rate in plan.forms[form])
-
-
-def _judging(plan: Plan, form: Form) -> list[Job]:
-    """Scenarios, the long ones first so that no core waits at the end, and fault-free hours to judge."""
-    made = [
-        Job(f"{name}-{form}-{_rates(plan, form)}-{seed}", "scenario", form, (name, seed))
-        for name in plan.scenarios
-        for seed in range(1, plan.trials(form, scenario(name)) + 1)
-    ]
-    made.sort(key=lambda job: -plan.duration(form, scenario(job.arguments[0])))
-    return _healthy_jobs(plan, form, "judge") + made + _healthy_jobs(plan, form, "judge-start")
-
-
-def _pending(every: Sequence[Job]) -> list[Job]:
-    return [job for job in every if _STORES[0].result(job.name) is None]
-
-
-def _kept(plan: Plan, form: Form, rate: int, job: Job) -> Array:
-    """A fault-free run at a rate; made when it is not there."""
-    seed, seconds = job.arguments
-
-    def make() -> Array:
-        rows = healthy(seconds, _setting(form, seed), plan.forms[form])
-        return np.stack([rows[one] for one in plan.forms[form]])
-
-    return _STORES[0].run(f"{job.name}-{seconds}", make)[plan.forms[form].index(rate)]
-
-
-def _healthy(job: Job) -> Any:
-    for rate in _PLAN[0].forms[job.form]:
-        _kept(_PLAN[0], job.form, rate, job)
-    return True
-
-
-def _blocks(job: Job) -> Any:
-    plan, run = _PLAN[0], job.arguments[0]
-    rates = plan.forms[job.form]
-    return {rate: _LEARNED[job.form, rate].blocks(_kept(plan, job.form, rate, run), BLOCK_S) for rate in rates}
-
-
-def _count(job: Job) -> Any:
-    seed, seconds = job.arguments
-    rates = _PLAN[0].forms[job.form]
-    rows = healthy(seconds, _setting(job.form, seed), rates)
-    return {str(rate): jobs.healthy_alarms(rows[rate], _LEARNED[job.form, rate]) for rate in rates}
-
-
-def _scenario(job: Job) -> Any:
-    name, seed = job.arguments
-    what, rates = scenario(name), _PLAN[0].forms[job.form]
-    rows = simulate(what.faults, _PLAN[0].duration(job.form, what), Setting(job.form, seed), rates)
-    return {str(rate): jobs.judge(what, rows[rate], _LEARNED[job.form, rate], seed == 1 and rate == rates[0])
-            for rate in rates}  # fmt: skip
-
-
-def _example(job: Job) -> Any:
-    one: Example = job.arguments[0]
-    rate = _PLAN[0].forms[job.form][0]
-    learned = _LEARNED[job.form, rate]
-    seen = Seen(one.run(job.form, rate), learned.symptoms)
-    alarm = alarms(learned.levels[BANK].statistic(learned.channels[BANK](seen)))
-    alarm[: int(one.onset_s)] = False
-    rows = portrait(seen.run, seen.symptoms, alarm)[1]
-    # Densest after the alarm, where a slow fault is weakest and a diagnosis is asked for.
-    few = set(np.geomspace(1, len(rows), _PORTRAITS).round().astype(int).tolist()) if len(rows) else set()
-    return [np.round(rows[i - 1], 4).tolist() for i in sorted(few)]
-
-
-def _footprint(job: Job) -> Any:
-    name, noise_x, noise_f = job.arguments
-    what = scenario(name)
-    return jobs.footprint(what, job.form, 1, int(_PLAN[0].duration(job.form, what)), noise_x, noise_f)
-
-
-_WORK: dict[str, Callable[[Job], Any]] = {
-    "healthy": _healthy, "blocks": _blocks, "count": _count, "scenario": _scenario, "example": _example,
-    "footprint": _footprint,
-}  # fmt: skip
-
-
-def _do(job: Job) -> Any:
-    """Do a job, or take its result from the disk. A name that is empty is not kept."""
-    kept = _STORES[0].result(job.name) if job.name else None
-    if kept is not None:
-        return kept
-    done = _WORK[job.what](job)
-    if job.name:
-        _STORES[0].keep(job.name, done)
-    return done
-
-
-def _all(every: Sequence[Job], count: int, progress: Progress, label: str) -> list[Any]:
-    """The results of jobs, in their order."""
-    progress(label, 0, len(every))
-    if count == 1 or len(every) < 2 or "fork" not in multiprocessing.get_all_start_methods():
-        found = []
-        for job in every:
-            found.append(_do(job))
-            progress(label, len(found), len(every))
-        return found
-    fork = multiprocessing.get_context("fork")
-    with ProcessPoolExecutor(min(count, len(every)), fork, _begun, (os.getpid(),)) as pool:
-        return _waited(pool, every, progress, label)
-
-
-def _begun(parent: int) -> None:
-    """A worker begins: an interrupt is the parent's to handle, which ends it; it does not outlive a killed parent."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    Thread(target=_ends_with, args=(parent,), daemon=True).start()
-
-
-def _ends_with(parent: int) -> None:
-    while os.getppid() == parent:
-        time.sleep(0.5)
-    os._exit(1)
-
-
-def _waited(pool: Executor, every: Sequence[Job], progress: Progress, label: str) -> list[Any]:
-    futures = [pool.submit(_do, job) for job in every]
-    try:
-        for done, _ in enumerate(_finished(futures), 1):
-            progress(label, done, len(every))
-    except BaseException:
-        pool.shutdown(wait=False, cancel_futures=True)
-        for worker in multiprocessing.active_children():
-            worker.terminate()  # what it was at is not kept; what is kept is whole
-        raise
-    return [future.result() for future in futures]
-
-
-def _finished(futures: Iterable[Future[Any]]) -> Iterable[Any]:
-    for future in as_completed(futures):
-        yield future.result()
-
-
-def _gathered(plan: Plan, count: int, progress: Progress) -> Outcome:
-    """All results of a plan, from the disk."""
-    judged: dict[str, dict[str, list[dict[str, Any]]]] = {variant: {} for variant in plan.variants}
-    false: dict[str, dict[str, int]] = {variant: dict.fromkeys(plan.detectors, 0) for variant in plan.variants}
-    hours = dict.fromkeys(plan.variants, 0.0)
-    for form, rates in plan.forms.items():
-        for job in _judging(plan, form):
-            result = _STORES[0].result(job.name)
-            if result is None:
-                raise BadInput(job.name, "its result is gone", "run the evaluation again")
-            for rate in rates:
-                _add(f"{form}-{rate}", job, result[str(rate)], judged, false, hours)
-    signs = next((s for form in plan.forms if (s := _STORES[0].result(f"signatures-{form}")) is not None), None)
-    groups: dict[int, list[int]] = {}
-    for fault, number in (signs or {"group": {}})["group"].items():
-        groups.setdefault(number, []).append(int(fault))
-    matrix = {int(fault): row for fault, row in (signs or {"matrix": {}})["matrix"].items()}
-    return Outcome(
-        plan, judged, false, hours, list(groups.values()), matrix, _footprints(plan, judged, count, progress)
-    )
-
-
-def _add(
-    variant: str, job: Job, result: Any, judged: dict[str, dict[str, list[dict[str, Any]]]],
-    false: dict[str, dict[str, int]], hours: dict[str, float],
-) -> None:  # fmt: skip
-    """One result to where it belongs; the fault-free part of a scenario counts as fault-free hours."""
-    if job.what == "count":
-        hours[variant] += (job.arguments[1] - 300) / 3600
-        for name, number in result.items():
-            false[variant][name] += number
-        return
-    what = scenario(job.arguments[0])
-    hours[variant] += (what.faults[0].start_s - what.ton) / 3600
-    for name, one in result["detectors"].items():
-        false[variant][name] += one["false"]
-    judged[variant].setdefault(what.name, []).append(result)
-
-
-def _footprints(
-    plan: Plan, judged: dict[str, dict[str, list[dict[str, Any]]]], count: int, progress: Progress
-) -> dict[str, dict[str, float]]:
-    """How much the scenarios that some trial of the bank misses move X and F, in the first variant."""
-    variant = plan.variants[0]
-    form: Form = next(iter(plan.forms))
-    missed = [
-        name
-        for name, trials in judged[variant].items()
-        if any(trial["detectors"].get(BANK, {"first": 0})["first"] is None for trial in trials)
-    ]
-    noise = 2.5e-3, 3e-3
-    every = [Job(f"footprint-{form}-{name}", "footprint", form, (name, *noise)) for name in missed]
-    return dict(zip(missed, _all(every, count, progress, "what was missed"), strict=True))
+def _detectability(study: Study, scenarios: Sequence[str], run: Run) -> dict[str, dict[str, float]]:
+    """How much scenarios move X and F, in the first form of friction."""
+    form: Form = next(iter(study.plan.forms))
+    every = [Job(f"footprint-{form}-{name}", "detectability", form, (name, NOISE_X, NOISE_F)) for name in scenarios]
+    return dict(zip(scenarios, run(study, every, "what was missed"), strict=True))

@@ -80,5 +80,5 @@ def with_past(state: Array, rows: Array, depth: int) -> tuple[Array, Array]:
 
 def windows(joined: Array, depth: int) -> Array:
     """For each row from the depth-th on: it and the `depth` rows before it, oldest first, (n, depth + 1, width)."""
-    seen = np.lib.stride_tricks.sliding_window_view(joined, depth + 1, axis=0)
-    return np.moveaxis(seen, 2, 1)
+    windowed = np.lib.stride_tricks.sliding_window_view(joined, depth + 1, axis=0)
+    return np.moveaxis(windowed, 2, 1)

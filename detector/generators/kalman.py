@@ -101,18 +101,18 @@ class MatchedFilters(Generator):
 
     def _advance(self, state: Array, u: Array, y: Array) -> tuple[Array, Array]:
         joined, state = with_past(state, y, self._length - 1)
-        seen = np.nan_to_num(windows(joined, self._length - 1))
-        return state, np.column_stack([_best(seen, g) for g in self.responses.values()])
+        windowed = np.nan_to_num(windows(joined, self._length - 1))
+        return state, np.column_stack([_best(windowed, g) for g in self.responses.values()])
 
 
-def _best(seen: Array, response: Array) -> Array:
+def _best(windowed: Array, response: Array) -> Array:
     """The match of largest size over arrival times; a fault that arrived j readings ago shows j + 1 values of it."""
-    best = np.zeros(len(seen))
+    best = np.zeros(len(windowed))
     for shown in range(1, len(response) + 1):
         g = response[:shown]
         size = np.sqrt((g**2).sum())
         if size > 1e-9:
-            match = np.einsum("kjm,jm->k", seen[:, -shown:], g) / size
+            match = np.einsum("kjm,jm->k", windowed[:, -shown:], g) / size
             best = np.where(np.abs(match) > np.abs(best), match, best)
     return best
 

@@ -44,8 +44,8 @@ class NeuralObserver(Generator):
 
     def _past(self, joined: Array) -> Array:
         """Rows of what is known before the output: past outputs, past and present inputs."""
-        seen, m = windows(joined, self.depth), self.sizes[1]
-        return np.hstack([seen[:, :-1, :m].reshape(len(seen), -1), seen[:, :, m:].reshape(len(seen), -1)])
+        past, m = windows(joined, self.depth), self.sizes[1]
+        return np.hstack([past[:, :-1, :m].reshape(len(past), -1), past[:, :, m:].reshape(len(past), -1)])
 
     def _advance(self, state: Array, u: Array, y: Array) -> tuple[Array, Array]:
         joined, state = with_past(state, np.hstack([y, u]), self.depth)

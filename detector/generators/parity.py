@@ -55,8 +55,8 @@ class Parity(Generator):
 
     def _advance(self, state: Array, u: Array, y: Array) -> tuple[Array, Array]:
         joined, state = with_past(state, np.hstack([y, u]), self.depth)
-        seen, m = windows(joined, self.depth), self.sizes[1]
-        Y, U = seen[:, :, :m].reshape(len(y), -1), seen[:, :, m:].reshape(len(y), -1)
+        windowed, m = windows(joined, self.depth), self.sizes[1]
+        Y, U = windowed[:, :, :m].reshape(len(y), -1), windowed[:, :, m:].reshape(len(y), -1)
         return state, np.nan_to_num((Y - U @ self.H.T) @ self.V.T)
 
 

@@ -35,12 +35,12 @@ class Spectrum(Generator):
 
     def power(self, y: Array) -> Array:
         """Power (n - length + 1, m, n_bands) of every stretch of measurements (n, m), their mean taken off."""
-        seen = windows(y, self.length - 1)
-        return np.concatenate([self._power(seen[i : i + _BLOCK]) for i in range(0, len(seen), _BLOCK)])
+        windowed = windows(y, self.length - 1)
+        return np.concatenate([self._power(windowed[i : i + _BLOCK]) for i in range(0, len(windowed), _BLOCK)])
 
-    def _power(self, seen: Array) -> Array:
+    def _power(self, windowed: Array) -> Array:
         window = np.hanning(self.length)[None, :, None]
-        lines = np.abs(np.fft.rfft((seen - seen.mean(axis=1, keepdims=True)) * window, axis=1)) ** 2
+        lines = np.abs(np.fft.rfft((windowed - windowed.mean(axis=1, keepdims=True)) * window, axis=1)) ** 2
         share = np.arange(lines.shape[1]) / (lines.shape[1] - 1)
         inside = [(share >= low) & (share <= high) for low, high in zip(self.bands, self.bands[1:], strict=False)]
         return np.stack([lines[:, one].mean(axis=1) for one in inside], axis=2) / self.length

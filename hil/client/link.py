@@ -19,7 +19,7 @@ from hil.client.state import REOPEN, Input
 from hil.client.tcp import TcpWire
 from hil.client.wire import GONE, Wire
 from hil.modbus.addresses import LiveAddress, RtuAddress, TcpAddress, TlsAddress
-from hil.modbus.framing import transactions
+from hil.modbus.checks import transactions
 from hil.modbus.messages import Fault, Reply, Request
 from hil.modbus.serial_line import check_serial_line, usable
 from hil.modbus.tls import Certificates, is_certificate_trouble

@@ -30,7 +30,8 @@ from pymodbus.transport.serialtransport import SerialTransport
 
 from hil.client.wire import GONE, Lost
 from hil.modbus.addresses import SerialLine
-from hil.modbus.framing import check_rtu, rtu_frame
+from hil.modbus.checks import check_rtu
+from hil.modbus.framing import Frame
 from hil.modbus.messages import Fault, Reply, Request
 
 CLEAN_REPLIES = 20
@@ -150,7 +151,7 @@ class RtuWire(asyncio.Protocol):
         self._line, self._strayed = b"", False
         self._request, self._answer = request, self._loop.create_future()
         sent, timer = self._loop.time(), self._loop.call_later(self._timeout, self._expire)
-        self._transport.write(rtu_frame(request))
+        self._transport.write(Frame(0, request.unit, request.pdu).rtu())
         try:
             reply = await self._answer
         finally:

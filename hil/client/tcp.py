@@ -17,7 +17,8 @@ from collections.abc import Iterator
 from typing import cast
 
 from hil.client.wire import GONE, Lost
-from hil.modbus.framing import Frame, check_tcp, ends_in_frame, split_frames, tcp_frame
+from hil.modbus.checks import check_tcp, ends_in_frame
+from hil.modbus.framing import Frame, split_frames
 from hil.modbus.messages import Fault, Reply, Request
 
 RECENT = 32
@@ -50,7 +51,7 @@ class TcpWire(asyncio.Protocol):
         self._deadline = self._loop.time() + self._timeout
         if self._timer is None:
             self._timer = self._loop.call_at(self._deadline, self._on_time)
-        self._transport.write(tcp_frame(request, self._transaction))
+        self._transport.write(Frame(self._transaction, request.unit, request.pdu).tcp())
         try:
             return await self._answer
         finally:

@@ -3,7 +3,7 @@
 pymodbus' client hides what safety needs: it clears its buffer with every request, takes a reply with transaction id 0,
 the wrong function or the wrong length, and gives no hold on bytes that nobody asked for. So only its serial transport
 (pyserial on the event loop) is used, and the two wires, `TcpWire` and `RtuWire`, hand what arrives to the pure
-functions of `hil.modbus.framing`.
+functions of `hil.modbus.checks`.
 """
 
 from __future__ import annotations

@@ -1,1 +1,1 @@
-"""Modbus on the line: requests and replies, framing, TLS, and serial lines."""
+"""Modbus on the line: messages, frames and what a reply must be; addresses, TLS and serial lines."""

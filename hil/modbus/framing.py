@@ -1,53 +1,84 @@
-"""How a request and its reply lie on the line: the MBAP header of Modbus TCP and TLS, and the frame of Modbus RTU.
+"""How messages lie on the line: the MBAP header of Modbus TCP and TLS, the frame of Modbus RTU and its checksum.
 
-Pure functions, like `hil.modbus.messages`: whatever bytes arrive they return, and never raise. A TCP stream is kept in
-step by its length fields alone; a header that cannot be Modbus means that the step is lost for good, and only a new
-connection finds it again. An RTU line has no lengths and no ids: the only reply that can be told from a shifted one is
-a frame that stands alone.
+Pure functions: whatever bytes arrive they return, and never raise. The client, the server and the fault injector all
+cut and build their frames here.
+
+    TCP, TLS   transaction (2 bytes), protocol 0 (2), length of what follows (2), unit (1), message
+    RTU        unit (1), message, checksum (2, low byte first)
 """
 
 from __future__ import annotations
 
 import struct
-from collections.abc import Collection, Iterator
+from collections.abc import Sequence
 from typing import NamedTuple
 
-from hil.modbus.messages import Fault, Reply, Request, check_pdu, crc16
-
 LONGEST_PDU = 253
-_HEADER = struct.Struct(">HHHB")
-_STRIDE = 40503  # odd, so that it visits all ids; near 65536 / 1.618, so that neighbours lie far apart
+MBAP = 7
+"""Bytes before the function code on TCP: transaction, protocol, length, unit."""
+
+_MBAP = struct.Struct(">HHHB")
+_HEADER = struct.Struct(">HHH")
+_ECHOES = {5: 8, 6: 8, 15: 8, 16: 8, 22: 10}
+"""Length of RTU replies without a byte count."""
 
 
 class Frame(NamedTuple):
-    """One message of a TCP stream."""
+    """One message and whom it is from or for. transaction : TCP only; pdu : function code and data.
+
+    >>> Frame.of_rtu(Frame(0, 1, b"\x04\x02").rtu()) == Frame(0, 1, b"\x04\x02")
+    True
+    """
 
     transaction: int
     unit: int
     pdu: bytes
 
+    @classmethod
+    def of_tcp(cls, data: bytes) -> Frame:
+        """The message in the bytes of a whole frame on TCP."""
+        return cls(int.from_bytes(data[:2], "big"), data[MBAP - 1], data[MBAP:])
 
-def transactions() -> Iterator[int]:
-    """The ids of requests, without end: never 0, which servers send when they do not know it, and no neighbours.
+    @classmethod
+    def of_rtu(cls, data: bytes) -> Frame:
+        """The message in the bytes of a whole frame on a serial line; its checksum is not looked at."""
+        return cls(0, data[0], data[1:-2])
 
-    A server that answers with an id off by one or by one bit must not hit the id of the request that follows. Every
-    id comes once in 65535 requests.
+    def tcp(self) -> bytes:
+        """The bytes on TCP or TLS."""
+        return _MBAP.pack(self.transaction, 0, 1 + len(self.pdu), self.unit) + self.pdu
 
-    >>> ids = transactions()
-    >>> [next(ids) for _ in range(4)]
-    [40503, 15470, 55973, 30940]
-    """
-    transaction = 0
-    while True:
-        transaction = (transaction + _STRIDE) & 0xFFFF
-        if transaction:
-            yield transaction
+    def rtu(self) -> bytes:
+        """The bytes on a serial line."""
+        body = bytes([self.unit]) + self.pdu
+        return body + crc(body)
 
 
-def tcp_frame(request: Request, transaction: int) -> bytes:
-    """The bytes of a request on TCP or TLS."""
-    pdu = request.pdu
-    return _HEADER.pack(transaction, 0, 1 + len(pdu), request.unit) + pdu
+class Header(NamedTuple):
+    """The first six bytes of a frame on TCP. length : of what follows them."""
+
+    transaction: int
+    protocol: int
+    length: int
+
+    @classmethod
+    def at(cls, stream: bytes | bytearray, start: int = 0) -> Header | None:
+        """The header that begins there; None while it is not whole."""
+        return cls(*_HEADER.unpack_from(stream, start)) if len(stream) - start >= _HEADER.size else None
+
+    @property
+    def size(self) -> int:
+        """Bytes of the whole frame."""
+        return _HEADER.size + self.length
+
+    @property
+    def problem(self) -> str | None:
+        """Why it cannot be Modbus: then the stream cannot be followed any more. None when it can."""
+        if self.protocol != 0:
+            return f"protocol id {self.protocol} instead of 0"
+        if not 2 <= self.length <= LONGEST_PDU + 1:
+            return f"a frame of {self.length} bytes"
+        return None
 
 
 def split_frames(stream: bytes) -> tuple[list[Frame], bytes, str | None]:
@@ -57,74 +88,51 @@ def split_frames(stream: bytes) -> tuple[list[Frame], bytes, str | None]:
     ([Frame(transaction=7, unit=1, pdu=b'\\x04\\x02')], b'\\x00\\x08', None)
     """
     frames, start = list[Frame](), 0
-    while len(stream) - start >= 6:
-        transaction, protocol, length = struct.unpack_from(">HHH", stream, start)
-        if protocol != 0:
-            return frames, stream[start:], f"protocol id {protocol} instead of 0"
-        if not 2 <= length <= LONGEST_PDU + 1:
-            return frames, stream[start:], f"a frame of {length} bytes"
-        end = start + 6 + length
+    while header := Header.at(stream, start):
+        if header.problem:
+            return frames, stream[start:], header.problem
+        end = start + header.size
         if len(stream) < end:
             break
-        frames.append(Frame(transaction, stream[start + 6], stream[start + 7 : end]))
+        frames.append(Frame(header.transaction, stream[start + 6], stream[start + MBAP : end]))
         start = end
     return frames, stream[start:], None
 
 
-def ends_in_frame(pdu: bytes, transactions: Collection[int]) -> bool:
-    """Whether the end of a reply is a whole message with one of these transaction ids.
-
-    That happens when a reply stopped half way and an earlier one, late or repeated, fills just what is missing.
-
-    >>> ends_in_frame(bytes.fromhex("0308 0001 9e37 0000 0003 018302"), [0x9E37])
-    True
-    """
-    place = pdu.find(b"\0\0\0", 4)
-    while place >= 0:
-        inner = int.from_bytes(pdu[place - 2 : place], "big")
-        if pdu[place + 3 : place + 4] == bytes([len(pdu) - place - 4 & 0xFF]) and inner in transactions:
-            return True
-        place = pdu.find(b"\0\0\0", place + 1)
-    return False
-
-
-def check_tcp(request: Request, transaction: int, frame: Frame) -> Reply:
-    """The verdict on a frame that arrived while a request waits."""
-    if frame.transaction != transaction:
-        text = f"a frame with transaction id {frame.transaction}, waiting for {transaction}"
-        return Reply(fault=Fault.TRANSACTION, text=text)
-    if frame.unit != request.unit:
-        return Reply(fault=Fault.UNIT, text=f"unit {frame.unit} answered instead of {request.unit}")
-    return check_pdu(request, frame.pdu)
-
-
-def rtu_frame(request: Request) -> bytes:
-    """The bytes of a request on a serial line."""
-    body = bytes([request.unit]) + request.pdu
-    return body + crc16(body).to_bytes(2, "little")
-
-
-def check_rtu(request: Request, line: bytes) -> Reply | None:
-    """The verdict on all bytes that came since the request; None while they may still become the reply.
-
-    The frame must be alone. Whether it stays alone is for the caller to watch: more bytes make it `Fault.SURPLUS`.
-
-    >>> check_rtu(Request(unit=1, function=4, address=9, count=1), bytes.fromhex("0104020008b8f6")).words
-    (8,)
-    """
-    known = line[:3]
-    if known[:1] not in (b"", bytes([request.unit])):
-        return Reply(fault=Fault.UNIT, text=f"unit {known[0]} answered instead of {request.unit}")
-    if known[1:2] not in (b"", bytes([request.function]), bytes([request.function | 0x80])):
-        return Reply(fault=Fault.FUNCTION, text=f"the reply is to function {known[1]:02x}, not {request.function:02x}")
-    refused = known[1:2] == bytes([request.function | 0x80])
-    if not refused and not request.writes and known[2:] not in (b"", bytes([request.data_bytes])):
-        return Reply(fault=Fault.LENGTH, text=f"the reply declares {known[2]} bytes, asked for {request.data_bytes}")
-    length = 5 if refused else request.reply_length + 3
-    if len(line) < length:
+def rtu_reply_size(data: bytes | bytearray) -> int | None:
+    """Bytes of the reply on a serial line that begins so; None while that is not known."""
+    if len(data) < 3:
         return None
-    if len(line) > length:
-        return Reply(fault=Fault.SURPLUS, text=f"{len(line) - length} bytes behind the reply")
-    if crc16(line[:-2]) != int.from_bytes(line[-2:], "little"):
-        return Reply(fault=Fault.CHECKSUM, text="the checksum of the reply is wrong")
-    return check_pdu(request, line[1:-2])
+    if data[1] & 0x80:
+        return 5
+    return _ECHOES.get(data[1], 5 + data[2])
+
+
+def crc(data: bytes) -> bytes:
+    """The checksum of an RTU frame as it goes out, low byte first.
+
+    >>> crc(bytes.fromhex("010300000001")).hex()
+    '840a'
+    """
+    return crc16(data).to_bytes(2, "little")
+
+
+def crc16(data: Sequence[int]) -> int:
+    """The checksum of Modbus RTU (polynomial A001 reflected, start FFFF), low byte first on the line.
+
+    >>> hex(crc16(bytes.fromhex("010300000002")))
+    '0xbc4'
+    """
+    crc = 0xFFFF
+    for byte in data:
+        crc = crc >> 8 ^ _CRC[(crc ^ byte) & 0xFF]
+    return crc
+
+
+def _crc_of(byte: int) -> int:
+    for _ in range(8):
+        byte = byte >> 1 ^ (0xA001 if byte & 1 else 0)
+    return byte
+
+
+_CRC = tuple(_crc_of(byte) for byte in range(256))

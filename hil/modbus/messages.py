@@ -1,21 +1,12 @@
-"""What a reply must be before a value is taken from it: bytes in, verdicts out.
+"""What goes over the wire, whatever carries it: a request, what becomes of it, and why it has no answer.
 
-No socket, no clock and no wire library here, so that every rule can be tried with a bytes literal. A reply is accepted
-only when everything that the protocol lets us compare is right:
-
-    Modbus TCP, TLS   transaction id (never 0), protocol id, length, unit, function, byte count
-    Modbus RTU        unit, function, byte count, CRC, and not one byte before or behind the frame
-
-and a value only when it is finite, in its valid range and not one of its invalid values (`hil.registers.codec.decode`).
-
-Bytes that arrive one by one get the same verdict as bytes that arrive at once. Whatever arrives, these functions
-return: they never raise.
+No socket, no clock and no wire library here. What a reply must be before a value is taken from it is in
+`hil.modbus.checks`, and how both lie on the line in `hil.modbus.framing`.
 """
 
 from __future__ import annotations
 
 import struct
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import NamedTuple
@@ -122,61 +113,3 @@ def _pdu(request: Request) -> bytes:
         packed = sum(bool(bit) << k for k, bit in enumerate(request.words))
         return head + bytes([request.data_bytes]) + packed.to_bytes(request.data_bytes, "little")
     return head
-
-
-def check_pdu(request: Request, pdu: bytes) -> Reply:
-    """The verdict on a reply, from its function code to the end of its data, transport headers taken off.
-
-    >>> check_pdu(Request(unit=1, function=3, address=0, count=2), bytes.fromhex("03040001ffff")).words
-    (1, 65535)
-    >>> check_pdu(Request(unit=1, function=3, address=0, count=2), bytes.fromhex("03020001")).text
-    'the reply has 4 bytes, 6 are right for this request'
-    """
-    function, right = pdu[:1], bytes([request.function])
-    if function == bytes([request.function | 0x80]) and len(pdu) == 2:
-        words = EXCEPTIONS.get(pdu[1], "not in the standard")
-        return Reply(fault=Fault.EXCEPTION, text=f"exception {pdu[1]}: {words}", exception=pdu[1])
-    if function != right:
-        return Reply(fault=Fault.FUNCTION, text=f"a reply to function {function.hex() or 'none'}, not {right.hex()}")
-    if len(pdu) != request.reply_length:
-        text = f"the reply has {len(pdu)} bytes, {request.reply_length} are right for this request"
-        return Reply(fault=Fault.LENGTH, text=text)
-    if request.writes:
-        return _check_echo(request, pdu)
-    if pdu[1] != request.data_bytes:
-        return Reply(fault=Fault.LENGTH, text=f"the reply declares {pdu[1]} bytes, asked for {request.data_bytes}")
-    return Reply(_words(request, pdu[2:]))
-
-
-def _check_echo(request: Request, pdu: bytes) -> Reply:
-    if pdu != request.pdu[:5]:
-        return Reply(fault=Fault.LENGTH, text=f"the device acknowledged {pdu[1:].hex()}, not what was written")
-    return Reply(request.words)
-
-
-def _words(request: Request, data: bytes) -> tuple[int, ...]:
-    if request.function in READ_REGISTERS:
-        return struct.unpack(f">{request.count}H", data)
-    packed = int.from_bytes(data, "little")
-    return tuple(packed >> k & 1 for k in range(request.count))
-
-
-def crc16(data: Sequence[int]) -> int:
-    """The checksum of Modbus RTU (polynomial A001 reflected, start FFFF), low byte first on the line.
-
-    >>> hex(crc16(bytes.fromhex("010300000002")))
-    '0xbc4'
-    """
-    crc = 0xFFFF
-    for byte in data:
-        crc = crc >> 8 ^ _CRC[(crc ^ byte) & 0xFF]
-    return crc
-
-
-def _crc_of(byte: int) -> int:
-    for _ in range(8):
-        byte = byte >> 1 ^ (0xA001 if byte & 1 else 0)
-    return byte
-
-
-_CRC = tuple(_crc_of(byte) for byte in range(256))

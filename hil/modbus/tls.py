@@ -74,8 +74,8 @@ def _read(path: Path) -> bytes:
     try:
         return path.read_bytes()
     except OSError as error:
-        remedy = "give a PEM file; for tests on this machine bristle serve --make-test-ca DIR makes some"
-        raise BadInput(str(path), f"cannot be read: {error.strerror}", remedy) from None
+        remedy = "give a PEM file, or have some made for tests on this machine"
+        raise BadInput(str(path), f"cannot be read: {error.strerror}", remedy, parameter="make_test_ca") from None
 
 
 def _certificates(path: Path) -> list[x509.Certificate]:

@@ -17,7 +17,7 @@ from hil.recorder.files import RecorderSettings
 from hil.recorder.recorder import Recorder, RecorderReport
 from hil.running import Job, Stop, freeze_garbage, repeating
 from hil.source.sample import LinkEvent, Sample
-from hil.source.source import Around, Source
+from hil.source.source import Source, SourceWrapper
 from hil.source.statistics import Statistics
 
 Sink = Callable[[MonitorEvent], None]
@@ -58,7 +58,7 @@ class MonitorEnd:
     recorded: RecorderReport | None
 
 
-class _Watched(Around):
+class _Watched(SourceWrapper):
     """A source whose items pass the monitor first, and then go to whoever reads it: the recorder."""
 
     def __init__(self, source: Source, monitor: Monitor, sinks: Sequence[Sink]) -> None:
@@ -98,7 +98,7 @@ async def monitor_session(source: Source, monitor: Monitor, session: MonitorSess
     """Watch a source until it ends, the duration is over, or SIGINT or SIGTERM comes; what is learned is saved then.
 
     Raises BadInput as `Monitor.check`, `Monitor.take` and `Recorder.run` do, also when the state cannot be saved, and
-    PollingDied as the source does.
+    PollingStopped as the source does.
     """
     monitor.check()
     if session.state is not None:

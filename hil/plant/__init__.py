@@ -1,1 +1,1 @@
-"""The plants that a server serves."""
+"""What a server can serve: the interface of a plant, the simulated actuator, and plant time against the clock."""

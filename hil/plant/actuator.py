@@ -69,7 +69,7 @@ class ActuatorSetup:
 
 
 class ActuatorPlant:
-    """A valve with its positioner in steps of 2.5 ms; satisfies `Plant`.
+    """A valve with its positioner in steps of 2.5 ms; satisfies `ServedPlant`.
 
     Commands: the five inputs (which then leave the stimulus), ``fault`` (number, 0 none) with its strength, times and
     direction (0: the benchmark's), ``noise``, ``lugre`` (1: friction as a force, 0: play; changing it restarts the
@@ -82,6 +82,9 @@ class ActuatorPlant:
         {"setpoint": "1", **_UNITS, "flow": "m3/h", "plant_time": "s", "fault_active": "1"},
     )
     commands = COMMANDS
+    inputs = tuple(INPUT_COMMANDS)
+    friction = tuple(FRICTION)
+    """Names of the commands that set an input, and of those that set a parameter of the friction."""
 
     def __init__(self, setup: ActuatorSetup) -> None:
         self._setup = setup
@@ -141,7 +144,8 @@ class ActuatorPlant:
             effects = {effect: self._hidden(effect, orders.hidden) for effect in setup.hidden}
             friction = {**setup.friction, **friction}
         if orders.hidden and not effects:
-            raise BadInput("hidden_effect", "there is none to switch on", "start with --effect and --friction lugre")
+            remedy = "set the plant up with an effect, and with friction as a force"
+            raise BadInput("hidden_effect", "there is none to switch on", remedy, parameter="effect")
         if friction:
             effects["lugre"] = friction
         return Actuator(orders.form, setup.parameters, effects), (*setup.faults, *orders.ordered_fault())

@@ -17,7 +17,7 @@ class Command:
     harmful: bool = False
 
 
-class Plant(Protocol):
+class ServedPlant(Protocol):
     """A plant in equal steps of `step_s` seconds. It holds no clock: whoever drives it decides how fast time goes.
 
     units : unit of every signal, by name; commands : what `apply` understands, by name. `advance` and `signals` give

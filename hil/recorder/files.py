@@ -29,7 +29,7 @@ class RecorderSettings:
     """How and where a source is recorded.
 
     to : a directory, or a file ending in .h5 or .hdf5 for a single valve; rotate_mb, rotate_s : size [MB] and age [s]
-    at which a new file is begun; batch_s : how long samples may wait [s]; title, kind, plant : as in `Recording`;
+    at which a new file is started; batch_s : how long samples may wait [s]; title, kind, plant : as in `Recording`;
     acknowledge : see `Acknowledge`, called from another thread; tell : see `Tell`.
     """
 
@@ -74,7 +74,7 @@ class FileSeries:
     """The recordings of one valve, one after the other, with one clock. Used by one thread.
 
     valve : its name; signals : what is recorded; created : the wall-clock time at which the clock was 0.
-    A file is begun with two samples at least, because one alone is no recording.
+    A file is started with two samples at least, because one alone is no recording.
     """
 
     def __init__(
@@ -84,7 +84,7 @@ class FileSeries:
         self.files: list[Path] = []
         self._names = [spec.name for spec in signals]
         self._writer: RecordingWriter | None = None
-        self._begun = 0.0
+        self._started = 0.0
         self._rows: list[Row] = []
         self._events: list[Event] = []
 
@@ -106,7 +106,7 @@ class FileSeries:
             self._writer.event(self._events.pop(0))
 
     @property
-    def n_left(self) -> int:
+    def n_unrecorded(self) -> int:
         """How many samples came to no recording: a single one, when nothing followed it."""
         return len(self._rows)
 
@@ -121,7 +121,7 @@ class FileSeries:
             self._writer.close()
             self._writer = None
         settings, path = self._settings, self._next_path()
-        self._begun = self._rows[0][0]
+        self._started = self._rows[0][0]
         self._writer = RecordingWriter(
             path,
             self._signals,
@@ -136,7 +136,7 @@ class FileSeries:
     def _is_full(self, writer: RecordingWriter) -> bool:
         megabytes, seconds = self._settings.rotate_mb, self._settings.rotate_s
         too_large = megabytes is not None and writer.path.stat().st_size >= megabytes * 1e6
-        return too_large or (seconds is not None and self._rows[0][0] - self._begun >= seconds)
+        return too_large or (seconds is not None and self._rows[0][0] - self._started >= seconds)
 
     def _next_path(self) -> Path:
         """A free name. A file that a user named is used as it is; whatever stands in its way is the writer's to say."""

@@ -171,7 +171,7 @@ class Recorder:
             for lane in self._lanes.values():
                 if lane.series is not None:
                     lane.report.files = tuple(lane.series.files)
-                    lane.report.samples -= lane.series.n_left
+                    lane.report.samples -= lane.series.n_unrecorded
                     stack.callback(lane.series.close)
 
 

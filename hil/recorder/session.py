@@ -18,7 +18,7 @@ SHOW_EVERY_S = 1.0
 
 
 @dataclass(frozen=True)
-class SessionEnd:
+class RecorderEnd:
     """How a session ended. interrupted : by SIGINT, as opposed to its deadline, SIGTERM or the end of the source."""
 
     report: RecorderReport
@@ -28,7 +28,7 @@ class SessionEnd:
 
 async def record_session(
     source: Source, settings: RecorderSettings, duration_s: float | None = None, show: Show | None = None
-) -> SessionEnd:
+) -> RecorderEnd:
     """Record a source until the duration is over, SIGINT or SIGTERM comes, or the source ends.
 
     Raises as `Recorder.run` does; the files are closed then, and what was recorded is in them.
@@ -40,4 +40,4 @@ async def record_session(
         with repeating(*shown):
             async with source:
                 report = await recorder.run(stop.event)
-    return SessionEnd(report, stop.seconds, signal.SIGINT in stop.signals)
+    return RecorderEnd(report, stop.seconds, signal.SIGINT in stop.signals)

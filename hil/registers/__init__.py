@@ -1,1 +1,1 @@
-"""What registers mean: points, coding, register maps, and rings of samples."""
+"""What registers mean: points and how they are coded, register maps from files, and rings of samples."""

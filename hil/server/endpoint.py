@@ -63,8 +63,8 @@ async def _open_network(
         server = CarefulTcpServer(devices(units, clock), address=place, units=units.keys(), clock=clock)
     else:
         if certificates is None:
-            remedy = "give --cert, --key and --ca (for tests: bristle serve --make-test-ca DIR)"
-            raise BadInput(address.at(address.port), "TLS needs certificates", remedy)
+            remedy = "give certificate and private key of the server, and the authority of its clients"
+            raise BadInput(address.at(address.port), "TLS needs certificates", remedy, parameter="cert")
         # The library's TLS framer swallows two requests that arrive together; the plain one has the same frames.
         secure = {"sslctx": certificates.server_context(), "framer": FramerType.SOCKET}
         server = CarefulTlsServer(devices(units, clock), address=place, units=units.keys(), clock=clock, **secure)

@@ -19,14 +19,13 @@ from pymodbus.pdu import ExceptionResponse, ModbusPDU
 from pymodbus.server import ModbusSerialServer, ModbusTcpServer, ModbusTlsServer
 from pymodbus.server.requesthandler import ServerRequestHandler
 
+from hil.modbus.framing import Header
+
 ALLOWED = frozenset({1, 2, 3, 4, 5, 6, 15, 16, 22, 23})
 """Function codes that read or write registers; all others (diagnostics, files, restarts) are refused."""
 
 SILENCE = 0.05
 """A pause in a request on a serial line longer than this [s] is its end: 3.5 characters, and what adapters add."""
-
-HEADER, LONGEST = 6, 254
-"""Bytes before and, at most, after the length field of a frame on TCP."""
 
 REOPEN = 0.5
 """How often a lost serial line is tried again [s]."""
@@ -72,13 +71,12 @@ class _Connection(_Guard):
         self.loop.call_soon(self._serve_next)
 
     def _serve_next(self) -> None:
-        if self._busy or not self.transport or len(self._waiting) < HEADER:
+        if self._busy or not self.transport or (header := Header.at(self._waiting)) is None:
             return
-        protocol, length = self._waiting[2:4], int.from_bytes(self._waiting[4:6], "big")
-        if protocol != b"\0\0" or not 2 <= length <= LONGEST:
+        if header.problem:
             self.close()
-        elif len(self._waiting) >= HEADER + length:
-            frame, self._waiting = self._waiting[: HEADER + length], self._waiting[HEADER + length :]
+        elif len(self._waiting) >= header.size:
+            frame, self._waiting = self._waiting[: header.size], self._waiting[header.size :]
             self._busy = True
             super().data_received(frame)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from hil.plant.plant import Command, Plant
+from hil.plant.plant import Command, ServedPlant
 from hil.registers.point import BIT_TABLES, Point
 from hil.registers.register_map import RegisterMap, WriteMap, grouped
 from recordings import BadInput, convert
@@ -70,7 +70,7 @@ class Layout:
         return max((end for _, end in self.legal[table]), default=16)
 
 
-def layout(plant: Plant, read_map: RegisterMap, write_map: WriteMap | None) -> Layout:
+def layout(plant: ServedPlant, read_map: RegisterMap, write_map: WriteMap | None) -> Layout:
     """Match maps with a plant. Raises BadInput for a point that the plant does not have, or in a foreign unit."""
     units = {**plant.units, **SERVICE}
     commands = {**plant.commands, **OWN_COMMANDS}

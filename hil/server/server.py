@@ -11,7 +11,7 @@ from typing import Self
 
 from hil.modbus.tls import Certificates
 from hil.plant.pace import LatenessReport, Pace
-from hil.plant.plant import Plant
+from hil.plant.plant import ServedPlant
 from hil.registers.register_map import RegisterMap, WriteMap
 from hil.server.address import NetworkAddress, ServerAddress
 from hil.server.endpoint import Endpoint, open_endpoint
@@ -48,10 +48,10 @@ class ServerSettings:
         seen = [a for a in self.listen if isinstance(a, NetworkAddress) and not a.loopback]
         for address in seen:
             if not self.expose:
-                found = "other machines could reach this address" + (
-                    "" if address.kind == "tls" else " without a password"
-                )
-                raise BadInput(address.at(address.port), found, "listen on 127.0.0.1, or say --expose if it is meant")
+                found = "other machines could reach this address"
+                found += "" if address.kind == "tls" else " without a password"
+                remedy = "listen on 127.0.0.1, or expose it if it is meant"
+                raise BadInput(address.at(address.port), found, remedy, parameter="expose")
         return [_meaning(address, self.write_map is not None, self.harm) for address in seen]
 
 
@@ -62,7 +62,9 @@ class Server:
     map does not fit the plants.
     """
 
-    def __init__(self, plants: Mapping[int, Plant], settings: ServerSettings, clock: Clock = time.monotonic) -> None:
+    def __init__(
+        self, plants: Mapping[int, ServedPlant], settings: ServerSettings, clock: Clock = time.monotonic
+    ) -> None:
         self.settings, self._plants, self._clock = settings, dict(plants), clock
         self.units: dict[int, ServedUnit] = {}
         self._endpoints: list[Endpoint] = []
@@ -106,7 +108,7 @@ class Server:
         """Lateness by unit id; None in lock-step."""
         return {unit_id: unit.report() for unit_id, unit in self.units.items()}
 
-    def _unit(self, unit_id: int, plant: Plant) -> ServedUnit:
+    def _unit(self, unit_id: int, plant: ServedPlant) -> ServedUnit:
         s = self.settings
         registers = layout(plant, s.read_map.on_unit(unit_id), s.write_map.on_unit(unit_id) if s.write_map else None)
         pace = None if s.speed is None else Pace(plant.step_s, s.speed)

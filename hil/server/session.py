@@ -8,7 +8,7 @@ import signal
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from hil.plant.plant import Plant
+from hil.plant.plant import ServedPlant
 from hil.running import Stop
 from hil.server.server import Server, ServerSettings
 
@@ -23,7 +23,7 @@ class ServerEnd:
 
 
 async def serve_session(
-    plants: Mapping[int, Plant], settings: ServerSettings, duration: float | None, say: Say
+    plants: Mapping[int, ServedPlant], settings: ServerSettings, duration: float | None, say: Say
 ) -> ServerEnd:
     """Serve until `duration` [s] is over or SIGINT or SIGTERM comes.
 

@@ -8,11 +8,11 @@ from enum import IntEnum
 import numpy as np
 
 from hil.plant.pace import LatenessReport, Pace
-from hil.plant.plant import Plant
+from hil.plant.plant import ServedPlant
 from hil.registers.codec import decode, saturated
 from hil.server.layout import Layout, Place
-from hil.server.ring import SampleMemory
-from recordings import BadInput
+from hil.server.sample_memory import SampleMemory
+from recordings import BadInput, BristleError
 
 MOST_AT_ONCE = 400
 """Samples simulated in one go while following the clock: between two goes the server answers requests."""
@@ -32,7 +32,7 @@ class Refusal(IntEnum):
     ILLEGAL_VALUE = 3
 
 
-class Refused(Exception):
+class Refused(BristleError):
     """A request that gets an exception as its answer."""
 
     def __init__(self, code: Refusal) -> None:
@@ -47,7 +47,7 @@ class ServedUnit:
     harm : whether registers may switch on what damages the plant.
     """
 
-    def __init__(self, plant: Plant, layout: Layout, pace: Pace | None, harm: bool = False) -> None:
+    def __init__(self, plant: ServedPlant, layout: Layout, pace: Pace | None, harm: bool = False) -> None:
         self.plant, self.layout, self.pace, self._harm = plant, layout, pace, harm
         self.samples = 0
         self.requests = self.refused = 0

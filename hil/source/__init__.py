@@ -1,1 +1,1 @@
-"""Where values come from: samples with a quality for every value, live or from a recording."""
+"""Where values come from: samples with a quality for every value, polled live or played back from a recording."""

@@ -8,7 +8,7 @@ from types import TracebackType
 from typing import Protocol, Self
 
 from hil.modbus.addresses import LiveAddress
-from hil.modbus.messages import WRITE_COILS, WRITE_REGISTERS, Request
+from hil.modbus.messages import WRITE_COILS, WRITE_REGISTERS, Fault, Reply, Request
 from hil.registers.codec import encode
 from hil.registers.point import BIT_TABLES
 from hil.registers.register_map import WriteMap
@@ -17,10 +17,10 @@ from hil.source.line import Line
 from hil.source.sample import EventKind, LinkEvent, Sample, wall_at
 from hil.source.statistics import Statistics
 from hil.source.valve import Valve
-from recordings import BadInput, SignalSpec
+from recordings import BadInput, LinkError, ProtocolError, SignalSpec
 
 
-class PollingDied(RuntimeError):
+class PollingStopped(LinkError):
     """A task of a source ended, which it never should: no more samples will come. The cause is `__cause__`."""
 
 
@@ -46,7 +46,7 @@ class LiveSource:
     address : of the peer; valves : what to read, each name once; plan : how; write_map, allow_write : both must be
     given before `write` changes anything; without them not one write request can leave.
 
-    Raises BadInput for valves that cannot be read so, and as `Link` does. Iterating raises `PollingDied`.
+    Raises BadInput for valves that cannot be read so, and as `Link` does. Iterating raises `PollingStopped`.
     """
 
     def __init__(
@@ -95,7 +95,8 @@ class LiveSource:
         """Write one point of the write map to a valve, and wait until the device has confirmed it.
 
         Raises BadInput when writing was not allowed, there is no such valve or point, the point cannot carry the value,
-        or the device did not confirm.
+        or the device refuses it; LinkError when the device does not answer, ProtocolError when its answer cannot be
+        used. It may have been written all the same then.
         """
         if not self._line.link.allow_write or self._write_map is None:
             remedy = "give a write map and allow writing, if you mean it"
@@ -106,8 +107,7 @@ class LiveSource:
         function = WRITE_COILS if point.table in BIT_TABLES else WRITE_REGISTERS
         reply = await self._line.ask(Request(unit, function, point.address, len(words), words))
         if reply.fault is not None:
-            remedy = "check the device, and whether it lets this register be written"
-            raise BadInput(f"{self.address.text}: {valve}: {name}", reply.text, remedy)
+            raise _unconfirmed(f"{self.address.text}: {valve}: {name}", reply)
 
     def _unit(self, valve: str) -> int:
         """The device id that commands of a valve go to, the first of those it is read from."""
@@ -133,6 +133,14 @@ class LiveSource:
         text = f"the {task.get_name()} task ended: {reason}"
         for valve in self._valves:
             self._announce(valve.name, "link_down", text)
-        death = PollingDied(f"{self.address.text}: {text}")
-        death.__cause__ = cause
-        self._channel.finish(death)
+        stopped = PollingStopped(f"{self.address.text}: {text}")
+        stopped.__cause__ = cause
+        self._channel.finish(stopped)
+
+
+def _unconfirmed(where: str, reply: Reply) -> BadInput | LinkError:
+    """The error of a write whose reply has a fault."""
+    if reply.fault is Fault.EXCEPTION and not reply.device_silent:
+        return BadInput(where, reply.text, "check the device, and whether it lets this register be written")
+    kind = LinkError if reply.device_silent or reply.fault is Fault.LOST else ProtocolError
+    return kind(f"{where}: {reply.text}")

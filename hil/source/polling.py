@@ -19,7 +19,7 @@ HEARTBEAT_S = 2.0
 IDLE_S = 0.02
 """How long a source without a rate waits when there is nobody to ask."""
 
-MISSES_TOLD_EVERY_S = 1.0
+MISSES_REPORTED_EVERY_S = 1.0
 
 
 class Schedule:
@@ -32,8 +32,8 @@ class Schedule:
         self._period = None if rate is None else 1.0 / rate
         self._statistics = statistics
         self._loop = asyncio.get_running_loop()
-        self._due = self._told_at = self._loop.time()
-        self._untold = 0
+        self._due = self._reported_at = self._loop.time()
+        self._unreported = 0
 
     async def wait(self) -> None:
         """Wait for the next deadline."""
@@ -46,17 +46,17 @@ class Schedule:
         missed = int(late / self._period)
         self._statistics.lateness.add(late)
         self._statistics.missed += missed
-        self._untold += missed
+        self._unreported += missed
         self._due += (1 + missed) * self._period
 
     def misses(self) -> str | None:
         """What to tell of missed deadlines, at most once a second; None for nothing."""
         now = self._loop.time()
-        if not self._untold or now - self._told_at < MISSES_TOLD_EVERY_S:
+        if not self._unreported or now - self._reported_at < MISSES_REPORTED_EVERY_S:
             return None
-        deadlines = "deadline" if self._untold == 1 else "deadlines"
-        text = f"{self._untold} {deadlines} missed in {now - self._told_at:.1f} s"
-        self._told_at, self._untold = now, 0
+        deadlines = "deadline" if self._unreported == 1 else "deadlines"
+        text = f"{self._unreported} {deadlines} missed in {now - self._reported_at:.1f} s"
+        self._reported_at, self._unreported = now, 0
         return text
 
 
@@ -120,13 +120,13 @@ class _Round:
         """Read the valve and put its sample; returns whether anything was asked."""
         if not self._line.link.open:
             return False
-        begun = asyncio.get_running_loop().time()
+        started = asyncio.get_running_loop().time()
         readings = await self._readings()
         if readings is None:
             return False
         if not self._line.reachable(self._valve):
             return True
-        moment = (begun + asyncio.get_running_loop().time()) / 2
+        moment = (started + asyncio.get_running_loop().time()) / 2
         judged = self._heartbeat.judge(moment, readings) if self._heartbeat else readings
         sample = Sample(moment, wall_at(moment), self._valve.name, judged)
         for event in self._episodes.observe(sample):

@@ -51,11 +51,11 @@ class ReplaySource:
 
     async def _played(self) -> AsyncGenerator[Sample | LinkEvent, None]:
         loop = asyncio.get_running_loop()
-        begun, first, pace = loop.time(), float(self._recording.time[0]), self.address.pace
+        started, first, pace = loop.time(), float(self._recording.time[0]), self.address.pace
         tracks: list[Iterator[Sample | LinkEvent]] = [_events(self._recording, self.valve), self._samples()]
         for item in heapq.merge(*tracks, key=lambda item: item.time):
             if pace is not None:
-                late = loop.time() - begun - (item.time - first) / pace
+                late = loop.time() - started - (item.time - first) / pace
                 await asyncio.sleep(-late)
             if isinstance(item, Sample):
                 self.statistics.samples += 1

@@ -20,7 +20,7 @@ class Source(Protocol):
     """An asynchronous context manager and iterator of `Sample`s and `LinkEvent`s, in the order of time for each valve.
 
     signals : what a recording of each valve declares, by valve name; statistics : what it has done so far. Only a
-    recording ends; a live source goes on until it is closed, or raises `PollingDied`.
+    recording ends; a live source goes on until it is closed, or raises `PollingStopped`.
     """
 
     @property
@@ -38,8 +38,8 @@ class Source(Protocol):
     async def __anext__(self) -> Sample | LinkEvent: ...
 
 
-class Around:
-    """A source that stands around another, to be given an `__anext__`: opened and closed with it, same signals."""
+class SourceWrapper:
+    """A source that wraps another: opened and closed with it, with the same signals. A subclass adds `__anext__`."""
 
     def __init__(self, source: Source) -> None:
         self._source = source
@@ -75,5 +75,5 @@ def open_source(
     if isinstance(where, ReplayAddress):
         return ReplaySource(where, name)
     if not valves or plan is None:
-        raise BadInput(address, "nothing says what to read there", "give a register map (--map)")
+        raise BadInput(address, "nothing says what to read there", "give a register map", parameter="map")
     return LiveSource(where, valves, plan, write_map=write_map, allow_write=allow_write)

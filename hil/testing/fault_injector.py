@@ -13,8 +13,9 @@ from random import Random
 from types import MappingProxyType
 from typing import Any
 
-from hil.testing.fault_frames import Framing
 from hil.testing.fault_modes import FAULTS, MODES, Action, Case, Mode, Send
+from hil.testing.frame_cutter import Framing
+from recordings import BadParameter
 
 NETWORK_ONLY: frozenset[Mode] = frozenset({"wrong_transaction", "close"})
 """What a serial line has no counterpart of."""
@@ -28,7 +29,7 @@ class FaultSchedule:
     most how late a jittering one [s]; drip_s : pause between the bytes of a dripping one [s]; silence : how many
     replies in a row a silence swallows.
 
-    Raises ValueError for an unknown mode or impossible probabilities.
+    Raises BadParameter for an unknown mode or impossible probabilities.
     """
 
     probability: Mapping[Mode, float]
@@ -41,9 +42,10 @@ class FaultSchedule:
     def __post_init__(self) -> None:
         unknown = sorted(set(self.probability) - set(MODES))
         if unknown:
-            raise ValueError(f"unknown fault {unknown[0]!r}; there are {', '.join(MODES)}")
+            raise BadParameter("probability", unknown[0], "there is no such fault", f"there are {', '.join(MODES)}")
         if min(self.probability.values(), default=0.0) < 0.0 or sum(self.probability.values()) > 1.0 + 1e-9:
-            raise ValueError("each probability is at least 0, and all together are at most 1")
+            found = f"they are {', '.join(f'{p:g}' for p in self.probability.values())}"
+            raise BadParameter("probability", "", found, "each is at least 0, and all together are at most 1")
         object.__setattr__(self, "probability", MappingProxyType(dict(self.probability)))
 
     @classmethod
@@ -74,7 +76,7 @@ class FaultInjector:
         self._random = Random(self.schedule.seed)
         impossible = sorted(NETWORK_ONLY & set(self.schedule.probability)) if self.framing == "rtu" else []
         if impossible:
-            raise ValueError(f"a serial line has no {impossible[0]!r}; leave it out")
+            raise BadParameter("schedule", impossible[0], "a serial line has no such fault", "leave it out")
 
     def reply(self, frame: bytes) -> list[Action]:
         """What becomes of one whole reply frame of the server, in order.

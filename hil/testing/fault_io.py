@@ -11,9 +11,9 @@ from types import TracebackType
 from typing import Self
 
 from hil.modbus.pty import PtyEnd
-from hil.testing.fault_frames import FrameCutter
 from hil.testing.fault_injector import FaultInjector, FaultSchedule
 from hil.testing.fault_modes import Close, Send
+from hil.testing.frame_cutter import FrameCutter
 
 Write = Callable[[bytes], None]
 

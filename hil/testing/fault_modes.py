@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from random import Random
 from typing import Literal, get_args
 
-from hil.testing.fault_frames import Framing, Reply
+from hil.modbus.framing import Frame
+from hil.testing.frame_cutter import Framing, built, parsed
 
 Mode = Literal[
     "delay",
@@ -61,13 +62,12 @@ class Case:
 
     def rebuilt(self, **changes: int | bytes) -> list[Action]:
         """The reply with some of its parts changed, in a frame that is right in itself."""
-        changed = replace(Reply.parse(self.framing, self.frame), **changes)  # type: ignore[arg-type]
-        return [Send(changed.frame(self.framing))]
+        return [Send(built(self.framing, self.reply._replace(**changes)))]  # type: ignore[arg-type]
 
     @property
-    def reply(self) -> Reply:
+    def reply(self) -> Frame:
         """The reply in the frame."""
-        return Reply.parse(self.framing, self.frame)
+        return parsed(self.framing, self.frame)
 
 
 def _delay(case: Case) -> list[Action]:

@@ -22,9 +22,11 @@ GAP = 5.0
 
 @dataclass(frozen=True)
 class Segment:
-    """A stretch without gaps. t [s], u force [N], y position [m], each (n_samples,); seen : where the measured output
-    is known (the other samples are bridged by interpolation and count nothing); motion : the smoothed position;
-    load [N] (n_samples,) : what effects that grow with the load look at where the motion is imposed.
+    """A stretch of a recording without gaps, arrays (n_samples,) in SI units.
+
+    t : time from the beginning of the segment [s]; u : force on the stem [N]; y : position [m]; seen : where the
+    measured output is known (the other samples are bridged by interpolation and count nothing); motion : the smoothed
+    position and its derivatives; load : what effects that grow with the load depend on where the motion is imposed [N].
     """
 
     t: Array
@@ -49,10 +51,12 @@ class Segment:
 
 @dataclass(frozen=True)
 class Experiment:
-    """What a recording says, in the form in which a fit uses it.
+    """What a recording says, in the form in which a fit uses it. Made by `experiment`.
 
     name : for messages; causality : ``force`` (force in, position out) or ``motion`` (motion in, force out);
-    noise_position [m], noise_force [N] : estimated standard deviations; samples : number in all segments.
+    segments : the stretches without gaps; noise_position [m], noise_force [N] : standard deviations of the white noise,
+    estimated from the recording; plant : what the recording says of the valve, by item of /plant; hold : the force is
+    held between samples instead of changing linearly.
     """
 
     name: str

@@ -86,9 +86,9 @@ def grids(experiments: Sequence[Experiment]) -> list[Grid]:
     return each(lambda pair: Grid.of(pair[0], pair[1].noise_position, pair[1].noise_force), pairs)
 
 
-def with_smooth_force(experiments: Sequence[Experiment], seen: Sequence[Grid] | None = None) -> list[Experiment]:
-    """The experiments with their force smoothed, for free runs; seen : their grids, where they are at hand."""
-    rest = iter(grids(experiments) if seen is None else seen)
+def with_smooth_force(experiments: Sequence[Experiment], known: Sequence[Grid] | None = None) -> list[Experiment]:
+    """The experiments with their force smoothed, for free runs; known : their grids, where they are at hand."""
+    rest = iter(grids(experiments) if known is None else known)
     found = []
     for e in experiments:
         pairs = [(s, next(rest)) for s in e.segments]

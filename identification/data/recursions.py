@@ -1,7 +1,7 @@
 """The steps of a Kalman filter, and the smoother of a force that is a chain of integrals, compiled by numba.
 
-This file is compiled from its text (`simulator.native_module`), so it imports nothing of ours. What stands before the
-mark serves the filter of a linearised model as well (`estimators/noise_aware/recursions.py`).
+This file is compiled from its text (`simulator.native_module`), so it imports nothing of ours, and nothing
+imports it. What stands before the mark serves the filter of a linearised model as well (`estimators/noise_aware/`).
 
 Shapes: n samples, s states, m free parameters.
 """

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from recordings import Array
-from simulator import CATALOGUE, Kernel, Parameter
+from simulator import Kernel, Parameter
 
 FLOOR = 1e-7
 """A parameter that may be zero but moves in its logarithm stops at this fraction of its scale."""
@@ -85,8 +85,4 @@ class Coordinates:
 
 def parameters(kernel: Kernel) -> dict[str, Parameter]:
     """The parameters of a kernel by full name, in its order."""
-    return {
-        CATALOGUE[effect].parameter_name(parameter.symbol): parameter
-        for effect in kernel.effects
-        for parameter in CATALOGUE[effect].parameters
-    }
+    return kernel.catalogue.parameters(kernel.effects)

@@ -15,7 +15,7 @@ from identification.estimators.imposed_motion.fit import fit_imposed_motion
 from identification.estimators.noise_aware.fit import fit_noise_aware, force_noise_matters
 from identification.estimators.output_error.fit import fit_output_error, integrates
 from recordings import BadInput, Progress, silent
-from simulator import BASE, CATALOGUE, kernel
+from simulator import BASE, CATALOGUE, Catalogue, Effect, kernel
 
 Estimator = Literal["auto", "output-error", "noise-aware"]
 """How a force-driven fit is made: `output-error` takes the recorded force for exact, `noise-aware` estimates it along
@@ -28,6 +28,7 @@ def fit(
     effects: tuple[str, ...] = BASE,
     given: Mapping[str, float] | None = None,
     estimator: Estimator = "auto",
+    catalogue: Catalogue = CATALOGUE,
     progress: Progress = silent,
 ) -> Fit:
     """Fit all free parameters of some effects to all experiments at once.
@@ -42,6 +43,8 @@ def fit(
         Parameters by full name that are held, SI units: ``{"mass.m": 2.1}``.
     estimator : {"auto", "output-error", "noise-aware"}
         See `Estimator`. It has no part where the motion is imposed.
+    catalogue : Catalogue
+        Where the effects are looked up: ``CATALOGUE.extended(MyEffect())`` for one of your own.
     progress : callable, optional
         Told the stages of the fit.
 
@@ -57,11 +60,11 @@ def fit(
     BadInput
         For experiments of different causality.
     """
-    given = _known(effects, experiments) | dict(given or {})
+    given = _known(catalogue.pick(effects), experiments) | dict(given or {})
     causalities = {e.causality for e in experiments}
     if len(causalities) != 1:
         raise BadInput("recordings", "some are force-driven and some motion-driven", "fit them separately")
-    valve = kernel(effects, causalities.pop())
+    valve = kernel(effects, causalities.pop(), catalogue)
     check_given(given, valve)
     force = np.concatenate([s.u for e in experiments for s in e.segments])
     coordinates = Coordinates.of(valve, given, float(np.std(force)) or 1.0)
@@ -74,10 +77,10 @@ def fit(
     return chosen(valve, coordinates, experiments, progress)
 
 
-def _known(effects: tuple[str, ...], experiments: Sequence[Experiment]) -> dict[str, float]:
+def _known(effects: Sequence[Effect], experiments: Sequence[Experiment]) -> dict[str, float]:
     """Parameters that are to be held at what is known of the valve: a sensor's range is the stroke."""
     stroke = next((float(e.plant["stroke_m"]) for e in experiments if "stroke_m" in e.plant), None)
-    chosen = [(effect, p) for effect in CATALOGUE.pick(effects) for p in effect.parameters if p.known]
+    chosen = [(effect, p) for effect in effects for p in effect.parameters if p.known]
     return {e.parameter_name(p.symbol): stroke if stroke and p.unit == "m" else p.scale for e, p in chosen}
 
 

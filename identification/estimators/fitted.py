@@ -10,7 +10,7 @@ import numpy as np
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.estimate import HOPELESS, Estimate, converged
 from identification.estimators.noise_aware.resolution import RESOLVED, turn
-from identification.estimators.output_error.homotopy import Path
+from identification.estimators.output_error.homotopy import Minimum
 from identification.estimators.output_error.problem import Problem
 from recordings import Array
 from simulator import Kernel
@@ -46,16 +46,16 @@ class Fit:
     """A fit as a value.
 
     outcome : how it ended; ask ``outcome.usable`` before the values; kernel, coordinates : the model and what was free;
-    problem, path : the free runs that were fitted and where that ended, None where nothing could be; rms : normalised
-    root mean square residual (of the innovations where the force is estimated), 1 at the noise floor; estimate : force,
-    motion and parameters as estimated together, where the fit is noise-aware.
+    problem, minimum : the free runs that were fitted and where that ended, None where nothing could be; rms :
+    normalised root mean square residual (of the innovations where the force is estimated), 1 at the noise floor;
+    estimate : force, motion and parameters as estimated together, where the fit is noise-aware.
     """
 
     outcome: Outcome
     kernel: Kernel
     coordinates: Coordinates
     problem: Problem | None = None
-    path: Path | None = None
+    minimum: Minimum | None = None
     rms: float = float("nan")
     estimate: Estimate | None = None
 
@@ -67,8 +67,8 @@ class Fit:
     @property
     def p(self) -> Array:
         """The parameters (n_parameters,) in the order of the kernel, SI units."""
-        assert self.path is not None
-        return self.coordinates.p(self.path.unknowns[: int(self.coordinates.free.sum())])
+        assert self.minimum is not None
+        return self.coordinates.p(self.minimum.unknowns[: int(self.coordinates.free.sum())])
 
     @property
     def values(self) -> dict[str, float]:
@@ -76,29 +76,29 @@ class Fit:
         return dict(zip(self.kernel.parameters, self.p.tolist(), strict=True))
 
 
-def fit_of(estimate: Estimate, problem: Problem, path: Path) -> Fit:
-    """A noise-aware estimate as a fit, with its outcome; problem, path : the same end as a free run."""
+def fit_of(estimate: Estimate, problem: Problem, minimum: Minimum) -> Fit:
+    """A noise-aware estimate as a fit, with its outcome; problem, minimum : the same end as a free run."""
     resolved = turn(problem.coordinates.values(estimate.theta), problem.spacing) < RESOLVED
     outcome = Outcome.CONVERGED if converged(estimate, resolved=resolved) else Outcome.NOT_CONVERGED
     if estimate.loss > HOPELESS:
         outcome = Outcome.NOT_EXPLAINED
     rms = float(np.sqrt(estimate.loss))
-    return Fit(outcome, problem.kernel, problem.coordinates, problem, path, rms, estimate)
+    return Fit(outcome, problem.kernel, problem.coordinates, problem, minimum, rms, estimate)
 
 
-def fit_of_free_runs(valve: Kernel, coordinates: Coordinates, problem: Problem, path: Path | None) -> Fit:
+def fit_of_free_runs(valve: Kernel, coordinates: Coordinates, problem: Problem, minimum: Minimum | None) -> Fit:
     """A fit with its outcome: whether anything was found, whether it settled, and whether it explains the data."""
-    if path is None:
+    if minimum is None:
         return Fit(Outcome.DIVERGED, valve, coordinates)
     square, level = 0.0, 0.0
-    for i, response in enumerate(problem.responses(path.unknowns, path.setting)):
+    for i, response in enumerate(problem.responses(minimum.unknowns, minimum.setting)):
         if response is None:
             return Fit(Outcome.DIVERGED, valve, coordinates)
         segment, noise = problem.pieces[i].segment, problem.pieces[i].noise
         measured = segment.y if valve.causality == "force" else segment.u
         square += float(np.sum(problem.residual(i, response) ** 2))
         level += float(np.sum(((measured - measured.mean()) / noise)[segment.seen] ** 2))
-    outcome = Outcome.CONVERGED if path.settled else Outcome.NOT_SETTLED
+    outcome = Outcome.CONVERGED if minimum.settled else Outcome.NOT_SETTLED
     if square > 0.5 * level:
         outcome = Outcome.NOT_EXPLAINED
-    return Fit(outcome, valve, coordinates, problem, path, float(np.sqrt(square / problem.samples)))
+    return Fit(outcome, valve, coordinates, problem, minimum, float(np.sqrt(square / problem.samples)))

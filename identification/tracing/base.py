@@ -21,7 +21,7 @@ from identification.estimators.noise_aware.search import best_on_chunks, on_chun
 from identification.tracing.judge import Whiteness, whiteness
 from identification.tracing.model import FINAL, REFIT, Model, TrialData, coordinates, problem
 from recordings import NegativeAnswer
-from simulator import BASE, kernel
+from simulator import BASE, CATALOGUE, kernel
 
 WAYS = 4
 """Ways that a base model is sought on chunks: one that lacks an effect fits badly at the end of all of them."""
@@ -57,13 +57,13 @@ def imposed_model(experiments: Sequence[Experiment], others: Sequence[Experiment
     x = np.concatenate([s.motion.x for e in driven for s in e.segments])
     free = Coordinates.of(valve, given, float(np.std(u)) or 1.0)
     first = fit_imposed_motion(valve, free, driven)
-    if first.path is None:
+    if first.minimum is None:
         raise NegativeAnswer(Outcome.DIVERGED.value)
     p = first.p
     fitted, held = (tuple(imposed_grids(some, valve, p)) for some in (experiments, others))
     data = TrialData(
         fitted, held, dict(given), (float(x.min()), float(x.max())), float(np.std(u)) or 1.0, imposed=True,
-        candidates=showing(experiments), recorded=(tuple(experiments), tuple(others)),
+        candidates=showing(experiments, CATALOGUE), recorded=(tuple(experiments), tuple(others)),
     )  # fmt: skip
     work = problem(BASE, data, fitted)
     found = work.fit(work.coordinates.theta(p), REFIT)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from identification.data.experiment import Experiment
 from identification.estimators.fitted import FREE_STEP, Fit, fit_of, fit_of_free_runs
-from identification.estimators.output_error.homotopy import Path
+from identification.estimators.output_error.homotopy import Minimum
 from identification.estimators.output_error.problem import Problem, Setting
 from identification.result import Identification, error_of, free_runs, valve_model
 from identification.sparse_regression import crosscheck
@@ -22,10 +22,10 @@ def as_fit(model: Model, experiments: Sequence[Experiment]) -> Fit:
     problem, estimate = Problem(valve, model.coordinates, experiments), model.estimate
     if model.data.imposed:
         unknowns = problem.start(estimate.theta)
-        path = Path(unknowns, estimate.normal, Setting(0.0), 0, estimate.settled)
-        return fit_of_free_runs(valve, model.coordinates, problem, path)
-    path = Path(problem.start(estimate.theta), estimate.normal, Setting(FREE_STEP), 0, estimate.settled)
-    return fit_of(estimate, problem, path)
+        minimum = Minimum(unknowns, estimate.normal, Setting(0.0), 0, estimate.settled)
+        return fit_of_free_runs(valve, model.coordinates, problem, minimum)
+    minimum = Minimum(problem.start(estimate.theta), estimate.normal, Setting(FREE_STEP), 0, estimate.settled)
+    return fit_of(estimate, problem, minimum)
 
 
 def identification_of(
@@ -49,8 +49,8 @@ def position_error(model: Model, experiments: Sequence[Experiment]) -> dict[str,
         return {}
     valve = kernel(model.effects)
     problem = Problem(valve, model.coordinates, experiments)
-    path = Path(problem.start(model.estimate.theta), model.estimate.normal, Setting(FREE_STEP), 0, True)
-    fit = fit_of_free_runs(valve, model.coordinates, problem, path)
+    minimum = Minimum(problem.start(model.estimate.theta), model.estimate.normal, Setting(FREE_STEP), 0, True)
+    fit = fit_of_free_runs(valve, model.coordinates, problem, minimum)
     return (error_of(free_runs(fit, experiments, fitted=False)) or {}) if fit.problem is not None else {}
 
 

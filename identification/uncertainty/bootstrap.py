@@ -78,9 +78,9 @@ def with_bootstrap(found: Fit, known: Uncertainty, scatter: Bootstrap) -> Uncert
 def replicate(found: Fit, rng: np.random.Generator, size: float = 1.0) -> list[Experiment]:
     """The experiments as the fitted model would have given them. size : factor on the noise of the output."""
     assert found.problem is not None
-    assert found.path is not None
-    setting = replace(found.path.setting, tuning=np.inf)
-    answers = iter(found.problem.responses(found.path.unknowns, setting))
+    assert found.minimum is not None
+    setting = replace(found.minimum.setting, tuning=np.inf)
+    answers = iter(found.problem.responses(found.minimum.unknowns, setting))
     replicates = []
     for e in found.problem.experiments:
         segments = []
@@ -109,7 +109,10 @@ def _refitted(found: Fit, experiments: list[Experiment]) -> Array | None:
     c = found.coordinates
     if found.estimate is None:
         held = {n: v for n, v, is_free in zip(c.names, c.base.tolist(), c.free, strict=True) if not is_free}
-        again = fit(experiments, effects=found.kernel.effects, given=held, estimator="output-error")
+        again = fit(
+            experiments, effects=found.kernel.effects, given=held, estimator="output-error",
+            catalogue=found.kernel.catalogue,
+        )  # fmt: skip
         return again.p if again.outcome.usable else None
     theta = found.estimate.theta
     end = noise_aware_for(found.kernel, c, grids(experiments), [theta]).in_stages(theta)

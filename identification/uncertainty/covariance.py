@@ -44,9 +44,12 @@ AT_BOUND = 1e-4
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """names (n_free); std (n_free,) in physical units; correlation (n_free, n_free); condition : of the column-scaled
-    Jacobian; status and note by name; inflation : how far the robust standard deviations exceed the classic ones,
-    median.
+    """How well the free parameters of a fit are known.
+
+    names : the free parameters; std : standard deviation by name, in the unit of the parameter; correlation
+    (n_free, n_free), in the order of `names`; condition : of the column-scaled Jacobian; status : ``identified``,
+    ``weak`` or ``at_bound`` by name; note : the reason in words, by name, where there is one; inflation : median factor
+    by which the robust standard deviations exceed the classic ones.
     """
 
     names: tuple[str, ...]
@@ -58,20 +61,22 @@ class Uncertainty:
     inflation: float
 
     def pairs(self, above: float = 0.95) -> list[tuple[str, str, float]]:
-        """Strongly correlated pairs, strongest first."""
+        """Pairs of parameters with a correlation of more than `above`, and that correlation, strongest first."""
         n = len(self.names)
         found = [(self.names[i], self.names[j], float(self.correlation[i, j])) for i in range(n) for j in range(i)]
         return sorted((p for p in found if abs(p[2]) > above), key=lambda p: -abs(p[2]))
 
 
 def uncertainty_of(fit: Fit) -> Uncertainty:
-    """Uncertainty of a fit that has values."""
+    """Uncertainty of a fit that has values (``fit.outcome.usable``)."""
     assert fit.problem is not None
-    assert fit.path is not None
+    assert fit.minimum is not None
     if fit.estimate is not None:
         matrix, classic, robust = _innovation_covariances(fit.problem, fit.estimate)
     else:
-        matrix, classic, robust = _covariances(fit.problem, fit.path.unknowns, fit.path.setting, max(fit.rms, 1e-12))
+        matrix, classic, robust = _covariances(
+            fit.problem, fit.minimum.unknowns, fit.minimum.setting, max(fit.rms, 1e-12)
+        )
     n = fit.problem.n_free
     names = fit.coordinates.free_names
     spread = np.sqrt(np.maximum(np.diag(classic), np.diag(robust)))[:n]

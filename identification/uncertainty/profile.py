@@ -48,19 +48,19 @@ def profile(fit: Fit, known: Uncertainty, name: str, points: int = 7, reach: flo
         why = "the fit is noise-aware, and its cost has no profile yet that would be cheap enough"
         remedy = "fit with the estimator output-error, or read the standard deviation"
         raise BadParameter("profile", name, why, remedy)
-    assert fit.path is not None
+    assert fit.minimum is not None
     place = known.names.index(name)
     width = known.std[name] / fit.coordinates.slope(fit.p)[place]
     scale = max(fit.rms, 1e-12) ** 2 * max(known.inflation, 1.0) ** 2
     sides = []
     for sign in (-1.0, 1.0):
-        unknowns, side = fit.path.unknowns, []
+        unknowns, side = fit.minimum.unknowns, []
         for k in range(1, points + 1):
-            found = _held_at(fit, place, fit.path.unknowns[place] + sign * reach * width * k / points, unknowns)
+            found = _held_at(fit, place, fit.minimum.unknowns[place] + sign * reach * width * k / points, unknowns)
             if found is None:
                 break
             cost, unknowns = found
-            side.append((_value(fit, name, unknowns), (cost - fit.path.normal.cost) / scale))
+            side.append((_value(fit, name, unknowns), (cost - fit.minimum.normal.cost) / scale))
             if side[-1][1] > STEEP:
                 break
         sides.append(side)
@@ -82,9 +82,9 @@ def _held_at(fit: Fit, place: int, theta: float, unknowns: Array) -> tuple[float
     The refit starts from `unknowns` moved along the valley that the Gauss-Newton matrix knows: from a place beside it,
     where two parameters trade off, a descent would not find back.
     """
-    assert fit.path is not None
+    assert fit.minimum is not None
     assert fit.problem is not None
-    c, matrix = fit.coordinates, fit.path.normal.matrix
+    c, matrix = fit.coordinates, fit.minimum.normal.matrix
     others = np.delete(np.arange(len(unknowns)), place)
     along = -np.linalg.lstsq(matrix[np.ix_(others, others)], matrix[others, place], rcond=None)[0]
     moved = unknowns + (theta - unknowns[place]) * np.insert(along, place, 1.0)
@@ -92,7 +92,7 @@ def _held_at(fit: Fit, place: int, theta: float, unknowns: Array) -> tuple[float
     base, free = c.base.copy(), c.free.copy()
     base[index], free[index] = c.p(moved[: int(c.free.sum())])[index], False
     problem = Problem(fit.kernel, replace(c, base=base, free=free), fit.problem.experiments)
-    setting = fit.path.setting
+    setting = fit.minimum.setting
     end = descend(lambda x: problem.evaluate(x, setting), moved[others], iterations=10, damping=1e-4)
     if end is None or not end.settled:
         return None

@@ -20,7 +20,7 @@ from recordings.signal import text_problem
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _IMPORT = "turn other files into a recording with 'bristle import'"
-_RECOVER = "merge it first: 'bristle import {path} --to NEW.h5', or recordings.recover"
+_RECOVER = "merge it first, into a new file with 'bristle import {path}' or in place with recordings.recover"
 _MOST_COMPRESSED = 1100
 """Deflate cannot shrink data further than about 1:1032; what declares more than this holds no data."""
 _SLACK_BYTES = 1 << 20
@@ -70,15 +70,21 @@ def being_written(path: Path) -> bool:
     return False
 
 
-def check_vacant(path: Path, overwrite: bool, remedy: str) -> None:
+def check_vacant(
+    path: Path,
+    overwrite: bool,
+    remedy: str = "choose another name, or allow overwriting",
+    *,
+    parameter: str | None = None,
+) -> None:
     """Refuse to take the place of a recording that is being written, or of any that is there unless told.
 
-    A journal counts as a recording, whose file may be lost; `remedy` ends the message.
+    A journal counts as a recording, whose file may be lost; `remedy` and `parameter` are those of the `BadInput`.
     """
     if path.exists() and being_written(path):
         raise BadInput(str(path), "another process is recording into it", "choose another name")
     if not overwrite and path.exists():
-        raise BadInput(str(path), "it exists already", remedy)
+        raise BadInput(str(path), "it exists already", remedy, parameter=parameter)
     if not overwrite and journal_path(path).exists():
         found = "the journal of an interrupted run is there"
         raise BadInput(str(journal_path(path)), found, "recover that run, or choose another name")

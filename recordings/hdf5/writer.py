@@ -44,7 +44,7 @@ def write(path: str | Path, recording: Recording, truth: Truth | None = None, *,
         The file exists and may not be replaced, the disk refused, or a truth cannot be stored.
     """
     path = Path(path)
-    check_vacant(path, overwrite, "choose another name, or allow overwriting")
+    check_vacant(path, overwrite)
     _check_truth(truth or {}, path)
     with appearing(path) as draft:
         with new_hdf5(draft) as file:

@@ -32,7 +32,6 @@ from recordings.importers.clock import first_date
 from recordings.importers.kind import kind_of
 from recordings.importers.mapping import ImportMapping, load_mapping, mapping_names, mapping_of, with_changes
 from recordings.importers.matlab import read_mat, read_mat73
-from recordings.importers.options import clock_of, plant_of, signals_of
 from recordings.importers.parquet import read_parquet
 from recordings.importers.table import Table
 from recordings.importers.text import read_text
@@ -40,20 +39,14 @@ from recordings.importers.text import read_text
 __all__ = [
     "ImportMapping",
     "Imported",
-    "clock_of",
     "import_file",
     "import_to",
     "load_mapping",
     "mapping_names",
     "mapping_of",
-    "plant_of",
     "rescue",
-    "signals_of",
     "with_changes",
 ]
-
-
-_OVERWRITE = "choose another name, or allow overwriting (--force)"
 
 
 def import_file(path: str | Path, mapping: ImportMapping | None = None) -> Imported:
@@ -109,7 +102,7 @@ def rescue(path: str | Path, target: str | Path, *, overwrite: bool = False) -> 
         return Recovery(target, len(recording), merged=False)
     if path.exists() and being_written(path):
         raise BadInput(str(path), "it is still being recorded", "stop the recorder first")
-    check_vacant(target, overwrite, _OVERWRITE)
+    check_vacant(target, overwrite, parameter="overwrite")
     try:
         with writing(target):
             if path.exists():
@@ -150,7 +143,7 @@ def import_to(
     """
     if target.exists() and path.exists() and target.samefile(path):
         raise BadInput(str(target), "it is the file to import", "choose another name for the recording")
-    check_vacant(target, overwrite, _OVERWRITE)
+    check_vacant(target, overwrite, parameter="overwrite")
     if kind_of(path) == "recording":
         rescued = rescue(path, target, overwrite=overwrite)
         return rescued.lost

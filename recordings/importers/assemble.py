@@ -22,6 +22,7 @@ from recordings.signal import UNDERSTOOD, Role, Signal
 from recordings.units import convert, find_unit
 
 _OPERATOR = re.compile(r"[-+*\[]")
+_GIVE_UNIT = "give it, such as mm, N, bar or %"
 
 
 @dataclass(frozen=True)
@@ -63,8 +64,8 @@ def assemble(table: Table, mapping: ImportMapping, **about: Any) -> Imported:
     carried, notes = _carried(table, mapping, sources) if mapping.carry else ({}, [])
     sources |= carried
     if not sources:
-        remedy = f"say --column position=COLUMN:UNIT and so on; columns: {', '.join(table.names)}"
-        raise BadInput(table.where, "no column is known to be a signal", remedy)
+        remedy = f"say which column is the position, its unit, and so on; columns: {', '.join(table.names)}"
+        raise BadInput(table.where, "no column is known to be a signal", remedy, parameter="column")
     raw = {name: _raw(table, name, source, constants) for name, source in sources.items()}
     n_rows = _common_length(table, mapping, raw)
     rows, time = keep_rows(table, mapping.time, mapping.file, n_rows)
@@ -107,13 +108,12 @@ def _raw(table: Table, name: str, source: SignalSource, constants: Mapping[str, 
     formula = _formula(table, source)
     if formula is not None:
         if source.unit is None:
-            raise BadInput(where, f"the unit of '{formula}' is not known", f"write --column '{name}={formula}:UNIT'")
+            raise BadInput(where, f"the unit of '{formula}' is not known", _GIVE_UNIT, parameter="column")
         return _Raw(evaluate(formula, source.unit, table, constants, where), source.unit)
     column = table.name_of(source.column or "")
     symbol = source.unit or table.units.get(column)
     if symbol is None:
-        remedy = f"write --column {name}={column}:UNIT, such as mm, N, bar or %"
-        raise BadInput(where, f"the unit of column '{column}' is not known", remedy)
+        raise BadInput(where, f"the unit of column '{column}' is not known", _GIVE_UNIT, parameter="column")
     return _Raw(table.numbers(column), symbol)
 
 
@@ -202,7 +202,7 @@ def _carried(
             carried[name] = SignalSource(column=column)
     notes = [f"columns without numbers were left out: {', '.join(without_number)}"] if without_number else []
     if without_unit:
-        remedy = "name them with --column NAME=COLUMN:UNIT to keep them"
+        remedy = "to keep them, say which signal each is, and its unit"
         notes.append(f"columns without a unit were left out: {', '.join(without_unit)} ({remedy})")
     return carried, notes
 

@@ -16,8 +16,8 @@ from recordings.units import convert
 
 Rows = NDArray[np.intp]
 
-_REPAIR = "the time of the rows must increase; drop those that do not (--time-repair drop) or sort them (... sort)"
-_GIVE_TIME = "say which column is time with --time COLUMN:UNIT, or give --rate HZ for evenly spaced rows"
+_REPAIR = "the time of the rows must increase; choose the repair 'drop', which leaves out those that do not, or 'sort'"
+_GIVE_TIME = "say which column is time and its unit, or give the rate of evenly spaced rows"
 
 
 def time_column(table: Table, clock: Clock) -> str | None:
@@ -28,7 +28,8 @@ def time_column(table: Table, clock: Clock) -> str | None:
         return None
     found = table.find("time") or table.find("t")
     if found is None:
-        raise BadInput(table.where, "nothing says what the time is", f"{_GIVE_TIME}; columns: {', '.join(table.names)}")
+        remedy = f"{_GIVE_TIME}; columns: {', '.join(table.names)}"
+        raise BadInput(table.where, "nothing says what the time is", remedy, parameter=("time", "rate_hz"))
     return found
 
 
@@ -51,11 +52,13 @@ def keep_rows(table: Table, clock: Clock, layout: FileLayout, n_rows: int) -> tu
         if clock.repair != "refuse":
             rows, time = _repaired(rows, time, clock.repair)
     if len(rows) < 2:
-        remedy = "a recording needs at least 2 (--drop-rows, --time-repair)"
-        raise BadInput(table.where, f"{len(rows)} rows of data are left", remedy)
+        remedy = "a recording needs at least 2: drop fewer rows, or choose another repair of the time"
+        found = f"{len(rows)} rows of data are left"
+        raise BadInput(table.where, found, remedy, parameter=("drop_rows", "time_repair"))
     fault = time_fault(time)
     if fault is not None:
-        raise BadInput(table.row(int(rows[fault[0]])), _fault_in_words(time, fault[0]), _REPAIR)
+        where, found = table.row(int(rows[fault[0]])), _fault_in_words(time, fault[0])
+        raise BadInput(where, found, _REPAIR, parameter="time_repair")
     inside = (time >= _or(clock.from_s, -np.inf)) & (time <= _or(clock.until_s, np.inf))
     if inside.sum() < 2:
         found = f"{inside.sum()} rows lie between the limits of time"
@@ -110,7 +113,7 @@ def _seconds(table: Table, column: str, clock: Clock) -> Array:
     symbol = clock.unit or table.units.get(column)
     where = f"{table.where}: column '{column}'"
     if symbol is None:
-        raise BadInput(where, "the unit of the time is not known", f"write --time {column}:UNIT, such as s, ms or min")
+        raise BadInput(where, "the unit of the time is not known", "give it, such as s, ms or min", parameter="time")
     return convert(table.numbers(column), symbol, "s", where)
 
 

@@ -98,7 +98,7 @@ def _table(where: str, variables: Variables, chosen: str | None) -> Table:
         rows = matrix if matrix.shape[0] <= matrix.shape[1] else matrix.T
         headers, columns = [str(k + 1) for k in range(len(rows))] + headers, [*rows, *columns]
     names, units = named_columns(headers)
-    hint = f"; matrices to choose one from with --variable: {_shapes(matrices)}" if matrices and chosen is None else ""
+    hint = f"; a matrix can be chosen as the variable: {_shapes(matrices)}" if matrices and chosen is None else ""
     by_name = {name: np.ascontiguousarray(column) for name, column in zip(names, columns, strict=True)}
     return Table(where, by_name, units, constants, row_word="sample", hint=hint)
 

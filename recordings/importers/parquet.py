@@ -42,7 +42,8 @@ def read_parquet(path: Path) -> Table:
             columns[name] = np.array(column.cast(pa.float64(), safe=False).to_numpy())
         else:
             columns[name] = np.empty(0)
-            bad_cells[name] = BadCell(1, f"a value of the type {kind}", "only columns of numbers and dates can be used")
+            remedy = "only columns of numbers and dates can be used"
+            bad_cells[name] = BadCell(1, f"a value of the type {kind}", remedy, parameter=None)
     return Table(str(path), columns, units, bad_cells=bad_cells)
 
 

@@ -20,13 +20,15 @@ _MOST_NAMES = 20
 
 @dataclass(frozen=True)
 class BadCell:
-    """The first cell of a column that is no number. row : number of its row in the file; text : what it says."""
+    """The first cell of a column that is no number.
+
+    row : number of its row in the file; text : what it says; remedy, parameter : as in `BadInput`.
+    """
 
     row: int
     text: str
-    remedy: str = (
-        "a column that is used holds only numbers; correct the cell, or say that it means no value (--missing)"
-    )
+    remedy: str = "a column that is used holds only numbers; correct the cell, or say that it means no value"
+    parameter: str | None = "missing"
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,7 @@ class Table:
     where : the file, for messages; columns : values by name, each of shape (n_rows,), missing cells NaN; units : by
     column, where the file says them; constants : single numbers beside the columns; texts : the columns asked for as
     text; bad_cells : columns that hold something else than numbers; rows : number of each row in the file;
-    row_word : what a row is called.
+    row_word : what a row is called; hint : matrices of which one can be chosen as the `variable`, for messages.
     """
 
     where: str
@@ -72,7 +74,8 @@ class Table:
         if name is None:
             there = ", ".join(self.names[:_MOST_NAMES]) + (" ..." if len(self.names) > _MOST_NAMES else "")
             found = f"there is no column '{reference}'"
-            raise BadInput(self.where, found, f"columns there: {there or 'none'}{self.hint}")
+            remedy = f"columns there: {there or 'none'}{self.hint}"
+            raise BadInput(self.where, found, remedy, parameter="variable" if self.hint else None)
         return name
 
     def numbers(self, reference: str | int) -> Array:
@@ -81,7 +84,8 @@ class Table:
         if name in self.bad_cells:
             bad = self.bad_cells[name]
             found = f"'{bad.text[:40]}' in column '{name}' is not a number"
-            raise BadInput(f"{self.where}: {self.row_word} {bad.row}", found, bad.remedy)
+            where = f"{self.where}: {self.row_word} {bad.row}"
+            raise BadInput(where, found, bad.remedy, parameter=bad.parameter)
         return self.columns[name]
 
     def row(self, index: int) -> str:

@@ -67,9 +67,10 @@ def read_text(path: Path, layout: FileLayout, texts: Iterable[str | int] = ()) -
             remedy = "copy it again from its origin"
             raise BadInput(str(path), f"the compressed file is damaged ({error})", remedy) from error
         except csv.Error as error:
-            found, remedy = f"it is no table ({error})", "check the quotes and the separator (--separator)"
-            raise BadInput(str(path), found, remedy) from error
-    raise BadInput(str(path), f"it is not text in {encodings[0]}", "give its encoding (--encoding utf-8, latin-1 ...)")
+            found, remedy = f"it is no table ({error})", "check the quotes and the separator"
+            raise BadInput(str(path), found, remedy, parameter="separator") from error
+    found, remedy = f"it is not text in {encodings[0]}", "give its encoding: utf-8, latin-1 ..."
+    raise BadInput(str(path), found, remedy, parameter="encoding")
 
 
 def _opened(path: Path, encoding: str) -> io.TextIOBase:
@@ -146,8 +147,9 @@ class _Parser:
                 cells.pop()
             if len(cells) != width:
                 found = f"it has {len(cells)} cells, the first row has {width}"
-                remedy = "every row has the same cells; check the row and the separator (--separator, --skip-lines)"
-                raise BadInput(f"{self._path}: row {number}", found, remedy)
+                remedy = "every row has the same cells; check the row, the separator and the lines before the table"
+                where = f"{self._path}: row {number}"
+                raise BadInput(where, found, remedy, parameter=("separator", "skip_lines"))
             yield number, cells
 
 
@@ -190,7 +192,7 @@ class _Columns:
                 values, bad = self._convert(cells)
                 self._parts[name].append(values)
                 if bad is not None:
-                    self._bad[name] = BadCell(numbers[bad], cells[bad].strip(), self._remedy(cells[bad]))
+                    self._bad[name] = self._bad_cell(numbers[bad], cells[bad])
                     self._parts[name].clear()
 
     def table(self, where: str, units: dict[str, str]) -> Table:
@@ -228,8 +230,9 @@ class _Columns:
         except ValueError:
             return None
 
-    def _remedy(self, cell: str) -> str:
-        if number_like(cell):
-            other = "," if self._layout.decimal == "." else "."
-            return f"the decimal sign is '{self._layout.decimal}' here; another one is chosen with --decimal '{other}'"
-        return BadCell.remedy
+    def _bad_cell(self, row: int, cell: str) -> BadCell:
+        if not number_like(cell):
+            return BadCell(row, cell.strip())
+        other = "," if self._layout.decimal == "." else "."
+        remedy = f"the decimal sign is '{self._layout.decimal}' here; where it is '{other}', say so"
+        return BadCell(row, cell.strip(), remedy, "decimal")

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from recordings import Array, BadInput
-from simulator.compile.build import compiler
+from simulator.compile.c_compiler import compiler
 from simulator.compile.scan import Scan, Scanner, Shots
 from simulator.compile.step import Layout, force_driven, motion_driven, uncertain
 from simulator.delay import delay_columns

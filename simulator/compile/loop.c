@@ -1,4 +1,4 @@
-/* The loop over samples and sub-steps around the generated functions of one recurrence; `_loop.py` is its twin.
+/* The loop over samples and sub-steps around the generated functions of one recurrence; `loop.py` is the same in Python.
    Sizes NS (states), NE (t, h, inputs, and inputs at the end of a sub-step where the recurrence asks for them), NU
    (inputs), NP, NY, NC = NP + NS and SCALE (a small w) come as definitions. Returns -1, or the sample at which state,
    output or derivatives are not finite, or before which the implicit equation has no solution. */

@@ -1,6 +1,6 @@
 """The loop of `loop.c` for machines without a C compiler: the same algorithm in Python, compiled by numba.
 
-`native.py` writes this text, from the line "The loop" on, behind the translated functions of one recurrence into a
+`numba_loop.py` writes this text, from the line "The loop" on, behind the translated functions of one recurrence into a
 module of their own, because numba keeps compiled code only of functions that call each other by name. What stands
 above that line is the simplest recurrence there is, a state that stays as it is, and shows what the functions are.
 

@@ -1,99 +1,22 @@
-"""Run a recurrence s -> s' over a recording, with forward sensitivities, as fast as the machine allows.
+"""Run a recurrence over a recording, with forward sensitivities, as fast as the machine allows.
 
-The recurrence is written once as CasADi expressions. Where a C compiler is found they become C, compiled and cached;
-where there is none, numba compiles the same operations from Python. Both ways give the same numbers.
+Where a C compiler is found its expressions become C, compiled and cached (`c_loop`); where there is none, numba
+compiles the same operations from Python (`numba_loop`). Both ways give the same numbers.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
 
-import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
 from recordings import Array
-from simulator.compile import compiled
-
-Expression = Any
+from simulator.compile import c_loop
+from simulator.compile.recurrence import Recurrence
 
 MOST_SUB_STEPS = 10**9
 """A run that needs more is refused: it would take the better part of an hour."""
-
-
-@dataclass(frozen=True)
-class Recurrence:
-    """One sub-step of a system, as column vectors of CasADi SX symbols and the expressions in them.
-
-    state (n_states); exo = [t_mid, h, inputs...] (2 + n_inputs): time at mid-step [s], step [s], inputs at mid-step,
-    followed by the inputs at the end of the sub-step when `ends`; parameters (n_parameters); step: the next state;
-    output: what is measured at the start of a sample, in which ``exo`` holds the sample's own time, h = 0 and inputs.
-    An implicit scalar w (for example the velocity at mid-step) is solved from residual(w) = 0, residual rising
-    through its root, started at guess (in state); scale: a small w; differentiable: whether sensitivities will be
-    asked for: without them a large system builds several times faster.
-    """
-
-    state: Expression
-    exo: Expression
-    parameters: Expression
-    step: Expression
-    output: Expression
-    implicit: Expression | None = None
-    residual: Expression | None = None
-    guess: Expression | None = None
-    scale: float = 1e-5
-    ends: bool = False
-    differentiable: bool = True
-
-    def functions(self) -> dict[str, ca.Function]:
-        """The functions a loop needs, with the implicit scalar differentiated through its equation.
-
-        Without an implicit scalar the equation is w = 0, so that one loop serves all.
-        """
-        w = ca.SX.sym("w") if self.implicit is None else self.implicit
-        residual = w if self.residual is None else self.residual
-        by_output = [ca.jacobian(self.output, z) for z in (self.state, self.parameters)]
-        arguments = {"w": w, "s": self.state, "e": self.exo, "p": self.parameters}
-        whole = {
-            "step": ("wsep", [self.step]),
-            "step_jac": ("wsep", [self.step, *self._jacobian(w, residual)]),
-            "output": ("sep", [self.output]),
-            "output_jac": ("sep", [self.output, *by_output]),
-            "residual": ("wsep", [residual, ca.jacobian(residual, w)]),
-            "guess": ("sep", [ca.SX(0.0) if self.guess is None else self.guess]),
-        }
-        return {
-            name: ca.Function(
-                name,
-                [arguments[letter] for letter in letters],
-                [ca.densify(output) for output in ca.cse(outputs)],
-                list(letters),
-                [f"o{i}" for i in range(len(outputs))],
-            )
-            for name, (letters, outputs) in whole.items()
-        }
-
-    def _jacobian(self, w: Expression, residual: Expression) -> tuple[Expression, Expression]:
-        """Total derivatives of the step in the state and the parameters, by the implicit function theorem."""
-        by_w, slope = self._derivative(self.step, w), ca.jacobian(residual, w)
-        direct = [self._derivative(self.step, z) for z in (self.state, self.parameters)]
-        through = [self._derivative(residual, z) / slope for z in (self.state, self.parameters)]
-        return direct[0] - by_w @ through[0], direct[1] - by_w @ through[1]
-
-    def _derivative(self, expression: Expression, z: Expression) -> Expression:
-        """The jacobian, or zeros where nobody will ask for it."""
-        return ca.jacobian(expression, z) if self.differentiable else ca.SX(expression.numel(), z.numel())
-
-
-class Sizes(NamedTuple):
-    """Lengths of the vectors of a recurrence: state, exo, parameters, output, and inputs per sample."""
-
-    states: int
-    exo: int
-    parameters: int
-    outputs: int
-    inputs: int
 
 
 @dataclass(frozen=True)
@@ -140,17 +63,14 @@ class Scanner:
 
     def __init__(self, recurrence: Recurrence) -> None:
         self.recurrence = recurrence
-        ns, ne, np_, ny = (
-            int(ca.SX(x).numel()) for x in (recurrence.state, recurrence.exo, recurrence.parameters, recurrence.output)
-        )
-        self.sizes = Sizes(ns, ne, np_, ny, (ne - 2) // (2 if recurrence.ends else 1))
+        self.sizes = recurrence.sizes
         functions = recurrence.functions()
-        loops = compiled.loops(functions, self.sizes, recurrence.scale)
+        loops = c_loop.loops(functions, self.sizes, recurrence.scale)
         self._compiled = loops is not None
         if loops is None:
-            from simulator.compile import native  # numba is slow to import and most machines have a compiler
+            from simulator.compile import numba_loop  # numba is slow to import and most machines have a compiler
 
-            loops = native.loops(functions, self.sizes.exo, recurrence.scale)
+            loops = numba_loop.loops(functions, self.sizes.exo, recurrence.scale)
         self._loop, self._shoot = loops
 
     @property

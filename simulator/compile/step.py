@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import casadi as ca
 
-from simulator.compile.scan import Recurrence
+from simulator.compile.recurrence import Recurrence
 from simulator.effect import Effect, Memory, Quantities, Site, Values
 from simulator.relaxation import Expression
 

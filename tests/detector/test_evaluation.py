@@ -10,16 +10,17 @@ import pytest
 from detector.evaluation import (
     BENCHMARK,
     DETECTORS,
+    BenchmarkRun,
     Plan,
-    Seen,
     Setting,
     Zone,
     alarms,
     calibrate,
     chance,
     count_alarms,
-    elsewhere,
+    evaluate,
     examples,
+    feature_vectors,
     healthy,
     indices,
     largest,
@@ -27,7 +28,7 @@ from detector.evaluation import (
     learn_symptoms,
     misisolation,
     plant_hour,
-    portrait,
+    random_start,
     simulate,
     structural_groups,
     structural_signatures,
@@ -147,7 +148,7 @@ def test_faster_sampling_averages_the_noise_away():
 
 
 def test_a_run_may_start_elsewhere():
-    usual, other = Setting(seed=7), elsewhere("play", 7)
+    usual, other = Setting(seed=7), random_start("play", 7)
     assert (other.form, other.seed) == (usual.form, usual.seed)
     assert 0 <= other.position <= 1
     here, there = healthy(200, usual)[1], healthy(200, other)[1]
@@ -225,12 +226,12 @@ def test_recursive_estimation_keeps_its_rate_after_starts(learned):
 
     def starts(first, count):
         for seed in range(first, first + count):
-            run = healthy(900, elsewhere("play", seed) if seed % 2 else Setting(seed=seed))[1]
-            yield channels(Seen(run, learned[0]))
+            run = healthy(900, random_start("play", seed) if seed % 2 else Setting(seed=seed))[1]
+            yield channels(BenchmarkRun(run, learned[0]))
 
     runs = [healthy(7200, Setting(seed=seed))[1] for seed in (11, 12)]
-    channels = DETECTORS["estimation"].learn(Seen(runs[0], learned[0]))
-    blocks = [largest(one, 300, 300) for one in (channels(Seen(runs[1], learned[0])), *starts(20, 24))]
+    channels = DETECTORS["estimation"].learn(BenchmarkRun(runs[0], learned[0]))
+    blocks = [largest(one, 300, 300) for one in (channels(BenchmarkRun(runs[1], learned[0])), *starts(20, 24))]
     levels = calibrate(blocks[0], 0.05, 300, [np.vstack(blocks[1 + kind :: 2]) for kind in (0, 1)])
     assert all(levels.statistic(one)[300:].max() < 1 for one in starts(50, 6))
 
@@ -241,7 +242,7 @@ def test_portraits_tell_how_far_off_a_rod_is_that_saturates_every_symptom(learne
     for number in (1, 7):
         run = with_fault(number, 0.75, Setting(seed=40 + number), onset_s=600, grows_s=0, duration_s=1000)[1]
         alarm = np.arange(len(run)) >= 602
-        at, rows = portrait(run, learned[0].of(run), alarm)
+        at, rows = feature_vectors(run, learned[0].of(run), alarm)
         assert at.tolist() == list(range(632, 1000, 30))
         known[number] = rows[-1]
     assert len(known[1]) == len(known[7])
@@ -267,15 +268,16 @@ def test_diagnosis_names_the_fault_or_those_it_cannot_tell_from_it():
         learn_diagnosis([])
 
 
-def test_plans_refuse_what_they_do_not_know():
+def test_plans_refuse_what_they_do_not_know(tmp_path):
     assert len(BENCHMARK) == 44
-    with pytest.raises(BadInput, match="--detectors oracle"):
-        Plan(detectors=("oracle",))
-    with pytest.raises(BadInput, match="--scenarios f99"):
+    with pytest.raises(BadInput, match="detectors oracle"):
+        evaluate(Plan(detectors=("oracle",)), tmp_path)
+    assert not list(tmp_path.iterdir())
+    with pytest.raises(BadInput, match="scenarios f99"):
         Plan(scenarios=("f99",))
     with pytest.raises(BadInput, match="near to it are f18-abrupt-big"):
         Plan(scenarios=("f18-abrubt-big",))
-    with pytest.raises(BadInput, match="--variants"):
+    with pytest.raises(BadInput, match="variants play-3"):
         Plan(variants=("play-3",))
     assert Plan().key != Plan(rate_per_h=0.1).key
     assert Plan().key == Plan(seeds=9).key
@@ -283,7 +285,7 @@ def test_plans_refuse_what_they_do_not_know():
 
 def test_every_detector_says_what_it_is():
     assert {"random", "published", "bank"} <= set(DETECTORS)
-    assert all(one.text and one.name == name for name, one in DETECTORS.items())
+    assert all(one.text for one in DETECTORS.values())
 
 
 @pytest.mark.skipif(not HOUR.exists(), reason="the measured hour of the plant is not in ../shared/data/damadics")

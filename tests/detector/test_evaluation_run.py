@@ -35,7 +35,7 @@ def test_what_can_be_seen_is_seen_and_the_rest_is_listed_with_its_ratio(small):
     outcome, _, _ = small
     seen = {name: detected(outcome, "play-1", name, "bank")[0] for name in SCENARIOS}
     assert seen["f18-abrupt-big"] == 1
-    assert outcome.footprints["f14-abrupt-big"]["all"] == 0.0
+    assert outcome.detectability["f14-abrupt-big"]["all"] == 0.0
     assert outcome.hours["play-1"] == pytest.approx(1 - 300 / 3600 + 2 * 1200 / 3600 + 2 * 600 / 3600)
 
 
@@ -49,7 +49,7 @@ def test_a_second_run_takes_up_what_is_there_and_gives_the_same(small):
     outcome, out, _ = small
     told = []
     again = evaluate(smoke(WATCHED, SCENARIOS), out, lambda *news: told.append(news), workers=1)
-    assert again.judged == outcome.judged
+    assert again.trials == outcome.trials
     assert not any("calibration" in label for label, _, _ in told)
 
 
@@ -64,8 +64,8 @@ def test_an_interrupted_run_goes_on(small):
     with pytest.raises(KeyboardInterrupt):
         evaluate(plan, out, stop, workers=1)
     done = evaluate(plan, out, workers=1)
-    assert set(done.judged["play-1"]) == {*SCENARIOS, "f2-abrupt-big"}
-    assert done.judged["play-1"]["f18-abrupt-big"] == outcome.judged["play-1"]["f18-abrupt-big"]
+    assert set(done.trials["play-1"]) == {*SCENARIOS, "f2-abrupt-big"}
+    assert done.trials["play-1"]["f18-abrupt-big"] == outcome.trials["play-1"]["f18-abrupt-big"]
 
 
 def test_files_hold_the_tables_and_the_page_needs_no_network(small):
@@ -89,8 +89,8 @@ def test_a_run_that_ended_early_is_named_in_words(small):
     outcome = small[0]
     usual = tables(outcome)[1].note
     assert "finite" not in usual
-    trial = outcome.judged["play-1"]["f18-abrupt-big"][0] | {"seconds": 1300}
-    ended = replace(outcome, judged={"play-1": {"f18-abrupt-big": [trial]}})
+    trial = outcome.trials["play-1"]["f18-abrupt-big"][0] | {"seconds": 1300}
+    ended = replace(outcome, trials={"play-1": {"f18-abrupt-big": [trial]}})
     said = tables(ended)[1].note.removeprefix(usual)
     assert said == " f18-abrupt-big in play-1: the simulation stops being finite, judged to 1300 of 1500 s."
 

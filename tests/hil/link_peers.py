@@ -11,8 +11,8 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from hil import Send
-from hil.modbus.messages import crc16
+from hil.modbus.framing import Frame, crc
+from hil.testing import Send
 
 Result = TypeVar("Result")
 
@@ -135,8 +135,7 @@ class _Connection(asyncio.Protocol):
             frame, self._pending = self._pending[:end], self._pending[end:]
             pdu = self._peer.pdu(frame[6], frame[7:])
             if pdu is not None:
-                reply = frame[:4] + (1 + len(pdu)).to_bytes(2, "big") + frame[6:7] + pdu
-                self._queue.put(self._peer.replies(reply))
+                self._queue.put(self._peer.replies(Frame(int.from_bytes(frame[:2], "big"), frame[6], pdu).tcp()))
 
     def _write(self, data: bytes) -> None:
         if not self._transport.is_closing():
@@ -184,11 +183,10 @@ class PtyPeer(Device):
         while len(self._pending) >= 8:
             size = 9 + self._pending[6] if self._pending[1] in (15, 16) else 8
             frame, self._pending = self._pending[:size], self._pending[size:]
-            assert crc16(frame[:-2]) == int.from_bytes(frame[-2:], "little"), "a request with a wrong checksum"
+            assert crc(frame[:-2]) == frame[-2:], "a request with a wrong checksum"
             pdu = self.pdu(frame[0], frame[1:-2])
             if pdu is not None:
-                body = frame[:1] + pdu
-                self._queue.put(self.replies(body + crc16(body).to_bytes(2, "little")))
+                self._queue.put(self.replies(Frame(0, frame[0], pdu).rtu()))
 
 
 async def within(awaitable: Awaitable[Result], seconds: float = 20.0) -> Result:
@@ -250,5 +248,4 @@ class MemoryLine(asyncio.Transport):
     def _arrive(self, data: bytes) -> None:
         pdu = self._device.pdu(data[0], data[1:-2])
         if pdu is not None:
-            body = data[:1] + pdu
-            self._queue.put(self._device.replies(body + crc16(body).to_bytes(2, "little")))
+            self._queue.put(self._device.replies(Frame(0, data[0], pdu).rtu()))

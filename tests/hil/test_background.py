@@ -9,7 +9,7 @@ import pytest
 from served_ramp import SPAN, Ramp, port_of, raw_map, settings
 from test_recorder import Script, sample
 
-from hil import BackgroundRecorder, BackgroundServer, Polling, PollingDied, RecorderSettings, open_source, valves_of
+from hil import BackgroundRecorder, BackgroundServer, Polling, PollingStopped, RecorderSettings, open_source, valves_of
 from recordings import BadInput, read
 
 
@@ -119,9 +119,9 @@ def test_a_recording_ends_with_its_duration(tmp_path):
 
 
 def test_what_ends_a_recording_too_early_is_raised_and_what_came_before_is_kept(tmp_path):
-    source = Script([*(sample(k) for k in range(10)), PollingDied("the polling task ended")])
+    source = Script([*(sample(k) for k in range(10)), PollingStopped("the polling task ended")])
     where = RecorderSettings(tmp_path / "x.h5")
-    with pytest.raises(PollingDied, match="polling task"), BackgroundRecorder(source, where) as recorder:
+    with pytest.raises(PollingStopped, match="polling task"), BackgroundRecorder(source, where) as recorder:
         assert recorder.wait(20.0)
     assert len(read(tmp_path / "x.h5").time) == 10
     assert threads() == []

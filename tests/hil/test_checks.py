@@ -7,17 +7,9 @@ from random import Random
 
 import pytest
 
-from hil.modbus.framing import (
-    Frame,
-    check_rtu,
-    check_tcp,
-    ends_in_frame,
-    rtu_frame,
-    split_frames,
-    tcp_frame,
-    transactions,
-)
-from hil.modbus.messages import Fault, Reply, Request, check_pdu, crc16
+from hil.modbus.checks import check_pdu, check_rtu, check_tcp, ends_in_frame, transactions
+from hil.modbus.framing import Frame, crc, crc16, split_frames
+from hil.modbus.messages import Fault, Reply, Request
 
 READ = Request(unit=1, function=3, address=0x10, count=2)
 BITS = Request(unit=1, function=2, address=0, count=10)
@@ -27,7 +19,15 @@ COIL = Request(unit=1, function=15, address=4, count=3, words=(1, 0, 1))
 
 def rtu(body: str) -> bytes:
     data = bytes.fromhex(body)
-    return data + crc16(data).to_bytes(2, "little")
+    return data + crc(data)
+
+
+def sent_on_tcp(request: Request, transaction: int) -> bytes:
+    return Frame(transaction, request.unit, request.pdu).tcp()
+
+
+def sent_on_a_line(request: Request) -> bytes:
+    return Frame(0, request.unit, request.pdu).rtu()
 
 
 def test_a_request_is_laid_out_as_the_standard_says():
@@ -35,8 +35,8 @@ def test_a_request_is_laid_out_as_the_standard_says():
     assert READ.pdu.hex() == "0300100002"
     assert WRITE.pdu.hex() == "100004000204" + "0001ffff"
     assert COIL.pdu.hex() == "0f00040003" + "01" + "05"
-    assert tcp_frame(READ, 0x1234).hex() == "1234" + "0000" + "0006" + "01" + "0300100002"
-    assert rtu_frame(Request(unit=2, function=7 - 3, address=0, count=1)).hex() == "020400000001" + "31f9"
+    assert sent_on_tcp(READ, 0x1234).hex() == "1234" + "0000" + "0006" + "01" + "0300100002"
+    assert sent_on_a_line(Request(unit=2, function=7 - 3, address=0, count=1)).hex() == "020400000001" + "31f9"
     assert crc16(bytes.fromhex("0207")) == 0x1241
 
 
@@ -181,12 +181,12 @@ def test_a_hundred_thousand_harmed_frames_are_judged_without_a_single_exception(
     random, verdicts = Random(5), set()
     for _ in range(50_000):
         request, pdu = replies(random)
-        frame = tcp_frame(request, 77)[:4] + (1 + len(pdu)).to_bytes(2, "big") + bytes([request.unit]) + pdu
+        frame = sent_on_tcp(request, 77)[:4] + (1 + len(pdu)).to_bytes(2, "big") + bytes([request.unit]) + pdu
         frames, rest, _ = split_frames(harmed(random, frame))
         verdicts |= {check_tcp(request, 77, one).fault for one in frames}
         assert isinstance(rest, bytes)
         body = bytes([request.unit]) + pdu
-        line = check_rtu(request, harmed(random, body + crc16(body).to_bytes(2, "little")))
+        line = check_rtu(request, harmed(random, body + crc(body)))
         verdicts.add(line.fault if line else None)
     assert verdicts >= {Fault.TRANSACTION, Fault.UNIT, Fault.FUNCTION, Fault.LENGTH, Fault.CHECKSUM, Fault.SURPLUS}
 
@@ -194,7 +194,7 @@ def test_a_hundred_thousand_harmed_frames_are_judged_without_a_single_exception(
 def test_a_stream_in_pieces_gives_the_frames_of_the_whole_stream():
     random = Random(6)
     for _ in range(300):
-        stream = b"".join(tcp_frame(replies(random)[0], random.randrange(1 << 16)) for _ in range(4))
+        stream = b"".join(sent_on_tcp(replies(random)[0], random.randrange(1 << 16)) for _ in range(4))
         stream = harmed(random, stream) if random.random() < 0.5 else stream
         frames, rest, broken = split_frames(stream)
         pieces, pending, why = [], b"", None
@@ -211,7 +211,7 @@ def test_a_line_in_pieces_is_never_accepted_where_the_whole_is_refused():
     for _ in range(3000):
         request, pdu = replies(random)
         body = bytes([request.unit]) + pdu
-        line = harmed(random, body + crc16(body).to_bytes(2, "little"))
+        line = harmed(random, body + crc(body))
         whole = check_rtu(request, line)
         verdicts = [check_rtu(request, line[:n]) for n in range(len(line) + 1)]
         first = next((n for n, verdict in enumerate(verdicts) if verdict is not None), None)

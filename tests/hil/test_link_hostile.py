@@ -18,10 +18,11 @@ from link_peers import Device, MemoryLine, PtyPeer, TcpPeer, in_virtual_time, wi
 from pymodbus import ModbusException
 from pymodbus.client import AsyncModbusSerialClient, AsyncModbusTcpClient
 
-from hil import FaultInjector, FaultSchedule, Send, parse_address
+from hil import parse_address
 from hil.client.link import Link
 from hil.client.rtu import RtuWire
 from hil.modbus.messages import Fault, Reply, Request
+from hil.testing import FaultInjector, FaultSchedule, Send
 
 
 class Pace(NamedTuple):

@@ -14,11 +14,13 @@ from collections.abc import Callable, Sequence
 import pytest
 from link_peers import Device, MemoryLine, PtyPeer, in_virtual_time, within
 
-from hil import Send, parse_address
+from hil import parse_address
 from hil.client.link import Link
 from hil.client.rtu import RtuWire
 from hil.client.state import Input
-from hil.modbus.messages import Fault, Reply, Request, crc16
+from hil.modbus.framing import crc
+from hil.modbus.messages import Fault, Reply, Request
+from hil.testing import Send
 from recordings import BadInput
 
 TIMEOUT, QUIET, TRAVEL = 0.05, 0.1, 0.002
@@ -147,7 +149,7 @@ def test_bytes_that_lie_on_the_line_before_a_request_are_never_its_answer():
         line = Line()
         before = await line.ask(0)
         body = bytes.fromhex("010304" + "00010002")
-        line.memory.deliver(body + crc16(body).to_bytes(2, "little"))  # what a request for address 1 would get
+        line.memory.deliver(body + crc(body))  # what a request for address 1 would get
         return before + await line.ask(300), line.tally
 
     replies, tally = in_virtual_time(story())

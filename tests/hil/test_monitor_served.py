@@ -9,7 +9,7 @@ import signal
 from monitor_rig import MonitorProcess, moved, passed, serve
 
 from bristle.cli.app import run
-from hil import make_test_authority
+from hil.testing import make_loopback_authority
 
 
 def decisions(lines: str) -> list[dict]:
@@ -71,7 +71,7 @@ def test_over_rtu_a_spring_fault_is_found_by_what_was_learned_from_a_recording(m
 def test_over_tls_a_healthy_valve_and_a_killed_server_are_no_alarm_and_what_was_learned_is_taken_up(
     model, healthy, tmp_path
 ):
-    sides = make_test_authority(tmp_path / "tls")
+    sides = make_loopback_authority(tmp_path / "tls")
     server, client = sides.server, sides.client
     keys = ("--cert", str(server.certificate), "--key", str(server.key), "--ca", str(server.authority))
 

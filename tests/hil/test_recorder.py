@@ -17,7 +17,7 @@ from link_rig import MAP, Rig
 from hil import (
     LinkEvent,
     Polling,
-    PollingDied,
+    PollingStopped,
     Quality,
     Reading,
     Recorder,
@@ -256,8 +256,8 @@ def test_a_recording_can_be_recorded_again(tmp_path):
 
 def test_a_source_that_dies_leaves_a_closed_recording(tmp_path):
     down = LinkEvent(100.3, 1.7e9, "V1", "link_down", "the polling task ended")
-    items = [*(sample(k) for k in range(20)), down, PollingDied("the polling task ended")]
-    with pytest.raises(PollingDied):
+    items = [*(sample(k) for k in range(20)), down, PollingStopped("the polling task ended")]
+    with pytest.raises(PollingStopped):
         recorded(Script(items), tmp_path / "run.h5")
     recording = read(tmp_path / "run.h5")
     assert len(recording) == 20

@@ -20,8 +20,8 @@ from link_rig import Rig
 
 import hil
 from bristle.cli.app import run
-from hil import make_test_authority
 from hil.modbus.framing import split_frames
+from hil.testing import make_loopback_authority
 from recordings import read, recover
 
 MAP_TEXT = """
@@ -342,7 +342,7 @@ def test_bad_input_is_one_line_and_exit_code_2(arguments, words, tmp_path, map_f
 
 
 def test_an_expired_certificate_is_bad_input(tmp_path, map_file, capsys):
-    files = make_test_authority(tmp_path / "ca", days=1, start=datetime.now(UTC) - timedelta(days=9)).client
+    files = make_loopback_authority(tmp_path / "ca", days=1, start=datetime.now(UTC) - timedelta(days=9)).client
     source = f"tls://127.0.0.1:9?ca={files.authority}&cert={files.certificate}&key={files.key}"
     assert run(["record", "--source", source, "--map", str(map_file), "--to", str(tmp_path / "runs")]) == 2
     assert "expired on" in capsys.readouterr().err

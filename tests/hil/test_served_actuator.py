@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bristle.cli.plant_options import ActuatorOptions
 from hil import (
-    ActuatorOptions,
     ActuatorPlant,
     ActuatorSetup,
     Polling,

@@ -66,7 +66,7 @@ def refused(capsys, *options):
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (["--listen", "tcp://0.0.0.0:0"], "say --expose"),
+        (["--listen", "tcp://0.0.0.0:0"], "expose it if it is meant (--expose)"),
         (["--listen", "serial"], "is not an address"),
         (["--listen", "rtu:/dev/no-such-line"], "there is no serial device"),
         (["--listen", "tls://127.0.0.1:0"], "--cert"),

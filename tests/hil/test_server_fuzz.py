@@ -13,7 +13,8 @@ from contextlib import asynccontextmanager
 import pytest
 from served_ramp import Ramp, connected, device_of, port_of, settings
 
-from hil import Server, crc
+from hil import Server
+from hil.testing import crc
 
 USUAL = (1, 3, 3, 4, 4, 5, 6, 15, 16, 16, 22, 23)
 ODD = (0, 2, 7, 8, 11, 12, 17, 20, 21, 24, 43, 90, 128, 131, 255)

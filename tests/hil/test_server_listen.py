@@ -81,8 +81,8 @@ def test_an_address_that_is_not_ours_is_refused():
 
 
 def test_listening_beyond_this_machine_needs_to_be_meant_and_says_what_it_means():
-    assert "say --expose" in refusal("tcp://0.0.0.0:0")
-    assert "say --expose" in refusal("tcp://[::]:0")
+    assert "expose it if it is meant" in refusal("tcp://0.0.0.0:0")
+    assert "expose it if it is meant" in refusal("tcp://[::]:0")
     meant = settings("tcp://0.0.0.0:0", "tls://0.0.0.0:0", "tcp://127.0.0.1:0", expose=True, harm=True)
     plain, secure = meant.exposure()
     assert "without a password or encryption, read every value and write set points and switch on faults" in plain

@@ -14,18 +14,19 @@ from cryptography import x509
 from pymodbus.client import AsyncModbusTcpClient, AsyncModbusTlsClient
 from served_ramp import Ramp, port_of, settings
 
-from hil import Certificates, Server, make_test_authority
+from hil import Certificates, Server
+from hil.testing import make_loopback_authority
 from recordings import BadInput
 
 
 @pytest.fixture(scope="module")
 def authority(tmp_path_factory):
-    return make_test_authority(tmp_path_factory.mktemp("tls") / "ca")
+    return make_loopback_authority(tmp_path_factory.mktemp("tls") / "ca")
 
 
 @pytest.fixture(scope="module")
 def stranger(tmp_path_factory):
-    return make_test_authority(tmp_path_factory.mktemp("tls") / "other")
+    return make_loopback_authority(tmp_path_factory.mktemp("tls") / "other")
 
 
 def context_for(side, *, certificate=True):
@@ -77,7 +78,7 @@ def test_a_client_of_another_authority_is_turned_away(authority, stranger):
 
 
 def test_a_client_whose_certificate_expired_is_turned_away(authority, tmp_path):
-    expired = make_test_authority(tmp_path / "old", days=1, start=datetime.now(UTC) - timedelta(days=9))
+    expired = make_loopback_authority(tmp_path / "old", days=1, start=datetime.now(UTC) - timedelta(days=9))
     context = context_for(authority.client, certificate=False)
     context.load_cert_chain(expired.client.certificate, expired.client.key)
     assert served(authority, context) is None
@@ -129,13 +130,13 @@ def test_the_test_authority_vouches_for_loopback_only_and_keeps_its_keys_private
 
 def test_a_test_authority_never_overwrites(authority):
     with pytest.raises(BadInput, match="already there"):
-        make_test_authority(authority.server.certificate.parent)
+        make_loopback_authority(authority.server.certificate.parent)
 
 
 def test_a_test_authority_needs_a_folder_it_can_write(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(BadInput, match="cannot be written"):
-        make_test_authority(tmp_path / "file" / "ca")
+        make_loopback_authority(tmp_path / "file" / "ca")
 
 
 def test_certificates_that_cannot_be_used_are_refused_in_words(authority, stranger, tmp_path):
@@ -143,8 +144,8 @@ def test_certificates_that_cannot_be_used_are_refused_in_words(authority, strang
     (tmp_path / "noise.pem").write_text("nothing")
     locked = tmp_path / "locked.key"
     locked.write_bytes(_locked(good.key))
-    expired = make_test_authority(tmp_path / "old", days=1, start=datetime.now(UTC) - timedelta(days=9)).server
-    early = make_test_authority(tmp_path / "new", days=9, start=datetime.now(UTC) + timedelta(days=1)).server
+    expired = make_loopback_authority(tmp_path / "old", days=1, start=datetime.now(UTC) - timedelta(days=9)).server
+    early = make_loopback_authority(tmp_path / "new", days=9, start=datetime.now(UTC) + timedelta(days=1)).server
     for changes, words in (
         ({"certificate": tmp_path / "none.pem"}, "none.pem: cannot be read"),
         ({"certificate": tmp_path / "noise.pem"}, "noise.pem: not a certificate"),
@@ -167,7 +168,7 @@ def test_a_tls_address_needs_certificates():
         async with Server({1: Ramp()}, settings("tls://127.0.0.1:0")):
             pass
 
-    with pytest.raises(BadInput, match="--cert"):
+    with pytest.raises(BadInput, match="give certificate"):
         asyncio.run(main())
 
 

@@ -8,7 +8,8 @@ import pytest
 import serial
 from served_ramp import Clock, Ramp, device_of, port_of, settings
 
-from hil import Server, crc
+from hil import Server
+from hil.testing import crc
 
 
 async def raw(server, *pieces, wanted):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import islice
 
 import pytest
@@ -14,14 +14,16 @@ from hil import (
     LinkEvent,
     LiveSource,
     Polling,
-    PollingDied,
+    PollingStopped,
     Quality,
     Sample,
     WriteMap,
     parse_address,
     valves_of,
 )
-from recordings import BadInput
+from hil.modbus.framing import Frame
+from hil.testing import Send
+from recordings import BadInput, LinkError, ProtocolError
 
 
 def live(
@@ -246,7 +248,7 @@ def test_a_polling_task_that_dies_is_an_event_for_every_valve_and_an_error(error
             address = parse_address(f"tcp://127.0.0.1:{peer.port}")
             async with LiveSource(address, valves_of(MAP, (1, 2)), Dying(Polling(None), error)) as source:
                 downs = [(await event(source, "link_down")).valve for _ in range(2)]
-                with pytest.raises(PollingDied, match="the polling task ended") as death:
+                with pytest.raises(PollingStopped, match="the polling task ended") as death:
                     await samples(source, 1)
                 return downs, death.value
 
@@ -327,3 +329,28 @@ def test_a_write_that_the_device_refuses_or_the_map_forbids_is_said():
     for name, value, words in (("sp", 1.0, "exception 3"), ("sp", 1e6, "cannot be sent"), ("kp", 1.0, "no point 'kp'")):
         with pytest.raises(BadInput, match=words):
             asyncio.run(story(name, value))
+
+
+def test_a_write_that_nobody_confirms_is_a_trouble_of_the_link():
+    points = [{"name": "sp", "table": "holding", "address": 7, "type": "int16"}]
+    write_map = WriteMap.model_validate({"kind": "write", "name": "w", "points": points})
+
+    def cut(frame: bytes) -> list[Send]:
+        """The echo of a write without its last byte, in a frame that is right in itself."""
+        reply = Frame.of_tcp(frame)
+        return [Send(reply._replace(pdu=reply.pdu[:-1]).tcp() if reply.pdu[0] == 16 else frame)]
+
+    async def story(answer: list[int] | int | None, harm: Callable[[bytes], list[Send]] | None = None) -> None:
+        async with TcpPeer(lambda *request: answer if request[1] == 16 else words_of(1.0), harm) as peer:
+            address = parse_address(f"tcp://127.0.0.1:{peer.port}?timeout=0.2")
+            options = {"write_map": write_map, "allow_write": True}
+            async with LiveSource(address, valves_of(MAP), Polling(50.0), **options) as source:
+                await samples(source, 1)
+                await source.write("rig", "sp", 1.0)
+
+    with pytest.raises(LinkError, match="no reply within"):
+        asyncio.run(story(None))
+    with pytest.raises(LinkError, match="gateway target does not answer"):
+        asyncio.run(story(11))
+    with pytest.raises(ProtocolError, match="the reply has 4 bytes, 5 are right"):
+        asyncio.run(story([], cut))

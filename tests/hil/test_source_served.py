@@ -21,10 +21,10 @@ from hil import (
     Sample,
     Server,
     WriteMap,
-    make_test_authority,
     parse_address,
     valves_of,
 )
+from hil.testing import make_loopback_authority
 from recordings import read
 
 
@@ -47,7 +47,7 @@ def address_of(server: Server, client: Certificates | None = None) -> str:
 
 @pytest.mark.parametrize("listen", ["tcp://127.0.0.1:0", "pty:", "tls://127.0.0.1:0"])
 def test_three_served_valves_are_polled(listen, tmp_path):
-    sides = make_test_authority(tmp_path) if listen.startswith("tls") else None
+    sides = make_loopback_authority(tmp_path) if listen.startswith("tls") else None
 
     async def story() -> list[Sample]:
         plants = {unit: Ramp() for unit in (1, 2, 3)}

@@ -9,21 +9,24 @@ import pytest
 from link_peers import TcpPeer, within
 from link_rig import MAP, Rig, samples
 
-from hil import LinkEvent, LiveSource, Polling, Sample, TestAuthority, make_test_authority, parse_address, valves_of
+from hil import LinkEvent, LiveSource, Polling, Sample, parse_address, valves_of
+from hil.testing import LoopbackAuthority, make_loopback_authority
 from recordings import BadInput
 
 
 @pytest.fixture(scope="module")
-def trusted(tmp_path_factory) -> TestAuthority:
-    return make_test_authority(tmp_path_factory.mktemp("trusted"))
+def trusted(tmp_path_factory) -> LoopbackAuthority:
+    return make_loopback_authority(tmp_path_factory.mktemp("trusted"))
 
 
 @pytest.fixture(scope="module")
-def stranger(tmp_path_factory) -> TestAuthority:
-    return make_test_authority(tmp_path_factory.mktemp("stranger"))
+def stranger(tmp_path_factory) -> LoopbackAuthority:
+    return make_loopback_authority(tmp_path_factory.mktemp("stranger"))
 
 
-def address(peer: TcpPeer, authority: TestAuthority, own: TestAuthority | None = None, options: str = "") -> str:
+def address(
+    peer: TcpPeer, authority: LoopbackAuthority, own: LoopbackAuthority | None = None, options: str = ""
+) -> str:
     mine = (own or authority).client
     files = f"ca={authority.client.authority}&cert={mine.certificate}&key={mine.key}"
     return f"tls://127.0.0.1:{peer.port}?{files}{options}"
@@ -33,11 +36,11 @@ def source(text: str) -> LiveSource:
     return LiveSource(parse_address(text), valves_of(MAP), Polling(None))
 
 
-def serving(authority: TestAuthority) -> TcpPeer:
+def serving(authority: LoopbackAuthority) -> TcpPeer:
     return TcpPeer(Rig(), context=authority.server.server_context())
 
 
-async def first_item(server: TestAuthority, *who: TestAuthority, options: str = "") -> Sample | LinkEvent:
+async def first_item(server: LoopbackAuthority, *who: LoopbackAuthority, options: str = "") -> Sample | LinkEvent:
     """What a source says first to a server. who : whom the client trusts, and who vouches for it."""
     async with serving(server) as peer, source(address(peer, *who, options=options)) as one:
         return await within(anext(one))
@@ -77,8 +80,8 @@ def test_a_client_certificate_that_the_server_does_not_know_gives_no_samples(tru
 
 def test_files_that_are_missing_wrong_or_expired_are_named(trusted, stranger, tmp_path):
     past = datetime.now(UTC) - timedelta(days=400)
-    expired = make_test_authority(tmp_path / "expired", days=30, start=past)
-    future = make_test_authority(tmp_path / "future", days=30, start=datetime.now(UTC) + timedelta(days=10))
+    expired = make_loopback_authority(tmp_path / "expired", days=30, start=past)
+    future = make_loopback_authority(tmp_path / "future", days=30, start=datetime.now(UTC) + timedelta(days=10))
     (tmp_path / "text.pem").write_text("not a certificate")
     client = trusted.client
     cases = [

@@ -62,7 +62,7 @@ def test_what_a_recording_cannot_teach_is_said_and_not_invented(name):
     found = fit([experiment(make())])
     assert found.outcome is outcome
     assert not found.outcome.usable
-    assert found.path is None
+    assert found.minimum is None
     with pytest.raises(NegativeAnswer, match=outcome.value):
         identify([make()])
 

@@ -90,7 +90,7 @@ def test_what_is_written_where_a_position_is_missing_does_not_matter(plain):
     keep = np.isfinite(position)
     segments = experiment(changed(plain, position=position)).segments
     assert np.all(segments[0].seen == keep)
-    residual = first.problem.residual(0, first.problem.responses(first.path.unknowns, first.path.setting)[0])
+    residual = first.problem.residual(0, first.problem.responses(first.minimum.unknowns, first.minimum.setting)[0])
     assert np.all(residual[~keep] == 0.0)
 
 

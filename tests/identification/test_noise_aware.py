@@ -16,8 +16,8 @@ from identification import Fit, Outcome, experiment, fit, identify, uncertainty_
 from identification.data.force import estimate_force
 from identification.data.force import loops as force_loops
 from identification.data.grid import Grid, grids
-from identification.estimators.noise_aware.linearised_model import first_path
-from identification.estimators.noise_aware.recursions import RUNAWAY, loops
+from identification.estimators.noise_aware.linearised_model import first_path, loops
+from identification.estimators.noise_aware.recursions import RUNAWAY
 from recordings import BadInput, Recording
 from simulator import BASE, Excitation, Sensors, kernel, random_valve, simulate
 
@@ -158,7 +158,7 @@ def test_a_noisy_force_is_estimated_along_with_the_motion():
 def test_its_free_run_is_on_the_smoothed_force_and_near_the_noise():
     known = uncertainty_of(found())
     assert all(known.std[name] > 0 for name in known.names)
-    problem, path = found().problem, found().path
+    problem, path = found().problem, found().minimum
     assert problem is not None
     assert path is not None
     recordings_force = np.concatenate([experiment(r).segments[0].u for r in noisy()])

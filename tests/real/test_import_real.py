@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from recordings import Recording, read, validate, write
-from recordings.importers import import_to, plant_of
+from recordings.importers import import_to
 
 DATA = (Path(__file__).resolve().parents[2] / "../shared/data").resolve()
 
@@ -68,7 +68,7 @@ def test_pneumatic_cylinder(tmp_path: Path, file: Path) -> None:
 
 def test_another_area_of_the_cylinder(tmp_path: Path) -> None:
     name = "pneumatic_cylinder_seals/friction/O-ring_5bar.csv.gz"
-    made = imported(tmp_path, name, "pneumatic-cylinder", plant=plant_of(["diaphragm_area_m2=5e-4"]))
+    made = imported(tmp_path, name, "pneumatic-cylinder", plant={"diaphragm_area_m2": 5e-4})
     expected = made["load_cell"].values - made["pressure"].values * 5e-4
     np.testing.assert_allclose(made["force"].values, expected, atol=1e-9)
 

@@ -77,7 +77,7 @@ def test_a_matrix_by_columns_or_rows(tmp_path: Path, transposed: bool) -> None:
     check(tmp_path / "one.mat", **BY_NUMBER)
     savemat(tmp_path / "two.mat", {"log": matrix.T if transposed else matrix, "other": np.zeros((4, 4)), "v": [1, 2]})
     check(tmp_path / "two.mat", file={"variable": "log"}, **BY_NUMBER)
-    with pytest.raises(BadInput, match=r"no column '2'; .* with --variable: log \(\d+ x \d+\), other \(4 x 4\)"):
+    with pytest.raises(BadInput, match=r"no column '2'; .* chosen as the variable: log \(\d+ x \d+\), other \(4 x 4\)"):
         check(tmp_path / "two.mat", **BY_NUMBER)
     with pytest.raises(BadInput, match=r"there is no matrix 'lag'; matrices there: log"):
         check(tmp_path / "two.mat", file={"variable": "lag"}, **BY_NUMBER)

@@ -10,12 +10,9 @@ import pytest
 from recordings import UNDERSTOOD, BadInput, find_unit
 from recordings.importers import (
     ImportMapping,
-    clock_of,
     load_mapping,
     mapping_names,
     mapping_of,
-    plant_of,
-    signals_of,
     with_changes,
 )
 
@@ -123,9 +120,12 @@ def test_options_change_a_mapping_section_by_section() -> None:
     changes: dict[str, Any] = {
         "title": None,
         "source": "rig",
-        "time": clock_of(None) | {"rate_hz": 5.0, "from_s": None},
-        "plant": plant_of(["diaphragm_area_m2=0.029", "tag=V-1"]),
-        "signals": signals_of(["position=3:mm:input", "level=#2*2:%"]),
+        "time": {"rate_hz": 5.0, "from_s": None},
+        "plant": {"diaphragm_area_m2": 0.029, "tag": "V-1"},
+        "signals": {
+            "position": {"column": "3", "unit": "mm", "role": "input"},
+            "level": {"column": "#2*2", "unit": "%"},
+        },
     }
     changed = with_changes(base, changes, "options")
     assert (changed.title, changed.source, changed.time.rate_hz) == (base.title, "rig", 5.0)
@@ -138,7 +138,7 @@ def test_options_change_a_mapping_section_by_section() -> None:
 
 def test_a_column_of_time_replaces_a_rate_and_the_other_way_round() -> None:
     by_rate = mapping_of({"time": {"rate_hz": 10.0, "from_s": 1.0}}, "x")
-    by_column = with_changes(by_rate, {"time": clock_of("t:ms")}, "options")
+    by_column = with_changes(by_rate, {"time": {"column": "t", "unit": "ms"}}, "options")
     assert (by_column.time.column, by_column.time.unit, by_column.time.rate_hz, by_column.time.from_s) == (
         "t",
         "ms",
@@ -148,32 +148,4 @@ def test_a_column_of_time_replaces_a_rate_and_the_other_way_round() -> None:
     back = with_changes(by_column, {"time": {"rate_hz": 3.0}}, "options")
     assert (back.time.column, back.time.unit, back.time.rate_hz) == (None, None, 3.0)
     with pytest.raises(BadInput, match="options: time: time comes from a column or from a rate"):
-        with_changes(ImportMapping(), {"time": clock_of("t:ms") | {"rate_hz": 3.0}}, "options")
-
-
-@pytest.mark.parametrize(
-    ("option", "expected"),
-    [
-        ("position=5:mm", {"column": "5", "unit": "mm"}),
-        ("position=AI:1:mm:output", {"column": "AI:1", "unit": "mm", "role": "output"}),
-        ("position = Stem pos : mm", {"column": "Stem pos", "unit": "mm"}),
-        ("position=x", {"column": "x"}),
-    ],
-)
-def test_columns_in_short_form(option: str, expected: dict[str, str]) -> None:
-    assert signals_of([option]) == {"position": expected}
-
-
-@pytest.mark.parametrize("option", ["position", "=5:mm", "position=", "position=:mm"])
-def test_short_forms_that_name_no_column_are_refused(option: str) -> None:
-    with pytest.raises(BadInput, match=r"--column: .* names no column; write --column NAME=COLUMN:UNIT"):
-        signals_of([option])
-
-
-def test_other_short_forms_that_are_refused() -> None:
-    with pytest.raises(BadInput, match="--column: time has an option of its own; write --time 1:ms"):
-        signals_of(["time=1:ms"])
-    with pytest.raises(BadInput, match="--plant: 'stroke_m' names no value; write --plant NAME=VALUE"):
-        plant_of(["stroke_m"])
-    with pytest.raises(BadInput, match="--plant: 'long' is not a number; write --plant stroke_m=NUMBER"):
-        plant_of(["stroke_m=long"])
+        with_changes(ImportMapping(), {"time": {"column": "t", "unit": "ms"} | {"rate_hz": 3.0}}, "options")

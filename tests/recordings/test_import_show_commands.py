@@ -31,6 +31,7 @@ def table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 OPTIONS = ["--time", "t:ms", "--column", "position=stem:mm", "--column", "force=-2*thrust:kN:extra", "--decimal", ","]
+UNNAMED = ["--no-header", "--skip-lines", "1", "--column", "position=2:mm", *OPTIONS[-2:]]
 
 
 def test_a_table_becomes_a_recording(table: Path, capsys: Output) -> None:
@@ -61,12 +62,16 @@ def test_an_existing_recording_is_replaced_only_by_force(table: Path, capsys: Ou
         (["nowhere.csv", "--to", "a.h5"], "nowhere.csv: there is no such file; check the path"),
         (["rig.csv"], "Missing option '--to'"),
         (["rig.csv", "--to", "no/a.h5", *OPTIONS], "no/a.h5: the folder does not exist; make it first"),
-        (["rig.csv", "--to", "a.h5"], "rig.csv: no column is known to be a signal; say --column position=COLUMN:UNIT"),
+        (["rig.csv", "--to", "a.h5"], "rig.csv: no column is known to be a signal; say which column is the position"),
+        (["rig.csv", "--to", "a.h5"], "t, stem, thrust, note (--column NAME=COLUMN:UNIT)"),
         (["rig.csv", "--to", "a.h5", "--column", "position=1:mm"], "rig.csv: column 't': the unit of the time is not"),
+        (["rig.csv", "--to", "a.h5", "--column", "position=1:mm"], "such as s, ms or min (--time COLUMN:UNIT)"),
         (
             ["rig.csv", "--to", "a.h5", *OPTIONS[:-2]],
             "rig.csv: row 2: '1,5' in column 'stem' is not a number; the decimal",
         ),
+        (["rig.csv", "--to", "a.h5", *OPTIONS[:-2]], "here; where it is ',', say so (--decimal)"),
+        (["rig.csv", "--to", "a.h5", *UNNAMED], "columns: 1, 2, 3, 4 (--time COLUMN:UNIT, --rate HZ)"),
         (["rig.csv", "--to", "a.h5", *OPTIONS, "--decimal", ";"], "options: file.decimal: Input should be '.' or ','"),
         (["rig.csv", "--to", "a.h5", *OPTIONS, "--rate", "5"], "time comes from a column or from a rate"),
         (["rig.csv", "--to", "a.h5", "--mapping", "emps"], "rig.csv: there is no column 'qm'; columns there: t, stem"),

@@ -164,7 +164,7 @@ FAULTS: dict[str, tuple[str | bytes, dict[str, Any], str]] = {
     "no unit": (
         GOOD,
         {"signals": {"position": {"column": "x"}}},
-        "signal 'position': the unit of column 'x' is not known; write",
+        "signal 'position': the unit of column 'x' is not known; give it",
     ),
     "unit unknown": (
         GOOD,
@@ -179,7 +179,7 @@ FAULTS: dict[str, tuple[str | bytes, dict[str, Any], str]] = {
     "time without unit": (
         GOOD,
         {"time": {"column": "t"}},
-        "column 't': the unit of the time is not known; write --time t:UNIT",
+        "column 't': the unit of the time is not known; give it, such as s",
     ),
     "no time": ("x,F\n1,2\n3,4\n", {"time": {}}, "rig.csv: nothing says what the time is; say which column is time"),
     "time stands": (
@@ -296,7 +296,7 @@ def test_columns_nobody_named_are_carried_or_said_to_be_left_out(tmp_path: Path)
     assert (result.recording["oil temp"].unit, result.recording["k_m"].unit) == ("degF", "furlong")
     assert result.notes == (
         "columns without numbers were left out: note",
-        "columns without a unit were left out: count (name them with --column NAME=COLUMN:UNIT to keep them)",
+        "columns without a unit were left out: count (to keep them, say which signal each is, and its unit)",
     )
     left = import_file(path, mapping_of({"carry": False, "signals": {"position": {"column": 2}}}, "options"))
     assert (list(left.recording), left.notes) == (["time", "position"], ())
@@ -306,9 +306,10 @@ def test_a_table_without_known_signals_says_what_to_do(tmp_path: Path) -> None:
     path = tmp_path / "rig.csv"
     path.write_text("time [s],a,b\n0,1,2\n1,2,3\n")
     with pytest.raises(
-        BadInput, match=r"no column is known to be a signal; say --column position=COLUMN:UNIT .* time, a, b"
-    ):
+        BadInput, match=r"no column is known to be a signal; say which column is the position, .* time, a, b"
+    ) as caught:
         import_file(path, ImportMapping())
+    assert caught.value.parameters == ("column",)
 
 
 def test_a_position_in_percent_becomes_metres_with_the_stroke(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 
 from simulator import BASE, Catalogue, Effect, Kernel, Quantities, Site, TriedAt, kernel
-from simulator.compile.translate import python_source
+from simulator.compile.casadi_to_python import python_source
 
 T = np.arange(1001) / 500.0
 KNOTS = np.array(

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from simulator import Recurrence, Scanner
-from simulator.compile.build import FLAGS, BuildFailed, compiler, shared_library
+from simulator.compile.c_compiler import FLAGS, BuildFailed, compiler, shared_library
 from simulator.compile.cache import artefact, directory
 
 SOURCE = "int answer(void) { return 42; }"
@@ -138,7 +138,7 @@ class TestCompiler:
         command = compiler()
         assert shared_library(command, SOURCE).answer() == 42
         before = sorted(cache.rglob("*.so"))
-        monkeypatch.setattr("simulator.compile.build._compile", never)
+        monkeypatch.setattr("simulator.compile.c_compiler._compile", never)
         assert shared_library(command, SOURCE).answer() == 42
         assert sorted(cache.rglob("*.so")) == before
         assert len(before) == 1
@@ -147,7 +147,7 @@ class TestCompiler:
         command = compiler()
         shared_library(command, SOURCE)
         shared_library((*command, "-g"), SOURCE)
-        monkeypatch.setattr("simulator.compile.build.FLAGS", (*FLAGS, "-DMORE"))
+        monkeypatch.setattr("simulator.compile.c_compiler.FLAGS", (*FLAGS, "-DMORE"))
         shared_library(command, SOURCE)
         assert len(list(cache.rglob("*.so"))) == 3
 
@@ -158,7 +158,7 @@ class TestCompiler:
         whole = library.read_bytes()
         library.unlink()  # a new file: this process goes on with the old one
         library.write_bytes(whole[:length])
-        program = f"from simulator.compile.build import *; print(shared_library(compiler(), {SOURCE!r}).answer())"
+        program = f"from simulator.compile.c_compiler import *; print(shared_library(compiler(), {SOURCE!r}).answer())"
         done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
         assert (done.returncode, done.stdout) == (0, "42\n"), done.stderr
 

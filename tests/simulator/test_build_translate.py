@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from simulator.compile import arithmetic
-from simulator.compile.translate import python_source
+from simulator.compile.casadi_to_python import python_source
 
 X, Y = ca.SX.sym("x"), ca.SX.sym("y")
 OPERATIONS = {

@@ -125,7 +125,7 @@ def test_effects_run_without_a_compiler(monkeypatch):
 
     compiled = run(sensitivities=True)
     monkeypatch.setenv("BRISTLE_NO_COMPILER", "1")
-    monkeypatch.setattr("simulator.compile.native.LARGE", 0)  # derivatives in a module of their own
+    monkeypatch.setattr("simulator.compile.numba_loop.LARGE", 0)  # derivatives in a module of their own
     plain, full = run(sensitivities=False), run(sensitivities=True)
     assert plain.outputs == pytest.approx(compiled.outputs, rel=1e-12)
     assert full.outputs == pytest.approx(compiled.outputs, rel=1e-12)

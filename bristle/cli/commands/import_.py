@@ -64,15 +64,17 @@ def command(
 
     bristle import cut-off.h5 --to whole.h5 (puts a recording right whose recorder died)
     """
-    from recordings import importers, open_recording
+    from bristle.cli.import_options import clock_of, plant_of, signals_of
+    from recordings import open_recording
+    from recordings.importers import import_to
 
     file_layout: dict[str, Any] = {"separator": separator, "decimal": decimal, "thousands": thousands, "header": header}
     file_layout |= {"comment": comment, "encoding": encoding, "skip_lines": skip_lines, "drop_rows": drop_rows}
     file_layout |= {"missing": missing, "variable": variable}
-    clock = {"rate_hz": rate, "repair": time_repair, "from_s": from_s, "until_s": until_s} | importers.clock_of(time)
+    clock = {"rate_hz": rate, "repair": time_repair, "from_s": from_s, "until_s": until_s} | clock_of(time)
     changes = {"title": title, "source": source, "file": file_layout, "time": clock}
-    changes |= {"signals": importers.signals_of(column or ()), "plant": importers.plant_of(plant or ())}
-    for note in importers.import_to(file, to, mapping, changes, overwrite=force):
+    changes |= {"signals": signals_of(column or ()), "plant": plant_of(plant or ())}
+    for note in import_to(file, to, mapping, changes, overwrite=force):
         print(f"bristle: {note}", file=sys.stderr)
     with open_recording(to) as made:
         print(f"wrote {to}: {len(made)} samples of {', '.join(spec.label for spec in made.header.signals)}")

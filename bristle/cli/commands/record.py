@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 if TYPE_CHECKING:
     from hil import LinkEvent, RecorderReport
-    from recordings import Plant
 
 
 def command(
@@ -47,8 +45,9 @@ def command(
     """
     import asyncio
 
+    from bristle.cli.import_options import plant_from
     from bristle.cli.sources import valves_from
-    from hil import Polling, PollingDied, RecorderSettings, RingReading, open_source, record_session
+    from hil import Polling, PollingStopped, RecorderSettings, RingReading, open_source, record_session
     from recordings import NegativeAnswer
 
     settings = RecorderSettings(
@@ -57,7 +56,7 @@ def command(
         rotate_s=None if rotate_minutes is None else 60.0 * rotate_minutes,
         batch_s=batch,
         title=title,
-        plant=_plant(plant or []),
+        plant=plant_from(plant or ()),
         acknowledge=_acknowledge if acknowledge else None,
         tell=_tell,
     )
@@ -65,29 +64,13 @@ def command(
     live = open_source(source, valves_from(map_, unit, valve) if map_ else (), plan, name=valve)
     try:
         end = asyncio.run(record_session(live, settings, duration, _show if sys.stderr.isatty() else None))
-    except PollingDied as death:
-        raise NegativeAnswer(f"{death}; what was recorded until then is in {to}") from death
+    except PollingStopped as stopped:
+        raise NegativeAnswer(f"{stopped}; what was recorded until then is in {to}") from stopped
     print(_summary(end.report))
     if end.interrupted:
         raise KeyboardInterrupt
     if not end.report.samples:
         raise NegativeAnswer(f"{source}: no sample came in {end.seconds:.1f} s, nothing was recorded")
-
-
-def _plant(items: Sequence[str]) -> Plant:
-    from recordings import BadInput, Plant
-
-    known: dict[str, Any] = {}
-    for item in items:
-        name, equals, value = item.partition("=")
-        if not equals or name not in Plant.__dataclass_fields__:
-            remedy = f"write NAME=VALUE with one of {', '.join(Plant.__dataclass_fields__)}"
-            raise BadInput("--plant", f"'{item}' says nothing about a plant", remedy)
-        try:
-            known[name] = value if name == "tag" else float(value)
-        except ValueError:
-            raise BadInput("--plant", f"'{value}' is not a number", f"write {name}=NUMBER") from None
-    return Plant(**known)
 
 
 def _acknowledge(path: Path, n_samples: int) -> None:

@@ -40,7 +40,8 @@ def command(
     Example: bristle serve --listen tcp://127.0.0.1:0 --listen pty: --friction lugre --fault 4:strength=0.5,from=70
     """
     from bristle.cli import serving
-    from hil import ActuatorOptions, RegisterMap, ServerSettings, WriteMap, listen_address
+    from bristle.cli.plant_options import ActuatorOptions
+    from hil import RegisterMap, ServerSettings, WriteMap, listen_address
 
     if make_test_ca is not None:
         serving.make_certificates(make_test_ca)

@@ -13,7 +13,6 @@ from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import asynccontextmanager, contextmanager
 
 from hil import (
-    Around,
     LinkEvent,
     LiveSource,
     Polling,
@@ -23,6 +22,7 @@ from hil import (
     RingReading,
     Sample,
     Source,
+    SourceWrapper,
     WriteMap,
     open_source,
     valves_of,
@@ -145,7 +145,7 @@ def ring(address: str) -> Averaged:
     return Averaged(open_source(address, valves_of(RegisterMap.load(MAP)), RingReading(LOOKS)), HUM_SAMPLES)
 
 
-class Averaged(Around):
+class Averaged(SourceWrapper):
     """A source whose samples are the means of `n` running ones of another; `taken` : how many of those there were."""
 
     def __init__(self, source: Source, n: int) -> None:

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from detector.alarms.levels import alarms, calibrate, raised
-from detector.evaluation.detectors import Seen
+from detector.evaluation.contract import BenchmarkRun
+from detector.evaluation.detectors import DETECTORS
 from detector.evaluation.learned import learn
 from detector.evaluation.study import SAFETY
 from recordings import Array, BadInput
@@ -44,9 +45,9 @@ def count_alarms(run: Array, detectors: Sequence[str], rate_per_h: float) -> dic
     third, counts = len(run) // 3, dict[str, int | str]()
     for name in detectors:
         try:
-            learned = learn([run[:third]], [name])
+            learned = learn([run[:third]], {name: DETECTORS[name]})
             levels = calibrate(learned.blocks(run[:third], BLOCK_S)[name], rate_per_h / SAFETY, BLOCK_S)
-            statistic = replace(learned, levels={name: levels}).statistics(Seen(run, learned.symptoms))[name]
+            statistic = replace(learned, levels={name: levels}).statistics(BenchmarkRun(run, learned.symptoms))[name]
             counts[name] = raised(alarms(statistic), third)
         except BadInput as error:
             counts[name] = str(error)

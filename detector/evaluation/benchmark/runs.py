@@ -56,7 +56,7 @@ class Setting:
     position: float = 0.0
 
 
-def elsewhere(form: Form, seed: int) -> Setting:
+def random_start(form: Form, seed: int) -> Setting:
     """A run that does not start as the benchmark's do: at another instant of the process, the rod somewhere."""
     rng = np.random.default_rng(seed)
     return Setting(form, seed, begins_s=float(rng.uniform(0.0, 10_000.0)), position=float(rng.uniform(0.0, 1.0)))

@@ -34,7 +34,7 @@ _CONFUSED = 0.25
 _FLOOR = 0.3
 
 
-def portrait(run: Array, symptoms: Array, alarm: NDArray[np.bool_]) -> tuple[NDArray[np.int64], Array]:
+def feature_vectors(run: Array, symptoms: Array, alarm: NDArray[np.bool_]) -> tuple[NDArray[np.int64], Array]:
     """Rows at which a diagnosis is made, and what is then known: (n_rows, n_features): mean and spread of each symptom,
     their size taken by asinh, and of X - CV, over the window; and how much X moves, on a logarithmic scale. Symptoms
     saturate, so that one wild reading is soon forgotten; where the rod is, and whether it moves at all, tells those
@@ -57,33 +57,33 @@ def portrait(run: Array, symptoms: Array, alarm: NDArray[np.bool_]) -> tuple[NDA
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """Signatures learned: portraits (n, n_features) of faults (n,), and the deviation (n_features,) within a fault;
+    """Signatures learned: features (n, n_features) of faults (n,), and the deviation (n_features,) within a fault;
     group : number of the group of each fault, by fault.
     """
 
-    portraits: Array
+    features: Array
     faults: NDArray[np.int64]
     deviation: Array
     group: dict[int, int]
 
-    def distances(self, portraits: Array) -> tuple[NDArray[np.int64], Array]:
+    def distances(self, features: Array) -> tuple[NDArray[np.int64], Array]:
         """Faults known (n_faults,), and distances (n, n_faults): to the nearest signatures of each fault."""
         known = np.unique(self.faults)
-        apart = _apart(portraits / self.deviation, self.portraits / self.deviation)
+        apart = _apart(features / self.deviation, self.features / self.deviation)
         return known, np.column_stack([_nearest(apart[:, self.faults == fault]) for fault in known])
 
-    def ranked(self, portrait_row: Array) -> list[tuple[int, float]]:
+    def ranked(self, feature_row: Array) -> list[tuple[int, float]]:
         """Faults with their distance, nearest first."""
-        known, apart = self.distances(portrait_row[None])
+        known, apart = self.distances(feature_row[None])
         order = np.argsort(apart[0])
         return [(int(known[i]), float(apart[0, i])) for i in order]
 
     def flagged(self, run: Array, symptoms: Array, alarm: NDArray[np.bool_]) -> NDArray[np.int64]:
         """The fault named first at each second (n,), 0 where none is: before the first diagnosis and without alarm."""
         named = np.zeros(len(alarm), np.int64)
-        at, portraits = portrait(run, symptoms, alarm)
+        at, features = feature_vectors(run, symptoms, alarm)
         if len(at):
-            known, apart = self.distances(portraits)
+            known, apart = self.distances(features)
             marks = np.zeros(len(alarm), np.int64)
             marks[at] = np.arange(1, len(at) + 1)
             last = np.maximum.accumulate(marks)
@@ -97,32 +97,32 @@ class Diagnosis:
         return tuple(other for other, number in self.group.items() if number == self.group[fault])
 
     def matrix(self) -> dict[int, Array]:
-        """The signature matrix: mean portrait (n_features,) of every fault."""
-        return {int(fault): self.portraits[self.faults == fault].mean(axis=0) for fault in np.unique(self.faults)}
+        """The signature matrix: mean features (n_features,) of every fault."""
+        return {int(fault): self.features[self.faults == fault].mean(axis=0) for fault in np.unique(self.faults)}
 
 
 def learn_diagnosis(examples: Sequence[tuple[int, str, Array]]) -> Diagnosis:
-    """From examples: fault, name of the run it comes from, portraits (n, n_features). Raises BadInput for none."""
+    """From examples: fault, name of the run it comes from, features (n, n_features). Raises BadInput for none."""
     usable = [example for example in examples if len(example[2])]
     if not usable:
         raise BadInput("signatures", "no example raised an alarm", "give examples of faults that the detector sees")
-    portraits = np.vstack([rows for _, _, rows in usable])
+    features = np.vstack([rows for _, _, rows in usable])
     faults = np.concatenate([np.full(len(rows), fault) for fault, _, rows in usable])
     names = [name for _, name, rows in usable for _ in range(len(rows))]
     runs = np.unique(names, return_inverse=True)[1]
     within = np.vstack([rows - rows.mean(axis=0) for _, _, rows in usable])
     deviation = np.sqrt(np.mean(within**2, axis=0) + _FLOOR**2)
     known = np.unique(faults)
-    groups = _groups(known, _confusion(portraits / deviation, faults, runs, known))
-    return Diagnosis(portraits, faults, deviation, groups)
+    groups = _groups(known, _confusion(features / deviation, faults, runs, known))
+    return Diagnosis(features, faults, deviation, groups)
 
 
-def _confusion(portraits: Array, faults: NDArray[np.int64], runs: NDArray[np.int64], known: NDArray[np.int64]) -> Array:
-    """Share of the portraits of a fault (rows) named as each (columns), every run judged by all others."""
+def _confusion(features: Array, faults: NDArray[np.int64], runs: NDArray[np.int64], known: NDArray[np.int64]) -> Array:
+    """Share of the features of a fault (rows) named as each (columns), every run judged by all others."""
     table = np.zeros((len(known), len(known)))
     for run in np.unique(runs):
         mine = runs == run
-        apart = _apart(portraits[mine], portraits[~mine])
+        apart = _apart(features[mine], features[~mine])
         others = faults[~mine]
         near = np.column_stack([
             _nearest(apart[:, others == fault]) if (others == fault).any() else np.full(mine.sum(), np.inf)

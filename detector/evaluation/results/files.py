@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from detector.evaluation.outcome import Outcome
 from detector.evaluation.results.html import page
-from detector.evaluation.results.rows import Table, tables
-from detector.evaluation.study import Outcome
+from detector.evaluation.results.rows import tables
+from detector.evaluation.results.table import Table
 from recordings import save_text
 
 

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from detector.evaluation.detectors import DETECTORS
-from detector.evaluation.results.rows import Table
-from detector.evaluation.study import Outcome
+from detector.evaluation.outcome import Outcome
+from detector.evaluation.results.table import Table
 from simulator.damadics import scenario
 
 if TYPE_CHECKING:
@@ -68,12 +67,12 @@ def page(outcome: Outcome, made: Sequence[Table]) -> str:
 
 
 def _main(outcome: Outcome) -> Mapping[str, Any]:
-    return outcome.judged[outcome.plan.variants[0]]
+    return outcome.trials[outcome.plan.variants[0]]
 
 
 def _compared(outcome: Outcome) -> str:
     """What the names of the detectors stand for."""
-    names = (f"<b>{escape(name)}</b>: {escape(DETECTORS[name].text)}" for name in outcome.plan.detectors)
+    names = (f"<b>{escape(name)}</b>: {escape(text)}" for name, text in outcome.texts.items())
     return f"<details><summary>The detectors compared</summary><p class='note'>{'<br>'.join(names)}</p></details>"
 
 
@@ -120,8 +119,8 @@ def _plot(name: str, curves: Mapping[str, Any]) -> Any:
     _statistics(below, source, tuple(curves["statistics"]))
     below.add_layout(Span(location=1.0, dimension="width", line_dash="dashed", line_color="#1c2127"))
     for plot in (top, below):
-        onset, begun = scenario(name).faults[0].start_s / scale, scenario(name).ton / scale
-        plot.add_layout(BoxAnnotation(right=begun, fill_color="#8a8f98", fill_alpha=0.15, line_color=None))
+        onset, started = scenario(name).faults[0].start_s / scale, scenario(name).ton / scale
+        plot.add_layout(BoxAnnotation(right=started, fill_color="#8a8f98", fill_alpha=0.15, line_color=None))
         plot.add_layout(Span(location=onset, dimension="height", line_color="#d0342c", line_dash="dotted"))
         plot.add_layout(plot.legend[0], "above")
         plot.legend.update(click_policy="hide", orientation="horizontal", ncols=8, label_text_font_size="11px",

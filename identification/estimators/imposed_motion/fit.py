@@ -14,7 +14,7 @@ from identification.data.experiment import Experiment
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.fitted import Fit, Outcome, fit_of_free_runs
 from identification.estimators.least_squares import descend
-from identification.estimators.output_error.homotopy import Path
+from identification.estimators.output_error.homotopy import Minimum
 from identification.estimators.output_error.problem import Problem, Setting
 from identification.estimators.output_error.starting_values import starting_values
 from recordings import Progress, silent
@@ -31,7 +31,7 @@ def fit_imposed_motion(
     problem, best = Problem(valve, coordinates, experiments), None
     setting = Setting(0.0)
     progress("starting values", 0, 0)
-    starts = starting_values(experiments, valve.effects, coordinates)[:STARTS]
+    starts = starting_values(experiments, valve, coordinates)[:STARTS]
     for done, start in enumerate(starts):
         progress("fit", done, len(starts))
         unknowns = problem.start(start.theta)
@@ -42,7 +42,7 @@ def fit_imposed_motion(
         hold = problem.held(unknowns, setting, level)
         end = descend(hold, unknowns, iterations=ITERATIONS, tolerance=TOLERANCE)
         if end is not None and (best is None or end.normal.cost < best.normal.cost):
-            best = Path(end.theta, end.normal, setting, end.evaluations, end.settled)
+            best = Minimum(end.theta, end.normal, setting, end.evaluations, end.settled)
     if best is None:
         return Fit(Outcome.DIVERGED, valve, coordinates)
     return fit_of_free_runs(valve, coordinates, problem, best)

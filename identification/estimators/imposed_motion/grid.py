@@ -12,7 +12,7 @@ from identification.data.experiment import Experiment, Segment, blurred, imposed
 from identification.data.force import Force
 from identification.data.grid import Grid
 from recordings import Array
-from simulator import CATALOGUE, Kernel, Site, shows_imposed
+from simulator import Catalogue, Kernel, Site, shows_imposed
 
 BEGINNING = 0.05
 """Share of the travel after which memory has forgotten where it started; what is before does not count."""
@@ -30,7 +30,7 @@ class ImposedGrid(Grid):
     counts: NDArray[np.bool_]
 
     @classmethod
-    def seen(cls, s: Segment, e: Experiment, std: float) -> ImposedGrid:
+    def of_segment(cls, s: Segment, e: Experiment, std: float) -> ImposedGrid:
         """The grid of a segment."""
         n, m = len(s.t), s.motion
         force = Force(s.u, np.zeros(n), np.full(n, std), np.zeros(n - 1), e.noise_force, 0.0)
@@ -46,20 +46,20 @@ def imposed_grids(experiments: Sequence[Experiment], kernel: Kernel, p: Array) -
     position does to the force that a model with parameters p predicts.
     """
     return [
-        ImposedGrid.seen(s, e, std)
+        ImposedGrid.of_segment(s, e, std)
         for e, stds in ((imposed(e), _noise_of_prediction(e, kernel, p)) for e in experiments)
         for s, std in zip(e.segments, stds, strict=True)
     ]
 
 
-def showing(experiments: Sequence[Experiment]) -> tuple[str, ...]:
-    """The effects that can show in a predicted force.
+def showing(experiments: Sequence[Experiment], catalogue: Catalogue) -> tuple[str, ...]:
+    """The effects of a catalogue that can show in a predicted force.
 
     Those on the input need a load beside it: where the load is all of the force, what they do to it cannot be told from
     what they do to its noise.
     """
     apart = all(e.causality == "motion" and any(np.ptp(s.load) > 0 for s in e.segments) for e in experiments)
-    return tuple(e for e in CATALOGUE.ids if shows_imposed(CATALOGUE[e]) and (apart or CATALOGUE[e].site is Site.FORCE))
+    return tuple(e.id for e in catalogue.effects if shows_imposed(e) and (apart or e.site is Site.FORCE))
 
 
 def _noise_of_prediction(e: Experiment, kernel: Kernel, p: Array) -> list[float]:
@@ -77,7 +77,7 @@ def _noise_of_prediction(e: Experiment, kernel: Kernel, p: Array) -> list[float]
 
 
 def _predictions(e: Experiment, kernel: Kernel, p: Array) -> list[Array]:
-    grids = [ImposedGrid.seen(s, e, 1.0) for s in e.segments]
+    grids = [ImposedGrid.of_segment(s, e, 1.0) for s in e.segments]
     return [kernel.run(s.t, s.driven, p, first_state(kernel, s)).outputs[:, 0] for s in grids]
 
 

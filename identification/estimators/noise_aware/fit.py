@@ -19,7 +19,7 @@ from identification.estimators.noise_aware.estimator import NoiseAware
 from identification.estimators.noise_aware.resolution import quickest, resolving
 from identification.estimators.noise_aware.search import UNEXPLAINED, best_on_chunks, on_chunks, on_whole_recordings
 from identification.estimators.output_error.basin_search import basin_search
-from identification.estimators.output_error.homotopy import Homotopy, Path
+from identification.estimators.output_error.homotopy import Homotopy, Minimum
 from identification.estimators.output_error.problem import Problem, Setting
 from identification.estimators.output_error.starting_values import regression, starting_values
 from recordings import Array, Progress, silent
@@ -40,24 +40,24 @@ def force_noise_matters(experiments: Sequence[Experiment]) -> bool:
 
 
 def noise_aware_for(
-    valve: Kernel, coordinates: Coordinates, seen: Sequence[Grid], starts: Sequence[Array]
+    valve: Kernel, coordinates: Coordinates, segment_grids: Sequence[Grid], starts: Sequence[Array]
 ) -> NoiseAware:
     """The estimator for the grids of some experiments, with nodes that resolve what the starting values say."""
-    uncertain = kernel(valve.effects, "uncertain force")
-    return NoiseAware(uncertain, coordinates, resolving(seen, quickest(coordinates, starts)))
+    uncertain = kernel(valve.effects, "uncertain force", valve.catalogue)
+    return NoiseAware(uncertain, coordinates, resolving(segment_grids, quickest(coordinates, starts)))
 
 
 def fit_noise_aware(
     valve: Kernel, coordinates: Coordinates, experiments: Sequence[Experiment], progress: Progress = silent
 ) -> Fit:
     """Fit a valve whose recorded force is noisy, without starting values."""
-    seen = grids(experiments)
-    smooth = with_smooth_force(experiments, seen)
+    segment_grids = grids(experiments)
+    smooth = with_smooth_force(experiments, segment_grids)
     progress("starting values", 0, 0)
     starts = smoothed_starts(valve, coordinates, smooth)
     if not starts:
         return Fit(Outcome.DIVERGED, valve, coordinates)
-    whole = noise_aware_for(valve, coordinates, seen, starts)
+    whole = noise_aware_for(valve, coordinates, segment_grids, starts)
     chunks = on_chunks(whole)
     best = best_on_chunks(chunks, starts, progress=progress)
     progress("fit to whole recordings", 0, 0)
@@ -66,12 +66,12 @@ def fit_noise_aware(
         return Fit(Outcome.DIVERGED, valve, coordinates)
     problem = Problem(valve, coordinates, smooth)
     unknowns = _free_run_start(problem, estimate)
-    return fit_of(estimate, problem, Path(unknowns, estimate.normal, Setting(FREE_STEP), 0, estimate.settled))
+    return fit_of(estimate, problem, Minimum(unknowns, estimate.normal, Setting(FREE_STEP), 0, estimate.settled))
 
 
 def smoothed_starts(valve: Kernel, coordinates: Coordinates, smooth: Sequence[Experiment]) -> list[Array]:
     """Starting values (m,), the best first, from experiments with a smooth force; none where nothing moves."""
-    ranked = starting_values(smooth, valve.effects, coordinates)
+    ranked = starting_values(smooth, valve, coordinates)
     if not ranked:
         return []
     first = basin_search(ranked[0].theta, Homotopy(valve, coordinates, smooth))

@@ -8,17 +8,20 @@ path that fits the measurements best (Bell, SIAM J. Optim. 4(3), 1994; Bryson an
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass, replace
+from importlib import resources
+from types import ModuleType
 
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.data.force import recursions_text
 from identification.data.grid import Grid
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.estimate import Innovations
-from identification.estimators.noise_aware.recursions import loops
 from recordings import Array
-from simulator import Kernel
+from simulator import Kernel, native_module
 
 NOISE_X, NOISE_V = 1e-8, 2e-5
 """Noise of the model itself per interval, position [m] and velocity [m/s]: below what can be measured, but enough for
@@ -47,6 +50,13 @@ class PathFreedom:
     h_max: float = 5e-4
     share: float = 0.6
     honest: bool = True
+
+
+@functools.cache
+def loops() -> ModuleType:
+    """The compiled `filtered` and `smoothed` of `recursions.py`."""
+    text = resources.files("identification.estimators.noise_aware").joinpath("recursions.py").read_text("utf-8")
+    return native_module("smoother", recursions_text()[0] + text.partition("# The recursions\n")[2])
 
 
 def correction(line: Innovations, move: Array) -> Array:

@@ -1,7 +1,7 @@
 """The Kalman filter and smoother along a path, with derivatives by the parameters, compiled by numba.
 
-What stands below the mark is compiled from its text (`simulator.native_module`), after the steps of a filter in
-`data/recursions.py`.
+What stands below the mark is compiled from its text (`linearised_model.loops`), after the steps of a filter in
+`data/recursions.py`. Nothing imports this file but the tests: an import compiles it once more.
 
 Shapes: n samples, s states, m free parameters. The last two states are the force u [N] and its slope du [N/s]. All
 means are deviations from the path about which the model was linearised.
@@ -10,25 +10,12 @@ means are deviations from the path about which the model was linearised.
 # mypy: disallow_untyped_decorators=False
 from __future__ import annotations
 
-import functools
-from importlib import resources
-from types import ModuleType
 from typing import Any
 
 import numba
 import numpy as np
 
-from identification.data.force import recursions_text
 from identification.data.recursions import cube, matrix, native, predict, update, vector
-from simulator import native_module
-
-
-@functools.cache
-def loops() -> ModuleType:
-    """The compiled `filtered` and `smoothed`."""
-    text = resources.files("identification.estimators.noise_aware").joinpath("recursions.py").read_text("utf-8")
-    return native_module("smoother", recursions_text()[0] + text.partition("# The recursions\n")[2])
-
 
 # The recursions
 

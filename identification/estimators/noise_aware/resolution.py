@@ -31,7 +31,7 @@ def quickest(coordinates: Coordinates, starts: Sequence[Array]) -> float:
     return max(swing(coordinates.values(theta)) for theta in starts)
 
 
-def resolving(seen: Sequence[Grid], omega: float) -> list[Grid]:
+def resolving(segment_grids: Sequence[Grid], omega: float) -> list[Grid]:
     """Grids with nodes close enough for a swing of omega [rad/s], within reason.
 
     Between nodes a break-away is linearised as a whole: where the mass swings on its bristles by more than a radian in
@@ -42,4 +42,4 @@ def resolving(seen: Sequence[Grid], omega: float) -> list[Grid]:
         spacing = float(np.median(np.diff(grid.t)))
         return int(np.clip(np.ceil(omega * spacing / SWING), 1, MOST_BETWEEN))
 
-    return [grid.divided(between(grid)) for grid in seen]
+    return [grid.divided(between(grid)) for grid in segment_grids]

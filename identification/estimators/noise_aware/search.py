@@ -142,17 +142,17 @@ def chunks(grids: Sequence[Grid]) -> list[Grid]:
 
 def screened(problem: NoiseAware, starts: Sequence[Array]) -> list[Array]:
     """Starts and changes of the best of them, best first, by the cost after a few steps of the path alone."""
-    screening, seen = problem.with_freedom(SCREEN), list[tuple[float, Array]]()
+    screening, judged = problem.with_freedom(SCREEN), list[tuple[float, Array]]()
 
     def judge(candidate: Array) -> float:
         estimate = screening.start(candidate)
-        seen.append((np.inf if estimate is None else estimate.cost, candidate))
-        return seen[-1][0]
+        judged.append((np.inf if estimate is None else estimate.cost, candidate))
+        return judged[-1][0]
 
     for start in starts:
         for candidate in (start, *usual_values(problem.coordinates, start)):
             judge(candidate)
-    cost, best = min(seen, key=lambda pair: pair[0])
+    cost, best = min(judged, key=lambda pair: pair[0])
     for _ in range(ROUNDS):
         before = cost
         for change in range(CHANGES):
@@ -162,7 +162,7 @@ def screened(problem: NoiseAware, starts: Sequence[Array]) -> list[Array]:
                 best, cost = candidate, value
         if before - cost < 0.01 * sum(len(s.t) for s in problem.grids):
             break
-    return [candidate for _, candidate in sorted(seen, key=lambda pair: pair[0])]
+    return [candidate for _, candidate in sorted(judged, key=lambda pair: pair[0])]
 
 
 def usual_values(coordinates: Coordinates, theta: Array) -> list[Array]:

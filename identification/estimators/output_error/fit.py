@@ -11,7 +11,7 @@ from identification.estimators.coordinates import Coordinates
 from identification.estimators.fitted import Fit, Outcome, fit_of_free_runs
 from identification.estimators.noise_aware.fit import start_of_free_runs
 from identification.estimators.output_error.basin_search import basin_search
-from identification.estimators.output_error.homotopy import Homotopy, Path
+from identification.estimators.output_error.homotopy import Homotopy, Minimum
 from identification.estimators.output_error.starting_values import Start, starting_values
 from recordings import Array, Progress, silent
 from simulator import Kernel
@@ -37,8 +37,8 @@ def fit_output_error(
     window = INTEGRATING_WINDOW if integrates(coordinates) else np.inf
     homotopy = Homotopy(valve, coordinates, experiments, window)
     progress("starting values", 0, 0)
-    ranked = starting_values(homotopy.early.experiments, valve.effects, coordinates)
-    best = _best_path(homotopy, ranked, progress)
+    ranked = starting_values(homotopy.early.experiments, valve, coordinates)
+    best = _best_minimum(homotopy, ranked, progress)
     progress("fit to whole recordings", 0, 0)
     found = fit_of_free_runs(valve, coordinates, homotopy.full, _polished(homotopy, best))
     if found.outcome not in (Outcome.CONVERGED, Outcome.NOT_SETTLED) or found.rms < LOST or integrates(coordinates):
@@ -56,24 +56,24 @@ def integrates(coordinates: Coordinates) -> bool:
     return held and not coordinates.is_free("spring.K")
 
 
-def _best_path(homotopy: Homotopy, ranked: Sequence[Start], progress: Progress) -> Path | None:
+def _best_minimum(homotopy: Homotopy, ranked: Sequence[Start], progress: Progress) -> Minimum | None:
     """The end of the robust stages with the least cost, from one start after the other while that helps."""
-    best: Path | None = None
+    best: Minimum | None = None
     for attempt in range(TRIES):
         progress("search", attempt, TRIES)
         theta = _next_start(attempt, ranked, best, homotopy)
-        path = None if theta is None else homotopy.follow(theta)
-        stuck = path is None or (best is not None and path.level > WORTH * best.level)
-        if path is not None and (best is None or path.level < best.level):
-            best = path
+        minimum = None if theta is None else homotopy.follow(theta)
+        stuck = minimum is None or (best is not None and minimum.level > WORTH * best.level)
+        if minimum is not None and (best is None or minimum.level < best.level):
+            best = minimum
         reached = best is not None and np.sqrt(best.level) < GOOD_ENOUGH
         if reached or (attempt > 1 and stuck):
             break
     return best
 
 
-def _next_start(attempt: int, ranked: Sequence[Start], best: Path | None, homotopy: Homotopy) -> Array | None:
-    """The best start first; then what a basin search from the best path finds; then other starts, searched likewise."""
+def _next_start(attempt: int, ranked: Sequence[Start], best: Minimum | None, homotopy: Homotopy) -> Array | None:
+    """The best start first; then the end of a basin search from the best minimum; then those from other starts."""
     if attempt == 1 and best is not None:
         return basin_search(best.unknowns[: homotopy.full.n_free], homotopy)
     place = max(attempt - 1, 0)
@@ -82,7 +82,7 @@ def _next_start(attempt: int, ranked: Sequence[Start], best: Path | None, homoto
     return ranked[0].theta if attempt == 0 else basin_search(ranked[place].theta, homotopy)
 
 
-def _polished(homotopy: Homotopy, path: Path | None) -> Path | None:
-    """A path on whole recordings by plain least squares."""
-    whole = None if path is None else homotopy.carried(path)
+def _polished(homotopy: Homotopy, minimum: Minimum | None) -> Minimum | None:
+    """A minimum on whole recordings by plain least squares."""
+    whole = None if minimum is None else homotopy.carried(minimum)
     return None if whole is None else homotopy.polish(whole)

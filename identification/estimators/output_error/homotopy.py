@@ -42,7 +42,7 @@ EARLY_DT = 2e-3
 
 
 @dataclass(frozen=True)
-class Path:
+class Minimum:
     """Where a homotopy arrived: unknowns of the last stage, its normal equations and setting; level : mean cost of a
     sample, of the samples that were used.
     """
@@ -74,7 +74,7 @@ class Homotopy:
         """The first robust stage alone: cheap, and its cost already tells a wrong basin from the right one."""
         return self._stage(self.early, theta, Setting(self.coarse, max(WINDOWS[0], 2 * self.dt), TUNING))
 
-    def follow(self, theta: Array) -> Path | None:
+    def follow(self, theta: Array) -> Minimum | None:
         """All robust stages from a start, on the chunks of long recordings; None when the model diverges everywhere."""
         used = 0
         for setting in self._settings():
@@ -82,8 +82,8 @@ class Homotopy:
             if end is None:
                 return None
             theta, used = end.theta[: len(theta)], used + end.evaluations
-            path = Path(end.theta, end.normal, setting, used, end.settled, end.normal.cost / self.early.samples)
-        return path
+            minimum = Minimum(end.theta, end.normal, setting, used, end.settled, end.normal.cost / self.early.samples)
+        return minimum
 
     def _settings(self) -> list[Setting]:
         early = [w for w in WINDOWS if self.dt < w < self.last_window]
@@ -91,29 +91,31 @@ class Homotopy:
         settings = [Setting(self.coarse, w, TUNING) for w in early]
         return settings + [Setting(self.coarse / 2, w, TUNING) for w in dict.fromkeys((*late, self.last_window))]
 
-    def carried(self, path: Path) -> Path | None:
-        """A path on chunks carried to whole recordings; None where the model diverges there."""
+    def carried(self, minimum: Minimum) -> Minimum | None:
+        """A minimum on chunks carried to whole recordings; None where the model diverges there."""
         if self.early is self.full:
-            return path
-        end = self._stage(self.full, path.unknowns[: self.full.n_free], path.setting)
+            return minimum
+        end = self._stage(self.full, minimum.unknowns[: self.full.n_free], minimum.setting)
         if end is None:
             return None
         level = end.normal.cost / self.full.samples
-        return Path(end.theta, end.normal, path.setting, path.evaluations + end.evaluations, end.settled, level)
+        return Minimum(
+            end.theta, end.normal, minimum.setting, minimum.evaluations + end.evaluations, end.settled, level
+        )
 
-    def polish(self, path: Path, iterations: int = 25) -> Path:
+    def polish(self, minimum: Minimum, iterations: int = 25) -> Minimum:
         """Plain least squares from where the robust stages arrived, with a sub-step fine enough for the noise."""
-        setting = self._fine_enough(path.unknowns, replace(path.setting, tuning=np.inf), path.level)
-        end = self._plain(path.unknowns, setting, iterations, path.level)
+        setting = self._fine_enough(minimum.unknowns, replace(minimum.setting, tuning=np.inf), minimum.level)
+        end = self._plain(minimum.unknowns, setting, iterations, minimum.level)
         while end is not None:
             level = end.normal.cost / self.full.samples
-            path = Path(end.theta, end.normal, setting, path.evaluations + end.evaluations, end.settled, level)
-            finer = self._fine_enough(path.unknowns, setting, path.level)
+            minimum = Minimum(end.theta, end.normal, setting, minimum.evaluations + end.evaluations, end.settled, level)
+            finer = self._fine_enough(minimum.unknowns, setting, minimum.level)
             if finer == setting:
                 break
             setting = finer
-            end = self._plain(path.unknowns, setting, 6, path.level)
-        return self._sharpened(path)
+            end = self._plain(minimum.unknowns, setting, 6, minimum.level)
+        return self._sharpened(minimum)
 
     def _fine_enough(self, unknowns: Array, setting: Setting, level: float) -> Setting:
         """The setting with the sub-step halved until its error is small beside the residual."""
@@ -124,17 +126,17 @@ class Homotopy:
             setting = finer
         return setting
 
-    def _sharpened(self, path: Path) -> Path:
+    def _sharpened(self, minimum: Minimum) -> Minimum:
         """One Gauss-Newton move with a quarter of the sub-step: a systematic error of the step, however small
         beside the noise of one sample, would weigh in thousands of them.
         """
-        setting = replace(path.setting, h_max=path.setting.h_max / 4)
-        evaluate = self.full.held(path.unknowns, setting, path.level)
-        end = descend(evaluate, path.unknowns, iterations=1, damping=SHARPENING)
+        setting = replace(minimum.setting, h_max=minimum.setting.h_max / 4)
+        evaluate = self.full.held(minimum.unknowns, setting, minimum.level)
+        end = descend(evaluate, minimum.unknowns, iterations=1, damping=SHARPENING)
         if end is None:
-            return path
+            return minimum
         level = end.normal.cost / self.full.samples
-        return Path(end.theta, end.normal, setting, path.evaluations + end.evaluations, path.settled, level)
+        return Minimum(end.theta, end.normal, setting, minimum.evaluations + end.evaluations, minimum.settled, level)
 
     def step_error(self, unknowns: Array, setting: Setting, finer: Setting) -> float:
         """Root mean square change of the prediction, in sigmas, when the sub-step is halved."""

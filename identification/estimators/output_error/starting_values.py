@@ -16,7 +16,7 @@ from identification.estimators.coordinates import Coordinates
 from identification.estimators.least_squares import Descent, Normal, descend
 from identification.estimators.output_error.problem import Problem, Setting
 from recordings import Array
-from simulator import CATALOGUE, kernel, shows_imposed
+from simulator import Kernel, kernel, shows_imposed
 
 STIFFNESS_STARTS = (3e5, 2e6, 8e6)
 """Bristle stiffnesses to start from [N/m]."""
@@ -38,16 +38,15 @@ class Start:
     cost: float
 
 
-def starting_values(
-    experiments: Sequence[Experiment], effects: tuple[str, ...], coordinates: Coordinates
-) -> list[Start]:
+def starting_values(experiments: Sequence[Experiment], valve: Kernel, coordinates: Coordinates) -> list[Start]:
     """Starting values for a fit, best first. Empty when nothing moves. Effects that have no part in the force of an
     imposed motion start from what they are by default.
     """
     rough = regression(experiments, _held(coordinates, "spring.K"))
     if rough is None:
         return []
-    inverse = kernel([effect for effect in effects if shows_imposed(CATALOGUE[effect])], "motion")
+    effects = [effect for effect in valve.effects if shows_imposed(valve.catalogue[effect])]
+    inverse = kernel(effects, "motion", valve.catalogue)
     own = coordinates.part(inverse.parameters)
     default = dict(zip(coordinates.names, coordinates.base.tolist(), strict=True))
     driven = [imposed(e) for e in experiments]

@@ -37,7 +37,7 @@ class Verdict:
 
 def verdict(identification: Identification) -> Verdict:
     """The verdict on an identification."""
-    every, path = runs(identification), identification.fit.path
+    every, path = runs(identification), identification.fit.minimum
     fitted, held_out = ([r for r in every if r.role == role] for role in ("fitted", "held out"))
     window = path.setting.window if path is not None and np.isfinite(path.setting.window) else None
     free = over_noise(fitted)

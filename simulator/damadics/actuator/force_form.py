@@ -12,7 +12,7 @@ from typing import Any
 
 import casadi as ca
 
-from simulator.compile.scan import Recurrence
+from simulator.compile.recurrence import Recurrence
 from simulator.compile.step import Layout, force_driven, motion_driven
 from simulator.damadics.actuator import past as recall
 from simulator.damadics.actuator import positioner, servomotor, valve_flow

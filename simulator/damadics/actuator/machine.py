@@ -11,7 +11,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from recordings import Array, BadInput
-from simulator.compile.build import compiler
+from simulator.compile.c_compiler import compiler
 from simulator.compile.scan import Scanner
 from simulator.damadics.actuator import force_form, play_form, servomotor
 from simulator.damadics.actuator.inputs import INPUTS

@@ -10,7 +10,7 @@ from typing import Any
 
 import casadi as ca
 
-from simulator.compile.scan import Recurrence
+from simulator.compile.recurrence import Recurrence
 from simulator.damadics.actuator import positioner, servomotor, valve_flow
 from simulator.damadics.actuator.expressions import clip, play
 from simulator.damadics.actuator.inputs import Inputs

@@ -1,12 +1,14 @@
-"""The short forms in which a command line says what a mapping says at length."""
+"""The short forms in which options say what a mapping of an import, or a plant, says at length."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from recordings.errors import BadInput
-from recordings.signal import ROLES
+
+if TYPE_CHECKING:
+    from recordings import Plant
 
 
 def signals_of(options: Iterable[str]) -> dict[str, dict[str, Any]]:
@@ -27,17 +29,35 @@ def clock_of(option: str | None) -> dict[str, Any]:
 
 
 def plant_of(options: Iterable[str]) -> dict[str, float | str]:
-    """The section `plant` of a mapping from options ``NAME=VALUE``; `BadInput` on anything else."""
-    plant: dict[str, float | str] = {}
-    for option in options:
-        name, given, value = option.partition("=")
-        if not given:
-            raise BadInput("--plant", f"'{option}' names no value", "write --plant NAME=VALUE, such as stroke_m=0.0381")
-        try:
-            plant[name.strip()] = value if name.strip() == "tag" else float(value)
-        except ValueError:
-            raise BadInput("--plant", f"'{value}' is not a number", f"write --plant {name}=NUMBER") from None
-    return plant
+    """The items of a `Plant` from options ``NAME=VALUE``; `BadInput` on anything else.
+
+    >>> plant_of(["stroke_m=0.0381", "tag=LC74_20"])
+    {'stroke_m': 0.0381, 'tag': 'LC74_20'}
+    """
+    return dict(_plant_item(option) for option in options)
+
+
+def plant_from(options: Iterable[str]) -> Plant:
+    """The plant that options ``NAME=VALUE`` describe; `BadInput` for one that cannot be."""
+    from recordings import Plant
+
+    items: dict[str, Any] = plant_of(options)
+    return Plant(**items)
+
+
+def _plant_item(option: str) -> tuple[str, float | str]:
+    from recordings import Plant
+
+    text, equals, value = option.partition("=")
+    name, known = text.strip(), Plant.__dataclass_fields__
+    if not equals:
+        raise BadInput("--plant", f"'{option}' names no value", "write --plant NAME=VALUE, such as stroke_m=0.0381")
+    if name not in known:
+        raise BadInput("--plant", f"'{name}' is not known of a plant", f"write one of {', '.join(known)}")
+    try:
+        return name, value if name == "tag" else float(value)
+    except ValueError:
+        raise BadInput("--plant", f"'{value}' is not a number", f"write --plant {name}=NUMBER") from None
 
 
 def _signal_of(option: str) -> tuple[str, dict[str, Any]]:
@@ -54,6 +74,8 @@ def _signal_of(option: str) -> tuple[str, dict[str, Any]]:
 
 def _parts(text: str) -> tuple[str, str, str]:
     """Column, unit and role; taken from the right, so that a column's name may hold a colon when a unit follows."""
+    from recordings import ROLES
+
     parts = text.split(":")
     role = parts.pop() if len(parts) > 1 and parts[-1] in ROLES else ""
     symbol = parts.pop() if len(parts) > 1 else ""

@@ -6,8 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 
-from hil.plant.actuator import ActuatorPlant, ActuatorSetup
-from hil.plant.orders import FRICTION, INPUT_COMMANDS
+from hil import ActuatorPlant, ActuatorSetup
 from recordings import BadInput
 from simulator import BASE
 from simulator.damadics import FAULTS, FORMS, Fault, Form, Parameters, Stimulus, scenario
@@ -44,8 +43,8 @@ class ActuatorOptions:
         """
         stimulus, faults = self._scenario()
         values = _numbers("--set", self.settings)
-        friction = {name.split(".")[1]: values.pop(name) for name in FRICTION if name in values}
-        inputs = {name: values.pop(name) for name in INPUT_COMMANDS if name in values}
+        friction = {name.split(".")[1]: values.pop(name) for name in ActuatorPlant.friction if name in values}
+        inputs = {name: values.pop(name) for name in ActuatorPlant.inputs if name in values}
         setup = ActuatorSetup(
             form=self._form(),
             stimulus=stimulus,
@@ -110,7 +109,7 @@ def _parameters(values: Mapping[str, float]) -> Parameters:
     known = {item.name for item in fields(Parameters)}
     for name in values:
         if name not in known:
-            names = ", ".join((*INPUT_COMMANDS, *FRICTION, *sorted(known)))
+            names = ", ".join((*ActuatorPlant.inputs, *ActuatorPlant.friction, *sorted(known)))
             raise BadInput("--set", f"there is no setting {name!r}", f"there are {names}")
     return Parameters.with_changes(values)
 

@@ -1,6 +1,6 @@
 """A device for `benchmarks.link` in a process of its own: answers every read from memory, on TCP and a pseudo terminal.
 
-python -m benchmarks._link_device 0          prints the port and the pseudo terminals, and serves until killed
+python -m benchmarks.link_device 0          prints the port and the pseudo terminals, and serves until killed
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Device:
 
     def start(self) -> None:
         """Start, at the same port as before."""
-        command = [sys.executable, "-m", "benchmarks._link_device", str(self.port)]
+        command = [sys.executable, "-m", "benchmarks.link_device", str(self.port)]
         self._process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
         assert self._process.stdout is not None
         port, self.path, self.slow_path = self._process.stdout.readline().split()

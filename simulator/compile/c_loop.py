@@ -5,35 +5,17 @@ from __future__ import annotations
 import ctypes
 import functools
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from importlib import resources
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
 from recordings import Array
-from simulator.compile.build import BuildFailed, compiler, shared_library
-
-if TYPE_CHECKING:
-    from simulator.compile.scan import Sizes
-
-Loop = Callable[[Array, Array, bool, float, Array, Array, Array, Array, Array, Array], int]
-"""loop(t, u, hold, h_max, p, s, y, S, Y, resets) fills s, y, S and Y and returns the failed sample or -1.
-
-Shapes as in `Scanner.run`; S (n_states, n_columns); Y (n_samples, n_outputs, n_columns) and resets have no rows where
-they are not wanted.
-"""
-Shoot = Callable[[int, int, Array, Array, float, Array, Array, Array, Array, Array, Array, NDArray[np.uint8]], int]
-"""shoot(first, last, t, u, h_max, p, z, f, T, y, Y, carried) as in `loop.c`; T and Y have no rows where not wanted."""
-
-
-class Loops(NamedTuple):
-    """The loops around one recurrence."""
-
-    scan: Loop
-    shoot: Shoot
+from simulator.compile.c_compiler import BuildFailed, compiler, shared_library
+from simulator.compile.recurrence import Loops, Sizes
 
 
 def loops(functions: Mapping[str, ca.Function], sizes: Sizes, scale: float) -> Loops | None:

@@ -30,7 +30,7 @@ _PERMITTED = [
 
 
 @dataclass(frozen=True)
-class TestAuthority:
+class LoopbackAuthority:
     """The files of a test authority: what a server and what a client on this machine need."""
 
     __test__ = False
@@ -39,7 +39,7 @@ class TestAuthority:
     client: Certificates
 
 
-def make_test_authority(folder: Path, days: int = 30, start: datetime | None = None) -> TestAuthority:
+def make_loopback_authority(folder: Path, days: int = 30, start: datetime | None = None) -> LoopbackAuthority:
     """Write an authority, a server and a client certificate with their keys (readable by the user alone) to a folder.
 
     days : how long they are valid, from `start` (now) on. The authority's own key is not kept: nobody can sign more.
@@ -56,7 +56,7 @@ def make_test_authority(folder: Path, days: int = 30, start: datetime | None = N
         files[f"{side}.key"] = key.private_bytes(Encoding.PEM, PrivateFormat.PKCS8, NoEncryption())
     _write(folder, files)
     sides = [Certificates(folder / f"{s}.pem", folder / f"{s}.key", folder / "ca.pem") for s in ("server", "client")]
-    return TestAuthority(*sides)
+    return LoopbackAuthority(*sides)
 
 
 def _subject(what: str) -> x509.Name:

@@ -83,7 +83,7 @@ class _Reader:
         self._episodes = Episodes()
         self._clock: _Clock | None = None
         self._next = 0  # number of the sample to fetch next; it does not wrap around when the device's does
-        self._last_time, self._moved_at, self._told_still = -math.inf, math.inf, False
+        self._last_time, self._moved_at, self._stall_reported = -math.inf, math.inf, False
 
     async def catch_up(self) -> None:
         """Fetch all that is new."""
@@ -100,7 +100,7 @@ class _Reader:
     async def _newest(self) -> int | None:
         """The number of the device's newest sample; the first one, and one that goes back, sets the clock."""
         loop = asyncio.get_running_loop()
-        begun, readings = loop.time(), dict[str, Reading]()
+        started, readings = loop.time(), dict[str, Reading]()
         for head in self._heads:
             if self._line.rests(head.request.unit) is not None:
                 return None
@@ -109,7 +109,7 @@ class _Reader:
         counter, step = readings[COUNTER], readings[STEP]
         if not (counter.good and step.good and step.value > 0):
             return None
-        newest, now = int(counter.value), (begun + loop.time()) / 2
+        newest, now = int(counter.value), (started + loop.time()) / 2
         behind, exact = self._behind(newest), float(f"{step.value:.6g}")  # a float32 says 0.0024999999 for 0.0025
         if self._clock is None or behind < 0 or self._clock.step != exact:
             self._set_clock(newest, now, exact)
@@ -123,7 +123,7 @@ class _Reader:
         return self._ring.samples // 8
 
     def _behind(self, newest: int) -> int:
-        """How many samples are there to fetch; negative when the device has begun to count anew."""
+        """How many samples are there to fetch; negative when the device has started to count anew."""
         behind = (newest + 1 - self._next) % _WRAP
         return behind - _WRAP if behind >= _WRAP // 2 else behind
 
@@ -142,9 +142,9 @@ class _Reader:
     def _watch_counter(self, newest: int) -> None:
         now = asyncio.get_running_loop().time()
         if self._behind(newest) > 0:
-            self._moved_at, self._told_still = now, False
-        elif now - self._moved_at > HEARTBEAT_S and not self._told_still:
-            self._told_still = True
+            self._moved_at, self._stall_reported = now, False
+        elif now - self._moved_at > HEARTBEAT_S and not self._stall_reported:
+            self._stall_reported = True
             self._tell("gap", f"the device has made no new sample for {now - self._moved_at:.1f} s")
 
     async def _fetch(self, most: int) -> int:

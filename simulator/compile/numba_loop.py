@@ -21,8 +21,8 @@ import casadi as ca
 
 from recordings import Array
 from simulator.compile.cache import artefact, machine
-from simulator.compile.compiled import Loop, Loops
-from simulator.compile.translate import python_source
+from simulator.compile.casadi_to_python import python_source
+from simulator.compile.recurrence import Loop, Loops
 
 PRELUDE = """from __future__ import annotations
 

@@ -1,0 +1,117 @@
+"""A recurrence s -> s' as CasADi expressions, written once, and what makes a loop over it callable.
+
+`step` writes the recurrence of a valve; `c_loop` and `numba_loop` compile the loops; `scan` runs them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from recordings import Array
+
+Expression = Any
+
+
+class Sizes(NamedTuple):
+    """Lengths of the vectors of a recurrence: state, exo, parameters, output, and inputs per sample."""
+
+    states: int
+    exo: int
+    parameters: int
+    outputs: int
+    inputs: int
+
+
+@dataclass(frozen=True)
+class Recurrence:
+    """One sub-step of a system, as column vectors of CasADi SX symbols and the expressions in them.
+
+    state (n_states); exo = [t_mid, h, inputs...] (2 + n_inputs): time at mid-step [s], step [s], inputs at mid-step,
+    followed by the inputs at the end of the sub-step when `ends`; parameters (n_parameters); step: the next state;
+    output: what is measured at the start of a sample, in which ``exo`` holds the sample's own time, h = 0 and inputs.
+    An implicit scalar w (for example the velocity at mid-step) is solved from residual(w) = 0, residual rising
+    through its root, started at guess (in state); scale: a small w; differentiable: whether sensitivities will be
+    asked for: without them a large system builds several times faster.
+    """
+
+    state: Expression
+    exo: Expression
+    parameters: Expression
+    step: Expression
+    output: Expression
+    implicit: Expression | None = None
+    residual: Expression | None = None
+    guess: Expression | None = None
+    scale: float = 1e-5
+    ends: bool = False
+    differentiable: bool = True
+
+    @property
+    def sizes(self) -> Sizes:
+        """Lengths of its vectors."""
+        state, exo, parameters, output = (
+            int(ca.SX(x).numel()) for x in (self.state, self.exo, self.parameters, self.output)
+        )
+        return Sizes(state, exo, parameters, output, (exo - 2) // (2 if self.ends else 1))
+
+    def functions(self) -> dict[str, ca.Function]:
+        """The functions a loop needs, with the implicit scalar differentiated through its equation.
+
+        Without an implicit scalar the equation is w = 0, so that one loop serves all.
+        """
+        w = ca.SX.sym("w") if self.implicit is None else self.implicit
+        residual = w if self.residual is None else self.residual
+        by_output = [ca.jacobian(self.output, z) for z in (self.state, self.parameters)]
+        arguments = {"w": w, "s": self.state, "e": self.exo, "p": self.parameters}
+        whole = {
+            "step": ("wsep", [self.step]),
+            "step_jac": ("wsep", [self.step, *self._jacobian(w, residual)]),
+            "output": ("sep", [self.output]),
+            "output_jac": ("sep", [self.output, *by_output]),
+            "residual": ("wsep", [residual, ca.jacobian(residual, w)]),
+            "guess": ("sep", [ca.SX(0.0) if self.guess is None else self.guess]),
+        }
+        return {
+            name: ca.Function(
+                name,
+                [arguments[letter] for letter in letters],
+                [ca.densify(output) for output in ca.cse(outputs)],
+                list(letters),
+                [f"o{i}" for i in range(len(outputs))],
+            )
+            for name, (letters, outputs) in whole.items()
+        }
+
+    def _jacobian(self, w: Expression, residual: Expression) -> tuple[Expression, Expression]:
+        """Total derivatives of the step in the state and the parameters, by the implicit function theorem."""
+        by_w, slope = self._derivative(self.step, w), ca.jacobian(residual, w)
+        direct = [self._derivative(self.step, z) for z in (self.state, self.parameters)]
+        through = [self._derivative(residual, z) / slope for z in (self.state, self.parameters)]
+        return direct[0] - by_w @ through[0], direct[1] - by_w @ through[1]
+
+    def _derivative(self, expression: Expression, z: Expression) -> Expression:
+        """The jacobian, or zeros where nobody will ask for it."""
+        return ca.jacobian(expression, z) if self.differentiable else ca.SX(expression.numel(), z.numel())
+
+
+Loop = Callable[[Array, Array, bool, float, Array, Array, Array, Array, Array, Array], int]
+"""loop(t, u, hold, h_max, p, s, y, S, Y, resets) fills s, y, S and Y and returns the failed sample or -1.
+
+Shapes as in `Scanner.run`; S (n_states, n_columns); Y (n_samples, n_outputs, n_columns) and resets have no rows where
+they are not wanted.
+"""
+Shoot = Callable[[int, int, Array, Array, float, Array, Array, Array, Array, Array, Array, NDArray[np.uint8]], int]
+"""shoot(first, last, t, u, h_max, p, z, f, T, y, Y, carried) as in `loop.c`; T and Y have no rows where not wanted."""
+
+
+class Loops(NamedTuple):
+    """The loops around one recurrence."""
+
+    scan: Loop
+    shoot: Shoot
