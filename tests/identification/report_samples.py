@@ -47,7 +47,7 @@ IDLE = "Bokeh.documents.length > 0 && Bokeh.documents.every(d => d.is_idle)"
 LARGER = Whiteness(False, 0.0, 1.3, 0.0)
 """Errors on held-out recordings that are larger than noise."""
 ANSWERS = {
-    "none": "Nothing is missing: the model explains these recordings down to their noise.",
+    "none": "Nothing is missing: on recording, which was not fitted, the model's errors are no larger than noise.",
     "named": "The model lacked one effect, hardening spring: the spring stiffens along the stroke",
     "class": "The model lacked one effect, hardening spring",
     "unlisted": "Something is missing, but only the held-out recordings show it.",

@@ -18,7 +18,8 @@ def answer_section(trace: Trace) -> Section:
     """The section of the answer."""
     shown, found = before_after(trace), answer(trace)
     words = {"answer": found, "cards": _cards(trace), "shown": shown, "added": bool(trace.effects_added)}
-    return Section("answer", "Answer", words, {"whole": stacked(shown), "close": close_view(shown)})
+    plots = {"whole": stacked(shown)} | ({} if trace.verdict == "none" else {"close": close_view(shown)})
+    return Section("answer", "Answer", words, plots)
 
 
 def error_scale(trace: Trace) -> tuple[float, str]:

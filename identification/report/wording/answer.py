@@ -64,7 +64,7 @@ def chosen(trace: Trace) -> Candidate | None:
 def _lead(trace: Trace) -> str:
     names = [effect_name(effect) for effect in trace.effects_added]
     if trace.verdict == "none":
-        return "Nothing is missing: the model explains these recordings down to their noise."
+        return f"Nothing is missing: on {_judges(trace)}, the model's errors are no larger than noise."
     if not names and trace.tracing.only_held:
         return "Something is missing, but only the held-out recordings show it. The fitted ones do not tell what it is."
     if not names:
@@ -76,10 +76,10 @@ def _lead(trace: Trace) -> str:
 
 def _more(trace: Trace) -> Iterator[str]:
     if trace.verdict == "none":
+        size = f"{number(trace.tracing.before.loss)} times those of a complete model"
         yield (
-            f"This was judged on {_judges(trace)}: predicted sample by sample, the errors there are as large as noise "
-            f"({number(trace.tracing.before.loss)} times those of a complete model). None of the "
-            f"{len(trace.candidates)} effects tried would make them smaller by more than chance does."
+            f"The errors are those of the prediction from sample to sample: {size}. None of the {len(trace.candidates)} "
+            "effects that were tried makes them smaller by more than chance does."
         )
     if len(trace.effects_added) > 1:
         for effect in trace.effects_added:
@@ -94,9 +94,9 @@ def _more(trace: Trace) -> Iterator[str]:
 
 def _judges(trace: Trace) -> str:
     """The recordings that judge; the end of each recording where none was held out."""
-    names = list(dict.fromkeys(t.name for t in trace.base.holdout))
-    begins, ends = (np.nanmin(t.t) for t in trace.base.holdout), (np.nanmax(t.t) for t in trace.base.trajectories)
-    if min(begins) >= max(ends):
+    fitted, held = trace.base.trajectories, trace.base.holdout
+    names = list(dict.fromkeys(t.name for t in held))
+    if len(fitted) == len(held) and all(np.nanmin(b.t) >= np.nanmax(a.t) for a, b in zip(fitted, held, strict=True)):
         return f"the last part of {listed(names)}, which was not fitted"
     return f"{listed(names)}, which {'was' if len(names) == 1 else 'were'} not fitted"
 
