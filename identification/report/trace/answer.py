@@ -6,7 +6,7 @@ from identification.report.runs import error_unit, runs
 from identification.report.section import Section
 from identification.report.sections.cards import Card
 from identification.report.trace.before_after import before_after, close_view, stacked
-from identification.report.wording.answer import answer
+from identification.report.trace.wording import answer
 from identification.report.wording.numbers import number, percent
 from identification.tracing.result import Trace
 
@@ -17,7 +17,11 @@ MOSTLY = 0.5
 def answer_section(trace: Trace) -> Section:
     """The section of the answer."""
     shown, found = before_after(trace), answer(trace)
-    words = {"answer": found, "cards": _cards(trace), "shown": shown, "added": bool(trace.effects_added)}
+    shown_cards = _cards(trace)
+    words = {
+        "answer": found, "cards": shown_cards, "across": len(shown_cards), "shown": shown,
+        "added": bool(trace.effects_added),
+    }  # fmt: skip
     plots = {"whole": stacked(shown)} | ({} if trace.verdict == "none" else {"close": close_view(shown)})
     return Section("answer", "Answer", words, plots)
 

@@ -8,16 +8,17 @@ from typing import Any
 import numpy as np
 
 from identification.report.canvas import (
+    BAND,
     BEFORE,
     INK,
     MEASURED,
     NARROW,
-    NEUTRAL,
     WIDE,
     canvas,
     finish_legend,
     inked,
     robust_range,
+    shade,
     unprinted,
 )
 from identification.report.decimate import extremes
@@ -27,8 +28,6 @@ from identification.tracing.result import Trace
 from recordings import Array
 
 MOST_POINTS = 20_000
-BAND = 2.576
-"""Half width of the band that holds 99 % of the noise, in standard deviations."""
 CLOSE = 0.1
 """Length of the close view, in lengths of the recording."""
 
@@ -120,8 +119,6 @@ def close_view(shown: BeforeAfter) -> Any:
 
 def errors(shown: BeforeAfter) -> Any:
     """The errors of both models over time, with the band of the noise."""
-    from bokeh.models import BoxAnnotation
-
     run, (factor, unit) = shown.before.trajectory, shown.scale
     curves = _curves(shown)
     kept = extremes([one.error for one, _, _ in curves], MOST_POINTS)
@@ -130,7 +127,7 @@ def errors(shown: BeforeAfter) -> Any:
     limits = robust_range(np.array([-band, band]), [factor * one.error for one, _, _ in curves], most)
     plot = canvas("time [s]", f"measured − model [{unit}]", 230, y_range=limits)
     plot.x_range.range_padding = 0.01
-    plot.add_layout(BoxAnnotation(bottom=-band, top=band, fill_color=NEUTRAL, fill_alpha=0.25, line_color=None))
+    shade(plot, band)
     for one, colour, name in curves:
         line = plot.line(run.t[kept], _drawn(factor * one.error, kept), color=colour, line_width=1, legend_label=name)
         if colour == INK:

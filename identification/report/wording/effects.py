@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from identification.report.wording.numbers import NARROW, with_std
-from simulator import CATALOGUE, ValveModel
+from simulator import Effect, ValveModel
 
 SHOWN = {"m": (1e3, "mm"), "m/s": (1e3, "mm/s")}
 """SI unit -> factor and unit in which a parameter of an effect is written; all others as they are."""
@@ -30,10 +30,10 @@ def listed(names: Sequence[str], last: str = "and") -> str:
     return f" {last} ".join(part for part in (", ".join(names[:-1]), *names[-1:]) if part)
 
 
-def sizes(effect: str, model: ValveModel) -> Iterator[str]:
+def sizes(effect: Effect, model: ValveModel) -> Iterator[str]:
     """How big an effect is, one phrase a fitted parameter."""
-    for parameter in CATALOGUE[effect].parameters:
-        value = model.parameters.get(CATALOGUE[effect].parameter_name(parameter.symbol))
+    for parameter in effect.parameters:
+        value = model.parameters.get(effect.parameter_name(parameter.symbol))
         if value is None or value.status == "given":
             continue
         factor, unit = SHOWN.get(value.unit, (1.0, "" if value.unit == "1" else value.unit.translate(POWERS)))

@@ -14,7 +14,7 @@ from identification.report.wording.numbers import number, percent, plain
 from identification.tracing.algorithm import Candidate
 from identification.tracing.judge import COMPLETE, Comparison
 from identification.tracing.result import Trace
-from simulator import CATALOGUE
+from simulator import Catalogue
 
 SURE, LIKELY = 1e-3, 1e-2
 """Probabilities of the held-out test below which it makes an answer sure, and likely."""
@@ -57,8 +57,14 @@ def explained(trace: Trace) -> float:
 
 
 def chosen(trace: Trace) -> Candidate | None:
-    """The candidate that was taken, with its test on held-out recordings."""
-    return next((c for c in trace.candidates if c.accepted and c.effect in trace.effects_added), None)
+    """The candidate that was taken and explains held-out recordings alone, beside the base model."""
+    taken = (c for c in trace.candidates if c.accepted and c.effect in trace.effects_added)
+    return next((c for c in taken if c.gain > 0 and c.held is not None and c.held.gain > 0), None)
+
+
+def _effects(trace: Trace) -> Catalogue:
+    """Where the effects are looked up."""
+    return trace.base.fit.kernel.catalogue
 
 
 def _lead(trace: Trace) -> str:
@@ -70,7 +76,7 @@ def _lead(trace: Trace) -> str:
     if not names:
         return "Something is missing, and none of the known effects explains it."
     if len(names) == 1:
-        return f"The model lacked one effect, {names[0]}: {CATALOGUE[trace.verdict].sentence}."
+        return f"The model lacked one effect, {names[0]}: {_effects(trace)[trace.verdict].sentence}."
     return f"The model lacked {len(names)} effects: {listed(names)}."
 
 
@@ -78,14 +84,14 @@ def _more(trace: Trace) -> Iterator[str]:
     if trace.verdict == "none":
         size = f"{number(trace.tracing.before.loss)} times those of a complete model"
         yield (
-            f"The errors are those of the prediction from sample to sample: {size}. None of the {len(trace.candidates)} "
-            "effects that were tried makes them smaller by more than chance does."
+            f"The errors are those of the prediction from sample to sample: {size}. None of the "
+            f"{len(trace.candidates)} effects that were tried makes them smaller by more than chance does."
         )
     if len(trace.effects_added) > 1:
         for effect in trace.effects_added:
-            yield f"{effect_name(effect).capitalize()}: {CATALOGUE[effect].sentence}."
+            yield f"{effect_name(effect).capitalize()}: {_effects(trace)[effect].sentence}."
     for effect in trace.effects_added:
-        yield f"Fitted {effect_name(effect)}: {'; '.join(sizes(effect, trace.model))}."
+        yield f"Fitted {effect_name(effect)}: {'; '.join(sizes(_effects(trace)[effect], trace.model))}."
     if trace.verdict == "unlisted":
         yield from _nearest(trace)
     if trace.left is not None:
@@ -113,7 +119,7 @@ def _nearest(trace: Trace) -> Iterator[str]:
     share = 1 - max(refit.held.loss - COMPLETE, 0.0) / missing
     if share > 0:
         yield (
-            f"The nearest is {effect_name(tried[0].effect)} ({CATALOGUE[tried[0].effect].sentence}). It explains "
+            f"The nearest is {effect_name(tried[0].effect)} ({_effects(trace)[tried[0].effect].sentence}). It explains "
             f"{percent(share)} of what is missing, which is too little for a name."
         )
 
@@ -236,7 +242,7 @@ def _opinion(trace: Trace) -> str:
 
 def _on_site(trace: Trace) -> Iterator[str]:
     for effect in (*trace.effects_added, *trace.same_class):
-        yield f"{effect_name(effect).capitalize()}: {CATALOGUE[effect].check}."
+        yield f"{effect_name(effect).capitalize()}: {_effects(trace)[effect].check}."
 
 
 def _next(trace: Trace) -> str:
