@@ -207,9 +207,7 @@ def _whiteness(trace: Trace) -> str:
 
 def _chance(trace: Trace, best: Candidate) -> str:
     if trace.unit == "N":
-        return (
-            "Not simulated where the motion is imposed: there the fit hardly misses its best, so chance gains little."
-        )
+        return "Not simulated where the motion is imposed: there the fit hardly misses its best."
     if "by chance" in best.why:
         return f"Simulated recordings without the effect were traced as well: {best.why.partition(', and ')[2]}."
     return f"The misfit of the fitted recordings falls by {number(best.gain)}, far beyond what fits gain by chance."
