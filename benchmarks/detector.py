@@ -16,9 +16,9 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks._plain_observer import PlainObserver, filterpy_filter
 from benchmarks.machine import machine
-from detector import Blocks, Calibration, Fleet, Measurements, Samples, Watch, learn, strokes_of
+from benchmarks.plain_observer import PlainObserver, filterpy_filter
+from detector import Blocks, Calibration, Fleet, Measurements, Watch, learn, strokes_of
 from detector.published import chapter_5, section_4_4
 from recordings import Array, BadInput
 from simulator.damadics import Actuator, Form, Noise, Parameters, Scenario, Stimulus, run, stimuli
@@ -72,9 +72,9 @@ def cost() -> None:
     t = 0.1 * np.arange(n)
     random = np.random.default_rng(0)
     x, u = 0.4 * np.sin(t / 5) + 3e-3 * random.normal(size=n), 0.4 * np.sin(t / 5)
-    samples, observer = Samples.of(t, x, u), one.observer
-    observer.run(observer.initial(), samples[:10])
-    single = best(lambda: observer.run(observer.initial(), samples), n)
+    observer = one.observer
+    observer.run(observer.initial(), t[:10], x[:10], u[:10])
+    single = best(lambda: observer.run(observer.initial(), t, x, u), n)
     regular, jittered = (_fleet(x, u, jitter) for jitter in (0.0, 0.02))
     plain, filter = PlainObserver(one), filterpy_filter(0.1)
     pairs = list(zip(x[:2000].tolist(), u[:2000].tolist(), strict=True))
@@ -133,12 +133,8 @@ def plant() -> None:
 
 def watched(watch: Watch, data: Measurements) -> tuple[int, Array]:
     """Alarms and scores (n_samples,) of a run."""
-    state, alarms, load = watch.initial(), 0, np.zeros(len(data))
-    for i, row in enumerate(data):
-        state, said = watch.step(state, row)
-        alarms += said.began
-        load[i] = said.load if said.verdict.used else 0.0
-    return alarms, load
+    judgements = watch.run(watch.initial(), data)[1]
+    return sum(one.began for one in judgements), np.array([one.load for one in judgements])
 
 
 def healthy(setting: Setting, hours: float) -> Measurements:

@@ -20,7 +20,7 @@ from benchmarks.machine import machine
 from detector.evaluation import (
     MAIN,
     VARIANTS,
-    Outcome,
+    Evaluation,
     Plan,
     count_alarms,
     evaluate,
@@ -40,7 +40,7 @@ def show_progress(label: str, done: int, total: int) -> None:
         print(f"\r{label}: {done} of {total}", end="" if sys.stderr.isatty() else "\n", file=sys.stderr, flush=True)
 
 
-def report(outcome: Outcome) -> None:
+def report(outcome: Evaluation) -> None:
     """The tables that the goals are about."""
     for table in tables(outcome):
         if table.name in ("summary", "unseen"):

@@ -4,21 +4,26 @@
 """
 
 from detector.alarms.rates import Blocks, FalseAlarms, strokes_of
+from detector.measurements import WATCHED, Measurement, Measurements
+from detector.observer.alarm_rule import AlarmRule
 from detector.observer.approximators import Approximator, HighOrder, RadialBasis, ShiftedSigmoids, regressors
-from detector.observer.calibration import Calibration, calibrate
-from detector.observer.decision import Rule
+from detector.observer.calibration import Calibration
+from detector.observer.calibration_fit import calibrate
 from detector.observer.fleet import Fleet, FleetDecisions
 from detector.observer.observer import Bounds, Observer, Start
-from detector.observer.sample import Quality, Sample, Samples, Screening, Verdict
-from detector.observer.state import Decision, Decisions, State
-from detector.observer.velocity import HighPass, Kalman, Measured, Motion, SteadyKalman, Velocity
+from detector.observer.screening import Screening, Verdict
+from detector.observer.state import Decision, Decisions, ObserverState
+from detector.observer.velocity import HighPass, Kalman, Measured, SteadyKalman, Velocity
+from detector.watch.judgement import KINDS, Judgement
 from detector.watch.learning import described, learn
-from detector.watch.measurements import USED, Measurements, Row
-from detector.watch.watch import KINDS, Judgement, Watch, WatchState
+from detector.watch.state import WatchState
+from detector.watch.watch import Watch
+from detector.watch.watched import Watched, learn_recordings, watch_recording
 
 __all__ = [
     "KINDS",
-    "USED",
+    "WATCHED",
+    "AlarmRule",
     "Approximator",
     "Blocks",
     "Bounds",
@@ -33,27 +38,25 @@ __all__ = [
     "Judgement",
     "Kalman",
     "Measured",
+    "Measurement",
     "Measurements",
-    "Motion",
     "Observer",
-    "Quality",
+    "ObserverState",
     "RadialBasis",
-    "Row",
-    "Rule",
-    "Sample",
-    "Samples",
     "Screening",
     "ShiftedSigmoids",
     "Start",
-    "State",
     "SteadyKalman",
     "Velocity",
     "Verdict",
     "Watch",
     "WatchState",
+    "Watched",
     "calibrate",
     "described",
     "learn",
+    "learn_recordings",
     "regressors",
     "strokes_of",
+    "watch_recording",
 ]

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from math import sqrt
 
-from detector.observer.decision import Rule
+from detector.observer.alarm_rule import AlarmRule
 from detector.observer.observer import Observer, Start
 from detector.observer.velocity import HighPass
 
@@ -20,7 +20,7 @@ def section_4_4(k2: float = 200.0) -> Observer:
     the threshold earlier, at about half the time.
     """
     start = Start(alpha1=sqrt(2.0) + 0.4, alpha4=1.0, alpha5=1.0, b1=1.58)
-    return Observer(k1=100.0, k2=k2, start=start, delta=0.0612, rule=Rule(consecutive=1))
+    return Observer(k1=100.0, k2=k2, start=start, delta=0.0612, rule=AlarmRule(consecutive=1))
 
 
 def chapter_5(
@@ -35,5 +35,5 @@ def chapter_5(
     """
     return Observer(
         k1=100.0, k2=400.0, start=Start(1.0, alpha4, alpha5, b1=b1), weight_gain=gain, delta=2.0 / slope,
-        velocity=HighPass(tau_s), rule=Rule(consecutive=2, settle_s=5.0),
+        velocity=HighPass(tau_s), rule=AlarmRule(consecutive=2, settle_s=5.0),
     )  # fmt: skip

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from detector import Decisions, Observer, Samples
+from detector import Decisions, Observer
 from detector.published import chapter_5
+from recordings import Array
 from simulator.damadics import run_scenario
 from studies import drawing
 
@@ -24,15 +25,19 @@ GRID: dict[str, tuple[float, ...]] = {
 """Settings around the fitted one; 648 combinations."""
 
 
+Samples = tuple[Array, Array, Array]
+"""Time [s], position [m] and set point."""
+
+
 def recorded(name: str, duration: float | None = None) -> Samples:
     """A run of Chapter 5, every 2.5 ms, without noise. name : healthy, f4 or f11."""
     recording, _ = run_scenario(f"chapter5-{name}", sample=0.0025, duration=duration)
-    return Samples.recorded(recording, input="setpoint")
+    return recording.time, recording["position"].values, recording["setpoint"].values
 
 
 def decided(observer: Observer, samples: Samples) -> Decisions:
     """Decisions from the first sample on."""
-    return observer.run(observer.initial(), samples)[1]
+    return observer.run(observer.initial(), *samples)[1]
 
 
 def neighbours() -> Iterator[dict[str, Any]]:

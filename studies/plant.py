@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numba
 import numpy as np
 
-from detector import Decisions, Observer, Samples, State
+from detector import Decisions, Observer, ObserverState
 from recordings import Array
 
 compiled: Callable[[Any], Any] = numba.njit
@@ -38,9 +38,9 @@ class Run:
         return 3.0 * np.sin(0.2 * self.t)
 
     @property
-    def samples(self) -> Samples:
-        """What the observer sees."""
-        return Samples.of(self.t, self.x1, self.u, self.x2)
+    def samples(self) -> tuple[Array, Array, Array, Array]:
+        """What the observer sees: time, position, input, velocity."""
+        return self.t, self.x1, self.u, self.x2
 
     def __getitem__(self, part: slice) -> Run:
         return Run(self.t[part], self.x1[part], self.x2[part], self.z[part], self.b[part])
@@ -102,8 +102,8 @@ def model_error(run: Run, decisions: Decisions, observer: Observer) -> Array:
     return -A5_TRUE * xi1 + friction + phi + off
 
 
-def learned(observer: Observer, until_s: float = ONSET, dt: float = 1e-4) -> tuple[Run, State, Decisions]:
+def learned(observer: Observer, until_s: float = ONSET, dt: float = 1e-4) -> tuple[Run, ObserverState, Decisions]:
     """The plant without fault, and what the observer has made of it."""
     run = simulate(0.0, until_s, dt)
-    state, decisions = observer.run(observer.initial(), run.samples)
+    state, decisions = observer.run(observer.initial(), *run.samples)
     return run, state, decisions

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from detector import Decisions, State
+from detector import Decisions, ObserverState
 from detector.published import section_4_4
 from detector.theory import Condition, detectability, detection_bound
 from studies import drawing
@@ -29,11 +29,11 @@ class Detection:
     bound_s: float
 
 
-def detect(before: Run, state: State, fault: FaultName, *, k2: float = 200.0, length: float = 0.2) -> Detection:
+def detect(before: Run, state: ObserverState, fault: FaultName, *, k2: float = 200.0, length: float = 0.2) -> Detection:
     """A fault from where the healthy run ended, sampled at 10 us."""
     observer = section_4_4(k2)
     run = simulate(ONSET, ONSET + length, 1e-5, fault, before.final)[1:]
-    _, decisions = observer.run(state, run.samples, history=True)
+    _, decisions = observer.run(state, *run.samples, history=True)
     a = model_error(run, decisions, observer)
     condition = detectability(run.t, a, run.b, decisions.rho, k2=k2, alpha1=A1_TRUE)
     holds, crosses = (None if t is None else t - ONSET for t in (condition.holds_s, decisions.first_alarm()))

@@ -54,12 +54,7 @@ def seen(stimulus: Stimulus, duration: float, seed: int, *faults: Fault) -> Meas
 
 def judged(watch: Watch, data: Measurements) -> list[Judgement]:
     """The judgements at which an alarm began or got another name."""
-    state, found = watch.initial(), []
-    for row in data:
-        state, said = watch.step(state, row)
-        if said.began or said.renamed:
-            found.append(said)
-    return found
+    return [one for one in watch.run(watch.initial(), data)[1] if one.began or one.renamed]
 
 
 def outcome(watch: Watch, stimulus: Stimulus, fault: Fault) -> tuple[str, str]:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from detector.evaluation import Outcome, Plan
+    from detector.evaluation import Evaluation, Plan
 
 
 def plan_of(
@@ -34,7 +34,7 @@ def _names(text: str, all_names: tuple[str, ...]) -> tuple[str, ...]:
     )
 
 
-def reported(plan: Plan, out: Path, workers: int, plant: Path | None) -> tuple[Outcome, list[Path]]:
+def reported(plan: Plan, out: Path, workers: int, plant: Path | None) -> tuple[Evaluation, list[Path]]:
     """Run a plan with progress on a terminal, count alarms on a plant's record if there is one, and write the files."""
     from detector.evaluation import count_alarms, evaluate, plant_hour, plant_table, write
 
@@ -66,7 +66,7 @@ def _progress() -> Iterator[Callable[[str, int, int], None]]:
         yield told
 
 
-def summary(outcome: Outcome) -> object:
+def summary(outcome: Evaluation) -> object:
     """The first table, for the terminal."""
     from rich.table import Table
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
 
-from detector import Measurements, Watch, described, learn
+from detector import Watch, described, learn_recordings
 from hil import (
     Monitor,
     MonitorEnd,
@@ -24,14 +24,14 @@ from hil import (
     load_state,
     monitor_session,
 )  # fmt: skip
-from recordings import BadInput, NegativeAnswer, Recording, read
+from recordings import BadInput, NegativeAnswer, read
 from simulator import ValveModel
 
 
 @dataclass(frozen=True)
 class Wishes:
     """The options of both commands. model : file; learn_s [s]; calibrate : recordings of a healthy valve; state : file
-    that is taken up and saved; false_alarms : a month; events : file, None for stdout; fresh : whether learning anew
+    to resume from and to save to; false_alarms : a month; events : file, None for stdout; fresh : whether learning anew
     was asked for.
     """
 
@@ -49,20 +49,18 @@ class Wishes:
 def watch(source: Source, wishes: Wishes) -> None:
     """Watch a source, from the options to the exit code. Raises NegativeAnswer when an alarm was raised."""
     model = ValveModel.read(wishes.model)
-    key = model.model_dump_json()
-    stroke = model.plant.get("stroke_m")
-
-    def learner(data: Measurements) -> Watch:
-        return learn(data, model, wishes.false_alarms)
-
-    monitor = Monitor(
-        source.signals, learner, wishes.learn_s, stroke_m=stroke if isinstance(stroke, float) else None,
-        own_clock=wishes.own_clock, told=_told,
-    )  # fmt: skip
-    _take_up(monitor, wishes, key, learner)
+    monitor = Monitor.with_model(
+        source.signals, model, wishes.false_alarms, wishes.learn_s, own_clock=wishes.own_clock, on_learned=_learned
+    )
+    _resume(monitor, wishes, model)
     with _opened(wishes.events) as sink:
         session = MonitorSession(
-            (sink,), wishes.duration_s, wishes.state, key, wishes.record, _show if sys.stderr.isatty() else None
+            (sink,),
+            wishes.duration_s,
+            wishes.state,
+            model.model_dump_json(),
+            wishes.record,
+            _show if sys.stderr.isatty() else None,
         )
         end = _run(source, monitor, session)
     _finish(end, monitor)
@@ -75,36 +73,15 @@ def _run(source: Source, monitor: Monitor, session: MonitorSession) -> MonitorEn
         raise NegativeAnswer(str(stopped)) from stopped
 
 
-def _take_up(monitor: Monitor, wishes: Wishes, key: str, learner: Callable[[Measurements], Watch]) -> None:
+def _resume(monitor: Monitor, wishes: Wishes, model: ValveModel) -> None:
     """What is known before the first sample: from recordings, or from an earlier session."""
     if wishes.calibrate:
-        watch = learner(joined([read(path) for path in wishes.calibrate]))
-        for name, valve in monitor.valves.items():
-            valve.resume(watch)
-            _told(name, watch)
+        watch = learn_recordings([read(path) for path in wishes.calibrate], model, wishes.false_alarms)
+        for name in monitor.resume(dict.fromkeys(monitor.valves, (watch, None))):
+            _learned(name, watch)
     elif wishes.state is not None and wishes.state.exists() and wishes.learn_s is None:
-        known = load_state(wishes.state, key)
-        for name, valve in monitor.valves.items():
-            if name in known:
-                valve.resume(*known[name])
-                print(f"{name}: taken up from {wishes.state}", file=sys.stderr)
-
-
-def joined(recordings: Sequence[Recording]) -> Measurements:
-    """Several recordings as one row with gaps between. Raises BadInput when their signals differ."""
-    import numpy as np
-
-    parts = [Measurements.recorded(one) for one in recordings]
-    for recording, part in zip(recordings, parts, strict=True):
-        if set(part.values) != set(parts[0].values):
-            found = f"its signals are not those of {recordings[0].label}"
-            raise BadInput(recording.label, found, "calibrate with recordings of the same signals")
-    times, end = [], 0.0
-    for part in parts:
-        times.append(part.time_s - part.time_s[0] + end)
-        end = float(times[-1][-1]) + 1000.0 * float(np.median(np.diff(part.time_s)))
-    values = {name: np.concatenate([part.values[name] for part in parts]) for name in parts[0].values}
-    return Measurements(np.concatenate(times), values)
+        for name in monitor.resume(load_state(wishes.state, model.model_dump_json())):
+            print(f"{name}: resumed from {wishes.state}", file=sys.stderr)
 
 
 class _opened:
@@ -131,7 +108,7 @@ class _opened:
         print(event.json_line(), file=self._file, flush=True)
 
 
-def _told(valve: str, watch: Watch) -> None:
+def _learned(valve: str, watch: Watch) -> None:
     for line in described(watch).splitlines():
         print(f"{valve}: {line}", file=sys.stderr, flush=True)
 

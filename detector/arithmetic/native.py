@@ -9,7 +9,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from detector.arithmetic.kept import KeptCode
+from detector.arithmetic.machine_code_cache import MachineCodeCache
 from recordings import Array
 
 __all__ = ["Array", "Integers", "native"]
@@ -19,6 +19,14 @@ Integers = NDArray[np.int64]
 
 def native(function: Callable[..., Any]) -> Any:
     """Compile a function of numbers and arrays; the same function serves one sample and a whole recording."""
-    dispatcher = numba.njit(error_model="numpy", nogil=True)(function)
-    dispatcher._cache = KeptCode(function.__module__, function.__qualname__)
+    return _compiled(function, numba.njit(error_model="numpy", nogil=True)(function))
+
+
+def inlined(function: Callable[..., Any]) -> Any:
+    """As `native`, for a part of a loop's body: its code is put where it is called, which a call would slow down."""
+    return _compiled(function, numba.njit(error_model="numpy", nogil=True, forceinline=True)(function))
+
+
+def _compiled(function: Callable[..., Any], dispatcher: Any) -> Any:
+    dispatcher._cache = MachineCodeCache(function.__module__, function.__qualname__)
     return dispatcher

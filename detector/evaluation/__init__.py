@@ -10,7 +10,7 @@ from detector.evaluation.isolation.diagnosis import Diagnosis, feature_vectors, 
 from detector.evaluation.isolation.structure import groups as structural_groups
 from detector.evaluation.isolation.structure import signatures as structural_signatures
 from detector.evaluation.isolation.symptoms import Symptoms, learn_symptoms
-from detector.evaluation.outcome import Outcome
+from detector.evaluation.outcome import Evaluation
 from detector.evaluation.performance import Indices, Zone, chance, indices, misisolation
 from detector.evaluation.plan import BENCHMARK, MAIN, SMOKE, VARIANTS, Plan, smoke
 from detector.evaluation.results.files import write
@@ -32,11 +32,11 @@ __all__ = [
     "Channels",
     "Detector",
     "Diagnosis",
+    "Evaluation",
     "Example",
     "Indices",
     "LearnedDetector",
     "Levels",
-    "Outcome",
     "Plan",
     "Setting",
     "Symptoms",

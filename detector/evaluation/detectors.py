@@ -36,11 +36,10 @@ from detector.generators import (
 )
 from detector.generators.contract import Generator
 from detector.generators.fuzzy import Term
-from detector.observer.sample import Samples
+from detector.measurements import Measurements
 from detector.observer.velocity import SteadyKalman
 from detector.published import chapter_5
 from detector.watch.learning import learn as calibrated
-from detector.watch.measurements import Measurements
 from recordings import Array
 from simulator.damadics import SPANS, Parameters
 
@@ -229,7 +228,7 @@ def _published(healthy: BenchmarkRun) -> Channels:
 
     def channels(data: BenchmarkRun) -> Array:
         t, run = np.arange(len(data.signals), dtype=float), data.signals
-        said = observer.run(observer.initial(), Samples.of(t, _STROKE * run[:, X], run[:, CV]))[1]
+        said = observer.run(observer.initial(), t, _STROKE * run[:, X], run[:, CV])[1]
         return np.nan_to_num(np.abs(said.xi2) / np.maximum(said.rho, 1e-12), posinf=0.0)[:, None]
 
     return channels

@@ -17,7 +17,7 @@ Trials = dict[str, dict[str, list[dict[str, Any]]]]
 
 
 @dataclass(frozen=True, eq=False)
-class Outcome:
+class Evaluation:
     """Everything measured. texts : what each detector is, by name; trials : see `Trials`; healthy : by variant and
     detector, false alarms; hours : fault-free hours judged, by variant; groups : faults named together; signatures :
     mean features by fault; detectability : how much a missed scenario moves X and F, by scenario.
@@ -33,7 +33,7 @@ class Outcome:
     detectability: dict[str, dict[str, float]] = field(default_factory=dict)
 
 
-def gathered(study: Study) -> Outcome:
+def gathered(study: Study) -> Evaluation:
     """All results of a study but the detectability. Raises BadInput when one is gone."""
     plan = study.plan
     trials: Trials = {variant: {} for variant in plan.variants}
@@ -48,10 +48,10 @@ def gathered(study: Study) -> Outcome:
                 _add(f"{form}-{rate}", job, result[str(rate)], trials, false, hours)
     groups, matrix = _signatures(study)
     texts = {name: study.detectors[name].text for name in plan.detectors}
-    return Outcome(plan, texts, trials, false, hours, groups, matrix)
+    return Evaluation(plan, texts, trials, false, hours, groups, matrix)
 
 
-def missed(outcome: Outcome) -> list[str]:
+def missed(outcome: Evaluation) -> list[str]:
     """The scenarios that some trial of the bank misses, in the first variant."""
     return [
         name

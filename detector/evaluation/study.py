@@ -18,7 +18,7 @@ from detector.evaluation.detectors import DETECTORS
 from detector.evaluation.isolation.diagnosis import learn_diagnosis
 from detector.evaluation.jobs import Job, Study, fault_free_jobs, judged_jobs, key
 from detector.evaluation.learned import BANK, Learned, learn
-from detector.evaluation.outcome import Outcome, gathered, missed
+from detector.evaluation.outcome import Evaluation, gathered, missed
 from detector.evaluation.plan import Plan, check_names
 from detector.evaluation.processes import in_processes
 from detector.evaluation.store import Store
@@ -43,7 +43,7 @@ def evaluate(
     workers: int | None = None,
     *,
     detectors: Mapping[str, Detector] | None = None,
-) -> Outcome:
+) -> Evaluation:
     """Run a plan; results are kept in ``out/work`` and resumed.
 
     Parameters

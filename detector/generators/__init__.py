@@ -1,13 +1,13 @@
 """The classic residual generators of the source's Chapter 3, one file each, with one contract: `step`.
 
->>> from detector.generators import Limits, Reading
+>>> from detector.generators import Limits
 >>> limits = Limits(lower=(0.0,), upper=(10.0,))
->>> state, residuals = limits.step(limits.initial(), Reading(u=[], y=[5.0]))
+>>> state, residuals = limits.step(limits.initial(), u=[], y=[5.0])
 >>> residuals.tolist()
 [0.0]
 """
 
-from detector.generators.contract import Generator, Reading
+from detector.generators.contract import Generator
 from detector.generators.estimation import Estimation, learn_estimation
 from detector.generators.fault_tree import FaultTree, Rule, explain
 from detector.generators.flow import Flow, learn_flow
@@ -36,7 +36,6 @@ __all__ = [
     "MatchedFilters",
     "NeuralObserver",
     "Parity",
-    "Reading",
     "Rule",
     "Servo",
     "Spectrum",

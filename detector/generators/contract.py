@@ -1,23 +1,14 @@
-"""The one contract of all residual generators: state and reading in, state and residuals out."""
+"""The one contract of all residual generators: state, inputs and outputs in, state and residuals out."""
 
 from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 from typing import Any, final
 
 import numpy as np
 
 from recordings import Array, BadInput
-
-
-@dataclass(frozen=True, eq=False)
-class Reading:
-    """What is known at one instant: inputs u (n_inputs,), outputs y (n_outputs,), in the generator's units."""
-
-    u: Any
-    y: Any
 
 
 class Generator(ABC):
@@ -41,9 +32,12 @@ class Generator(ABC):
         """New state and residuals (n, n_residuals) for finite rows u (n, n_inputs), y (n, n_outputs), n >= 1."""
 
     @final
-    def step(self, state: Array, reading: Reading) -> tuple[Array, Array]:
-        """One reading. Returns the state after it and its residuals (n_residuals,)."""
-        state, residuals = self.run(state, np.atleast_2d(reading.u), np.atleast_2d(reading.y))
+    def step(self, state: Array, u: Any, y: Any) -> tuple[Array, Array]:
+        """One instant: inputs u (n_inputs,), outputs y (n_outputs,), in the generator's units.
+
+        Returns the state after it and its residuals (n_residuals,).
+        """
+        state, residuals = self.run(state, np.atleast_2d(u), np.atleast_2d(y))
         return state, residuals[0]
 
     @final

@@ -1,40 +1,31 @@
-"""The observer fitted to a valve: scaling, parameters, velocity filter and threshold, all from fault-free data.
+"""The observer set up for one valve: its scaling, parameters, velocity filter and threshold.
 
-alpha1, alpha4, alpha5 are the least squares of x2' = -alpha1 x2 - alpha5 x1 + alpha4 u + c on filtered data, then held
-(adapted ones learn the fault away). b1(0) is what the measured model error asks for at the stated rate of false alarms.
-The laws (4.20) run outside the relative dead zone only and are bounded, so that Phi can follow a drift by a half and no
-further: the detector cannot go deaf.
+The parameters alpha are held, for adapted ones learn the fault away. The laws (4.20) run outside the relative dead zone
+only and are bounded, so that Phi can follow a drift by a half and no further: the detector cannot go deaf.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from detector.alarms.rates import Blocks, strokes_of
-from detector.observer.decision import Rule
+from detector.measurements import Measurement, Measurements
+from detector.observer.alarm_rule import AlarmRule
 from detector.observer.observer import Bounds, Observer, Start
-from detector.observer.sample import Sample, Samples, Screening, Verdict
-from detector.observer.state import Decisions
-from detector.observer.velocity import SteadyKalman, surprise
-from detector.watch.measurements import INPUTS, Measurements, Row
-from recordings import Array, BadInput
+from detector.observer.screening import Screening, Verdict
+from detector.observer.state import Decision, Decisions, ObserverState
+from detector.observer.velocity import SteadyKalman
+from recordings import Array
 
-DEAD_ZONE, CONSECUTIVE, MARGIN = 0.8, 2, 1.3
-"""Adapt above 0.8 rho only; two samples running; a threshold of 1.3 times what was seen at least."""
+DEAD_ZONE, CONSECUTIVE = 0.8, 2
+"""The laws adapt while the residual is above this share of rho; so many samples above rho in a row are an alarm."""
 
 SETTLE_SAMPLES, SETTLE_S, GAP_SAMPLES = 30, 1.0, 5
-_LEAST_ALPHA, _UNBOUNDED = 1e-6, 1e9
-_QUIET = 10.0
-"""A valve moves when its position ranges over more than this many times its noise."""
-
-_JERKS = 10.0 ** np.arange(-4.0, 7.1, 0.5)
-"""Tried intensities of the white jerk, in spans: the likeliest is taken."""
+_UNBOUNDED = 1e9
 
 
 @dataclass(frozen=True)
@@ -74,7 +65,7 @@ class Calibration:
             start=Start(self.alpha1, self.alpha4, self.alpha5, b1=self.b1),
             bounds=Bounds(0.0, 0.0, 0.0, most, _UNBOUNDED, _UNBOUNDED, _UNBOUNDED),
             alpha_gain=0.0, sigm="sat", dead_zone=DEAD_ZONE, freeze=True, screening=screening,
-            rule=Rule(CONSECUTIVE, settle_s=self.settle_s), velocity=self.velocity,
+            rule=AlarmRule(CONSECUTIVE, settle_s=self.settle_s), velocity=self.velocity,
         )  # fmt: skip
 
     @property
@@ -82,19 +73,20 @@ class Calibration:
         """No alarm so long after a start or a gap [s]."""
         return max(SETTLE_S, SETTLE_SAMPLES * self.dt_s)
 
-    def sample(self, row: Row) -> Sample:
-        """A moment in the observer's units."""
-        position = (row.values["position"] - self.position_zero) / self.position_span
-        return Sample(row.time_s, position, (row.values[self.input] - self.input_zero) / self.input_span)
-
-    def samples(self, data: Measurements) -> Samples:
-        """Many moments in the observer's units."""
+    def scaled(self, data: Measurements) -> tuple[Array, Array, Array]:
+        """Time [s], position and input in the observer's units, each (n_samples,): what `Observer.run` takes."""
         position = (data.values["position"] - self.position_zero) / self.position_span
-        return Samples.of(data.time_s, position, (data.values[self.input] - self.input_zero) / self.input_span)
+        return data.time_s, position, (data.values[self.input] - self.input_zero) / self.input_span
+
+    def step(self, state: ObserverState, moment: Measurement) -> tuple[ObserverState, Decision]:
+        """One step of the observer on a measurement."""
+        position = (moment.values["position"] - self.position_zero) / self.position_span
+        u = (moment.values[self.input] - self.input_zero) / self.input_span
+        return self.observer.step(state, moment.time_s, position, u)
 
     def scores(self, data: Measurements) -> Array:
-        """abs(xi2) / rho, the smaller one of two running; 0 while settling and where a sample was passed over."""
-        return scores(self.observer.run(self.observer.initial(), self.samples(data))[1], self.settle_s)
+        """abs(xi2) / rho, the smaller one of two running; 0 while settling and where a sample was skipped."""
+        return scores(self.observer.run(self.observer.initial(), *self.scaled(data))[1], self.settle_s)
 
     def as_dict(self) -> dict[str, Any]:
         """Plain numbers, for JSON."""
@@ -111,110 +103,6 @@ def scores(decisions: Decisions, settle_s: float) -> Array:
     ratio = np.abs(decisions.xi2) / np.maximum(decisions.rho, 1e-300)
     ratio[decisions.verdict > Verdict.GAP] = 0.0
     starts = np.isin(decisions.verdict, (Verdict.START, Verdict.GAP))
-    begun = np.maximum.accumulate(np.where(starts, decisions.time_s, -np.inf))
-    ratio[decisions.time_s - begun < settle_s] = 0.0
+    restarted = np.maximum.accumulate(np.where(starts, decisions.time_s, -np.inf))
+    ratio[decisions.time_s - restarted < settle_s] = 0.0
     return np.minimum(ratio, np.concatenate([[0.0], ratio[:-1]]))
-
-
-def calibrate(data: Measurements, per_month: float = 1.0) -> Calibration:
-    """The observer that fault-free data ask for, at a rate of false alarms.
-
-    Of the signals that may stand for the input the one is taken whose model leaves the least error. Raises BadInput
-    when the data cannot support a rate: too few, no motion, or no input.
-    """
-    dt_s, scaled = _prepared(data)
-    strokes = strokes_of(scaled.x1)
-    fits = [_fitted(data, scaled, name, dt_s) for name in INPUTS if name in data]
-    candidates = [one for one in fits if one is not None]
-    if not candidates:
-        raise BadInput("calibration", "no input moves in the data", f"record one of {', '.join(INPUTS)} in motion")
-    best = min(candidates, key=lambda one: one.error)
-    for _ in range(3):
-        score = best.scores(data)
-        limit = Blocks.of(score[np.isfinite(score)], dt_s, strokes).limit(per_month)
-        best = replace(best, b1=best.b1 * max(limit, MARGIN * float(score.max())))
-    return best
-
-
-@dataclass(frozen=True)
-class _Scaled:
-    """Position x1 (n_samples,) in spans of it, its noise, and its jerk."""
-
-    x1: Array
-    zero: float
-    span: float
-    noise: float
-    jerk: float = 0.0
-
-
-def _prepared(data: Measurements) -> tuple[float, _Scaled]:
-    """The sampling time and the scaled position. Raises BadInput for data that nothing can be learned from."""
-    if len(data) < 200:
-        found = f"{len(data)} samples are too few to learn from"
-        raise BadInput("calibration", found, "give 200 at least, in motion; a few hundred seconds are good")
-    dt_s = float(np.median(np.diff(data.time_s)))
-    x = data.values["position"]
-    good = x[np.isfinite(x)]
-    low, high = np.quantile(good, (0.005, 0.995)) if len(good) else (0.0, 0.0)
-    span, noise = float(high - low), noise_of(good)
-    if not span > _QUIET * noise or span <= 0:
-        found = f"the valve does not move: its position ranges over {span:.3g} m, its noise is {noise:.2g} m"
-        raise BadInput("calibration", found, "learn while the valve moves over its usual range")
-    middle = float(low + high) / 2
-    scaled = _Scaled((x - middle) / span, middle, span, max(noise / span, 1e-5))
-    return dt_s, replace(scaled, jerk=_likely_jerk(scaled, dt_s))
-
-
-def noise_of(x: Array) -> float:
-    """Noise standard deviation of a smooth signal (n_samples,), from the median size of its third differences."""
-    if len(x) < 10:
-        return 0.0
-    return float(np.median(np.abs(np.diff(x, 3)))) / (0.6745 * np.sqrt(20.0))
-
-
-def _fitted(data: Measurements, scaled: _Scaled, name: str, dt_s: float) -> Calibration | None:
-    """The least squares with one signal as the input; None when it does not move."""
-    u = data.values[name]
-    span = float(np.nanquantile(u, 0.995) - np.nanquantile(u, 0.005))
-    if span <= 0 or span <= 1e-6 * float(np.nanmax(np.abs(u))):
-        return None
-    zero = float(np.nanmedian(u))
-    from scipy.optimize import lsq_linear
-
-    x1, x2, good = _filtered(data, scaled, dt_s)
-    slope = np.diff(x2) / np.diff(data.time_s)
-    columns = [-_between(x2), -_between(x1), _between((u - zero) / span), np.ones(len(slope))]
-    good = good & np.isfinite(slope) & np.isfinite(columns[2])
-    matrix = np.column_stack(columns)[good]
-    found = lsq_linear(matrix, slope[good], bounds=([_LEAST_ALPHA] * 2 + [-np.inf] * 2, np.inf)).x
-    error = float(np.std(slope[good] - matrix @ found))
-    sign = -1.0 if found[2] < 0 else 1.0  # alpha4 is positive by (4.20); an input that pushes back is turned round
-    alpha4 = max(abs(float(found[2])), _LEAST_ALPHA)
-    zero -= sign * span * float(found[3]) / alpha4
-    return Calibration(
-        name, scaled.zero, scaled.span, zero, sign * span, float(found[0]), alpha4, float(found[1]),
-        b1=max(3.0 * error, 1e-9), noise=scaled.noise, jerk=scaled.jerk, dt_s=dt_s, error=error,
-    )  # fmt: skip
-
-
-def _filtered(data: Measurements, scaled: _Scaled, dt_s: float) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Position and velocity behind the filter, and which intervals between samples can be used."""
-    velocity = SteadyKalman(scaled.noise, scaled.jerk, dt_s)
-    step = np.concatenate([[0.0], np.diff(data.time_s)])
-    finite = np.isfinite(scaled.x1)
-    step[~finite] = np.nan
-    step[step > GAP_SAMPLES * dt_s] = 0.0
-    motion = velocity.run(velocity.start(), step, scaled.x1, scaled.x1)
-    since = np.arange(len(step)) - np.maximum.accumulate(np.where(step == 0.0, np.arange(len(step)), 0))
-    good = finite & (since > SETTLE_SAMPLES)
-    return motion.position, motion.velocity, good[1:] & good[:-1]
-
-
-def _likely_jerk(scaled: _Scaled, dt_s: float) -> float:
-    """The jerk under which the filter's one-step errors are likeliest, with the noise known."""
-    x1 = scaled.x1[np.isfinite(scaled.x1)][:20_000]
-    return float(min(_JERKS, key=lambda jerk: surprise(scaled.noise, jerk, dt_s, x1)))
-
-
-def _between(row: Array) -> Array:
-    return 0.5 * (row[1:] + row[:-1])

@@ -1,35 +1,36 @@
 """Many calibrated observers at once, a sample of each at a time: the same numbers as one by one, several times faster.
 
-The state is a table with a row for each valve, and a step of all of them one compiled loop over the rows. What
-depends on the time step alone (decays, filter gain) is kept from step to step and computed anew when that changes.
+The state is a table with a row for each valve, and a step of all of them is one compiled loop over the rows. Screen,
+filter, errors and decision are the functions that one observer uses; what a calibrated observer does not have
+(networks, adapted alphas) is left out. What depends on the time step alone (decays, filter gain) is stored in the row,
+and computed again when the time step changes.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import fabs
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from detector.arithmetic.native import native
+from detector.observer.alarm_rule import ABSOLUTE, exceeds, threshold
 from detector.observer.calibration import Calibration
-from detector.observer.kernel import fades, free_errors
-from detector.observer.sample import LARGEST, LEAST_STEP, PATIENCE, Verdict
-from detector.observer.smooth_sign import saturated_root
-from detector.observer.velocity import settled_gain
+from detector.observer.kernel import adapts, counted, decays, next_errors
+from detector.observer.projection import RADIAL, project_interval
+from detector.observer.screening import GAP, OUTLIER, USED, judge
+from detector.observer.smooth_sign import SAT
+from detector.observer.velocity import steady_gain_at, track
 from recordings import Array, BadInput
 
-(XI1, XI2, X1, X2, U, B1, RHO, SETTLED, COUNT, ALARM, PUSH, TIME, LAST, RUNNING, OUTLIERS, STEP, FADE1, MEAN1, FADE2,
+(XI1, XI2, X1, X2, U, B1, RHO, SETTLED, COUNT, ALARM, PUSH, TIME, LAST, RUNNING, OUTLIERS, STEP, DECAY1, MEAN1, DECAY2,
  MEAN2, PER_S, RAMP, GAIN0, GAIN1, GAIN2, WIDTH) = range(26)  # fmt: skip
 """Columns of the state: the observer's; PUSH of the velocity filter; TIME to OUTLIERS of the screen; STEP
 and what was computed for it."""
 
-(A1, A4, A5, K1, K2, DELTA, DEAD_ZONE, GAIN, MOST_B1, SETTLE, CONSECUTIVE, GAP, TOP_SPEED, NOMINAL) = range(14)
+(A1, A4, A5, K1, K2, DELTA, DEAD_ZONE, GAIN, MOST_B1, SETTLE, CONSECUTIVE, GAP_S, TOP_SPEED, NOMINAL) = range(14)
 """Columns of the constants."""
-
-_USED, _START, _GAP, _NOT_FINITE, _STALE, _OUTLIER = (int(verdict) for verdict in Verdict if verdict is not Verdict.BAD)
 
 
 class FleetDecisions(NamedTuple):
@@ -44,7 +45,7 @@ class FleetDecisions(NamedTuple):
 class Fleet:
     """Observers of many valves, each as `Calibration.observer` has it.
 
-    The samples come in the observer's units, as `Calibration.sample` makes them. Raises BadInput for none.
+    The samples come in the observer's units, as `Calibration.scaled` makes them. Raises BadInput for none.
     """
 
     def __init__(self, calibrations: Sequence[Calibration]) -> None:
@@ -84,58 +85,37 @@ def advance_fleet(
         t, x, v = time[i], position[i], u[i]
         for row in range(WIDTH):
             new[i, row] = s[i, row]
-        elapsed = t - s[i, TIME]
-        judged = _judged(t, x, v, elapsed, x - s[i, LAST], s[i, RUNNING], s[i, OUTLIERS], c[i, GAP], c[i, TOP_SPEED])
-        verdict[i] = judged
-        if judged == _OUTLIER:
+        elapsed, moved = t - s[i, TIME], x - s[i, LAST]
+        found = judge(
+            t, x, v, 0.0, USED, True, elapsed, moved, s[i, RUNNING], s[i, OUTLIERS], c[i, GAP_S], c[i, TOP_SPEED]
+        )
+        verdict[i] = found
+        if found == OUTLIER:
             new[i, OUTLIERS] += 1.0
-        if judged > _GAP:
+        if found > GAP:
             continue
         new[i, TIME], new[i, LAST], new[i, RUNNING], new[i, OUTLIERS] = t, x, 1.0, 0.0
         phi = max(s[i, B1], 0.0)
         settled, count, dt, xi1, xi2, x1, x2, push = 0.0, 0.0, 0.0, 0.0, 0.0, x, 0.0, 0.0
-        if judged == _USED:
+        if found == USED:
             settled, count, dt = s[i, SETTLED], s[i, COUNT], elapsed
             if dt != s[i, STEP]:
                 new[i, STEP] = dt
-                f = fades(dt, c[i, A1], c[i, K1], c[i, K2])
-                new[i, FADE1], new[i, MEAN1], new[i, FADE2], new[i, MEAN2], new[i, PER_S], new[i, RAMP] = f
-                new[i, GAIN0], new[i, GAIN1], new[i, GAIN2] = settled_gain(dt, c[i, NOMINAL], gains[i])
-            f = (new[i, FADE1], new[i, MEAN1], new[i, FADE2], new[i, MEAN2], new[i, PER_S], new[i, RAMP])
-            x1, x2 = s[i, X1] + dt * (s[i, X2] + 0.5 * dt * s[i, PUSH]), s[i, X2] + dt * s[i, PUSH]
-            miss = x - x1
-            x1, x2 = x1 + new[i, GAIN0] * miss, x2 + new[i, GAIN1] * miss
-            push = s[i, PUSH] + new[i, GAIN2] * miss
-            free1, free2 = free_errors(
-                s[i, XI1], s[i, XI2], s[i, X1], s[i, X2], s[i, U], c[i, A1], c[i, A4], c[i, A5], x1, x2, v, f
-            )
-            xi2 = saturated_root(free2, f[3] * phi, c[i, DELTA])
-            xi1 = free1 + f[1] * c[i, A5] * xi2
+                f = decays(dt, c[i, A1], c[i, K1], c[i, K2])
+                new[i, DECAY1], new[i, MEAN1], new[i, DECAY2], new[i, MEAN2], new[i, PER_S], new[i, RAMP] = f
+                new[i, GAIN0], new[i, GAIN1], new[i, GAIN2] = steady_gain_at(dt, c[i, NOMINAL], gains[i])
+            f = (new[i, DECAY1], new[i, MEAN1], new[i, DECAY2], new[i, MEAN2], new[i, PER_S], new[i, RAMP])
+            gain = (new[i, GAIN0], new[i, GAIN1], new[i, GAIN2])
+            x1, x2, push = track(s[i, X1], s[i, X2], s[i, PUSH], dt, x, gain)
+            xi1, xi2 = next_errors(
+                s[i, XI1], s[i, XI2], s[i, X1], s[i, X2], s[i, U], c[i, A1], c[i, A4], c[i, A5], x1, x2, v, phi,
+                c[i, DELTA], SAT, f,
+            )  # fmt: skip
         new[i, XI1], new[i, XI2], new[i, X1], new[i, X2], new[i, U], new[i, PUSH] = xi1, xi2, x1, x2, v, push
-        rho, size, settled = phi / c[i, K2], fabs(xi2), settled + dt
-        count = min(count + 1.0, c[i, CONSECUTIVE]) if size > rho and settled >= c[i, SETTLE] else 0.0
+        rho, settled = threshold(phi, c[i, K2]), settled + dt
+        count = counted(count, exceeds(xi2, rho, ABSOLUTE), settled, c[i, SETTLE], c[i, CONSECUTIVE])
         alarm = 1.0 if count >= c[i, CONSECUTIVE] else 0.0
         new[i, RHO], new[i, SETTLED], new[i, COUNT], new[i, ALARM] = rho, settled, count, alarm
-        if dt > 0.0 and alarm == 0.0 and size >= c[i, DEAD_ZONE] * rho:
-            most = c[i, MOST_B1]
-            new[i, B1] = min(max(s[i, B1] + dt * (c[i, GAIN] * size), -most), most)
-
-
-@native
-def _judged(
-    t: float, x: float, u: float, elapsed: float, moved: float, running: float, outliers: float, gap: float, top: float
-) -> int:
-    """As `detector.observer.sample.judge`, for good samples without a measured velocity and unbounded values."""
-    if not (fabs(t) < np.inf and fabs(x) < np.inf and fabs(u) < np.inf):
-        return _NOT_FINITE
-    if fabs(x) > LARGEST or fabs(u) > LARGEST:
-        return _OUTLIER
-    if running == 0.0:
-        return _START
-    if fabs(elapsed) > gap:
-        return _GAP
-    if elapsed < LEAST_STEP:
-        return _STALE
-    if fabs(moved) > top * elapsed:
-        return _GAP if outliers >= PATIENCE else _OUTLIER
-    return _USED
+        if dt > 0.0 and adapts(xi2, rho, alarm, c[i, DEAD_ZONE], 1.0):
+            rise = dt * c[i, GAIN] * abs(xi2)
+            new[i, B1] = project_interval(s[i, B1], rise, -c[i, MOST_B1], c[i, MOST_B1], RADIAL)

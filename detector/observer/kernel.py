@@ -14,9 +14,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from detector.arithmetic.native import Integers, native
+from detector.arithmetic.native import Integers, inlined, native
+from detector.observer.alarm_rule import exceeds, threshold
 from detector.observer.approximators import evaluate
-from detector.observer.decision import exceeds, threshold
 from detector.observer.projection import project_ball, project_interval
 from detector.observer.smooth_sign import solve
 from recordings import Array
@@ -26,7 +26,7 @@ WEIGHTS = 15
 """Places in the state of the observer; the weights w1 and w2 follow. SETTLED is the time [s] since start or gap."""
 
 RESIDUAL, RHO, PHI, OVER, ALARMED = range(5)
-"""Columns of what a step says: xi2, rho, Phi, whether the residual exceeds rho, whether there is an alarm."""
+"""Columns of what a step gives: xi2, rho, Phi, whether the residual exceeds rho, whether there is an alarm."""
 
 LEAST_ALPHA = 1e-9
 """Lower end of the sets of alpha1, alpha4, alpha5, which the source leaves open at zero."""
@@ -59,15 +59,19 @@ class Numbers(NamedTuple):
     printed_residual: float
 
 
+Decays = tuple[float, float, float, float, float, float]
+"""What `decays` gives."""
+
+
 @native
 def advance(
     core: Array, dt: Array, x1: Array, x2: Array, u: Array, p: Numbers,
-    base1: Array, powers1: Integers, base2: Array, powers2: Integers, said: Array, history: Array,
+    base1: Array, powers1: Integers, base2: Array, powers2: Integers, output: Array, history: Array,
 ) -> None:  # fmt: skip
     """Run over samples, changing `core` (n_core,) in place.
 
-    dt (n_samples) : time since the sample before [s]; 0 starts anew at this sample, NaN passes it over. said
-    (n_samples, 5) : what each step says; history (n_samples or 0, n_core) : the state after each sample.
+    dt (n_samples) : time since the sample before [s]; 0 restarts at this sample, NaN skips it. output (n_samples, 5) :
+    what each step gives; history (n_samples or 0, n_core) : the state after each sample.
     """
     s1, s2 = np.empty(powers1.shape[0]), np.empty(powers2.shape[0])
     values1, values2 = np.empty(base1.shape[0]), np.empty(base2.shape[0])
@@ -77,23 +81,38 @@ def advance(
             speed = fabs(x2[i])
             evaluate(base1, powers1, x2[i], speed, values1, s1)
             evaluate(base2, powers2, speed, speed, values2, s2)
-            core[PHI_LAST] = _phi(core, speed, s1, s2, p)
-            core[RHO_LAST] = threshold(core[PHI_LAST], p.k2)
-            if dt[i] > 0.0:
-                follow(core, x1[i], x2[i], u[i], core[PHI_LAST], fades(dt[i], core[A1], p.k1, p.k2), p)
-            else:
-                anew(core, x1[i], x2[i], u[i])
-            over = decide(core, dt[i], p)
-            if dt[i] > 0.0 and adapts(core, p):
-                _weights(core, dt[i], speed, s1, s2, p)
-                _alphas(core, dt[i], p)
-        said[i, RESIDUAL], said[i, RHO], said[i, PHI] = core[XI2], core[RHO_LAST], core[PHI_LAST]
-        said[i, OVER], said[i, ALARMED] = 1.0 if over else 0.0, core[ALARM]
+            over = step(core, dt[i], x1[i], x2[i], u[i], s1, s2, decays(dt[i], core[A1], p.k1, p.k2), p)
+        output[i, RESIDUAL], output[i, RHO], output[i, PHI] = core[XI2], core[RHO_LAST], core[PHI_LAST]
+        output[i, OVER], output[i, ALARMED] = 1.0 if over else 0.0, core[ALARM]
         if history.shape[0] > 0:
             history[i, :] = core
 
 
-@native
+@inlined
+def step(core: Array, dt: float, x1: float, x2: float, u: float, s1: Array, s2: Array, f: Decays, p: Numbers) -> bool:
+    """One sample, changing `core` in place: threshold, errors, decision, adaptation. Whether xi2 exceeds rho.
+
+    s1, s2 : regressors, used up as room for the adaptation; f : `decays` of dt.
+    """
+    speed = fabs(x2)
+    core[PHI_LAST] = _phi(core, speed, s1, s2, p)
+    core[RHO_LAST] = threshold(core[PHI_LAST], p.k2)
+    if dt > 0.0:
+        core[XI1], core[XI2] = next_errors(
+            core[XI1], core[XI2], core[X1], core[X2], core[U], core[A1], core[A4], core[A5], x1, x2, u,
+            core[PHI_LAST], p.delta, p.sigm, f,
+        )  # fmt: skip
+        core[X1], core[X2], core[U] = x1, x2, u
+    else:
+        _restart(core, x1, x2, u)
+    over = _decide(core, dt, p)
+    if dt > 0.0 and adapts(core[XI2], core[RHO_LAST], core[ALARM], p.dead_zone, p.freeze):
+        _weights(core, dt, speed, s1, s2, p)
+        _alphas(core, dt, p)
+    return over
+
+
+@inlined
 def _phi(core: Array, speed: float, s1: Array, s2: Array, p: Numbers) -> float:
     """Phi = abs(x2) w1' S1 + w2' S2 + abs(x2) e1 + b1, the bracket of (4.17)."""
     first, second = core[E1], core[B1]
@@ -105,70 +124,65 @@ def _phi(core: Array, speed: float, s1: Array, s2: Array, p: Numbers) -> float:
     return max(speed * first + second, p.least_phi)
 
 
-@native
-def fades(dt: float, a1: float, k1: float, k2: float) -> tuple[float, float, float, float, float, float]:
+@inlined
+def decays(dt: float, a1: float, k1: float, k2: float) -> Decays:
     """What a step does to the linear parts of xi1 and xi2: their decays and means over the step [s]; 1 / dt; and what
-    a change of the drive over the step does to xi2 [s].
+    a change of the drive over the step does to xi2 [s]. Zeros for dt = 0, where nothing decays.
     """
+    if dt == 0.0:
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     rate = k2 + a1
     mean2, per_s = -expm1(-rate * dt) / rate, 1.0 / dt
     return exp(-k1 * dt), -expm1(-k1 * dt) / k1, exp(-rate * dt), mean2, per_s, (1.0 - mean2 * per_s) / rate
 
 
-@native
-def follow(
-    core: Array, x1: float, x2: float, u: float, phi: float,
-    f: tuple[float, float, float, float, float, float], p: Numbers,
-) -> None:  # fmt: skip
-    """xi1 and xi2 over one step, (4.15)-(4.16), and the sample into the state. f : as `fades` gives it."""
-    free1, free2 = free_errors(
-        core[XI1], core[XI2], core[X1], core[X2], core[U], core[A1], core[A4], core[A5], x1, x2, u, f
-    )
-    core[XI2] = solve(free2, f[3] * phi, p.delta, p.sigm)
-    core[XI1] = free1 + f[1] * core[A5] * core[XI2]
-    core[X1], core[X2], core[U] = x1, x2, u
-
-
-@native
-def free_errors(
+@inlined
+def next_errors(
     xi1: float, xi2: float, x1_last: float, x2_last: float, u_last: float, a1: float, a4: float, a5: float,
-    x1: float, x2: float, u: float, f: tuple[float, float, float, float, float, float],
+    x1: float, x2: float, u: float, phi: float, delta: float, sigm: float, f: Decays,
 ) -> tuple[float, float]:  # fmt: skip
-    """xi1 and xi2 after a step without Phi sigm(xi2): the linear part."""
-    fade1, mean1, fade2, mean2, per_s, ramp = f
+    """xi1 and xi2 after one step, (4.15)-(4.16): first without Phi sigm(xi2), then solved with it."""
+    decay1, mean1, decay2, mean2, per_s, ramp = f
     slope = (x2 - x2_last) * per_s
-    free1 = fade1 * xi1 + mean1 * ((x1 - x1_last) * per_s - 0.5 * (x2 + x2_last))
+    free1 = decay1 * xi1 + mean1 * ((x1 - x1_last) * per_s - 0.5 * (x2 + x2_last))
     begin = slope + a1 * x2_last + a5 * (x1_last - xi1) - a4 * u_last
     end = slope + a1 * x2 + a5 * (x1 - free1) - a4 * u
-    return free1, fade2 * xi2 + mean2 * begin + (end - begin) * ramp
+    free2 = decay2 * xi2 + mean2 * begin + (end - begin) * ramp
+    after2 = solve(free2, mean2 * phi, delta, sigm)
+    return free1 + mean1 * a5 * after2, after2
 
 
-@native
-def anew(core: Array, x1: float, x2: float, u: float) -> None:
-    """Start the errors anew at a sample."""
+@inlined
+def _restart(core: Array, x1: float, x2: float, u: float) -> None:
+    """Restart the errors at a sample."""
     core[XI1], core[XI2], core[SETTLED], core[COUNT] = 0.0, 0.0, 0.0, 0.0
     core[X1], core[X2], core[U] = x1, x2, u
 
 
-@native
-def decide(core: Array, dt: float, p: Numbers) -> bool:
+@inlined
+def _decide(core: Array, dt: float, p: Numbers) -> bool:
     """Count the samples above the threshold and raise or clear the alarm."""
     core[SETTLED] += dt
     over = exceeds(core[XI2], core[RHO_LAST], p.printed_residual)
-    core[COUNT] = min(core[COUNT] + 1.0, p.consecutive) if over and core[SETTLED] >= p.settle_s else 0.0
+    core[COUNT] = counted(core[COUNT], over, core[SETTLED], p.settle_s, p.consecutive)
     raised = core[COUNT] >= p.consecutive
     core[ALARM] = 1.0 if raised or (p.latch > 0.0 and core[ALARM] > 0.0) else 0.0
     return over
 
 
-@native
-def adapts(core: Array, p: Numbers) -> bool:
+@inlined
+def counted(count: float, over: bool, settled: float, settle_s: float, consecutive: float) -> float:
+    """How many samples in a row are above the threshold; none while the errors settle."""
+    return min(count + 1.0, consecutive) if over and settled >= settle_s else 0.0
+
+
+@inlined
+def adapts(xi2: float, rho: float, alarm: float, dead_zone: float, freeze: float) -> bool:
     """Whether the laws (4.20) run: outside the relative dead zone, and not frozen by an alarm."""
-    frozen = p.freeze > 0.0 and core[ALARM] > 0.0
-    return not frozen and fabs(core[XI2]) >= p.dead_zone * core[RHO_LAST]
+    return not (freeze > 0.0 and alarm > 0.0) and fabs(xi2) >= dead_zone * rho
 
 
-@native
+@inlined
 def _weights(core: Array, dt: float, speed: float, s1: Array, s2: Array, p: Numbers) -> None:
     """w1, w2, e1 and b1 of (4.20), which only grow what Phi counts, as b1 does not under the printed law."""
     n1, n2 = s1.shape[0], s2.shape[0]
@@ -180,17 +194,11 @@ def _weights(core: Array, dt: float, speed: float, s1: Array, s2: Array, p: Numb
     project_ball(core[WEIGHTS : WEIGHTS + n1], s1, p.bound_w1, p.projection)
     project_ball(core[WEIGHTS + n1 : WEIGHTS + n1 + n2], s2, p.bound_w2, p.projection)
     core[E1] = project_interval(core[E1], amount * speed, -p.bound_e1, p.bound_e1, p.projection)
-    adapt_b1(core, dt, p)
-
-
-@native
-def adapt_b1(core: Array, dt: float, p: Numbers) -> None:
-    """b1 of (4.20) over one step."""
     rise = core[XI2] if p.printed_b1 > 0.0 else fabs(core[XI2])
     core[B1] = project_interval(core[B1], dt * p.weight_gain * rise, -p.bound_b1, p.bound_b1, p.projection)
 
 
-@native
+@inlined
 def _alphas(core: Array, dt: float, p: Numbers) -> None:
     """alpha1, alpha4 and alpha5 of (4.20); the law of alpha5 is -xi2 (xi1 + x1hat) = -xi2 x1."""
     amount = dt * p.alpha_gain * core[XI2]

@@ -4,29 +4,32 @@ What is corrected against the print, each form also to be had by name:
 
 - (4.20), b1: printed P{xi2}, here P{abs(xi2)}, which the Lyapunov argument needs (``law_b1="printed"``).
 - (4.24): printed +Phi eps_s xi2, here -Phi eps_s xi2; for tanh, abs(eps_s xi) <= 0.2785 delta (`theory`).
-- (4.27): no absence of false alarms by construction; see `detector.observer.decision.threshold`.
-- (5.1), 5.3: printed xi2 >= rho, here abs(xi2) > rho (``Rule(residual="printed")``).
+- (4.27): no absence of false alarms by construction; see `detector.observer.alarm_rule.threshold`.
+- (5.1), 5.3: printed xi2 >= rho, here abs(xi2) > rho (``AlarmRule(residual="printed")``).
 - Phi feeds back only as long as it is not negative; under the printed law of b1 it can be (``least_phi=-inf``).
 The law of alpha5 stands as printed: its cross-term xi1 xi2 cancels, which leaves -xi2 x1.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from detector.arithmetic.native import Integers
 from detector.observer import kernel
+from detector.observer.alarm_rule import ABSOLUTE, PRINTED, AlarmRule
 from detector.observer.approximators import Approximator, HighOrder, Table
-from detector.observer.decision import ABSOLUTE, PRINTED, Rule
 from detector.observer.projection import RADIAL, SMOOTH
-from detector.observer.sample import Sample, Samples, Screening, screen
+from detector.observer.screening import N_SCREEN, Screening, Verdict, screen
 from detector.observer.smooth_sign import SAT, TANH
-from detector.observer.state import Decision, Decisions, State
+from detector.observer.state import Decision, Decisions, ObserverState
 from detector.observer.velocity import Measured, Velocity
-from recordings import BadInput
+from recordings import Array, BadInput
 
 S1 = HighOrder(order=2, inputs=2, m=1.41, l=-10.0225, c=0.5974, lam=-2.11)
 S2 = HighOrder(order=5, inputs=1, m=0.8, l=-4.0, c=2.119, lam=-1.5)
@@ -71,7 +74,8 @@ class Observer:
     Keep weight_gain abs(S)^2 Ts / k2 below 1, and so for alpha and its signals: scale the signals.
     Raises BadInput at the first use for constants that cannot be.
 
-    >>> state, decision = Observer().step(Observer().initial(), Sample(0.0, position=0.0, input=0.0, velocity=0.0))
+    >>> observer = Observer()
+    >>> state, decision = observer.step(observer.initial(), 0.0, position=0.0, input=0.0, velocity=0.0)
     >>> decision.verdict.name, decision.alarm
     ('START', False)
     """
@@ -91,41 +95,51 @@ class Observer:
     dead_zone: float = 0.0
     freeze: bool = False
     least_phi: float = 0.0
-    rule: Rule = field(default_factory=Rule)
+    rule: AlarmRule = field(default_factory=AlarmRule)
     velocity: Velocity = field(default_factory=Measured)
     screening: Screening = field(default_factory=Screening)
 
-    def initial(self) -> State:
+    def initial(self) -> ObserverState:
         """The state before the first sample."""
         core = np.zeros(kernel.WEIGHTS + sum(len(table.powers) for table in self._tables))
         places = [kernel.A1, kernel.A4, kernel.A5, kernel.E1, kernel.B1]
         core[places] = [self.start.alpha1, self.start.alpha4, self.start.alpha5, self.start.e1, self.start.b1]
-        return State(core, np.zeros(4), self.velocity.start(), len(self._tables[0].powers))
+        return ObserverState(core, np.zeros(N_SCREEN), self.velocity.start(), len(self._tables[0].powers))
 
-    def step(self, state: State, sample: Sample) -> tuple[State, Decision]:
+    def step(
+        self, state: ObserverState, time_s: float, position: float, input: float, velocity: float = math.nan,
+        quality: int = Verdict.USED,
+    ) -> tuple[ObserverState, Decision]:  # fmt: skip
         """One sample; bit for bit what `run` makes of it in a row."""
-        state, decisions = self.run(state, Samples.row([sample]))
+        rows = (np.array([number]) for number in (time_s, position, input, velocity))
+        state, decisions = self.run(state, *rows, quality=np.array([quality]))
         return state, decisions[0]
 
-    def run(self, state: State, samples: Samples, *, history: bool = False) -> tuple[State, Decisions]:
+    def run(
+        self, state: ObserverState, time_s: ArrayLike, position: ArrayLike, input: ArrayLike,
+        velocity: ArrayLike | None = None, *, quality: ArrayLike | None = None, history: bool = False,
+    ) -> tuple[ObserverState, Decisions]:  # fmt: skip
         """Many samples, in any blocks: the decisions do not depend on how a row is cut.
 
-        history : also keep the observer's state after every sample, for studies. Raises BadInput for a state of
-        another observer.
+        time_s [s] : rising, of any origin; position, input : in the units that the observer is set up for; velocity :
+        where it is measured; all (n_samples,), NaN where there is no value. quality (n_samples,) : what the source
+        says of each sample, `Verdict.USED` where it is good, else `Verdict.STALE` or `Verdict.BAD`; None for all good.
+        history : also keep the observer's state after every sample, for studies.
+
+        Raises BadInput for rows of different lengths, and for a state of another observer.
         """
         if len(state.core) != len(self.initial().core) or len(state.filter) != len(self.velocity.start()):
             raise BadInput("observer state", "it is of another observer", "start with `initial()` of this one")
-        n, screening, core = len(samples), state.screening.copy(), state.core.copy()
+        t, x, u, v, trust = _rows(time_s, position, input, velocity, quality)
+        n, screening, core = len(t), state.screening.copy(), state.core.copy()
         dt, verdict = np.empty(n), np.empty(n, np.int64)
-        screen(screening, self.screening.limits(), samples.time_s, samples.position, samples.input, samples.velocity,
-               samples.quality, isinstance(self.velocity, Measured), dt, verdict)  # fmt: skip
-        motion = self.velocity.run(state.filter, dt, samples.position, samples.velocity)
-        said, past = np.empty((n, 5)), np.empty((n if history else 0, len(core)))
+        screen(screening, self.screening.limits(), t, x, u, v, trust, isinstance(self.velocity, Measured), dt, verdict)
+        filter, x1, x2 = self.velocity.run(state.filter, dt, x, v)
+        output, past = np.empty((n, 5)), np.empty((n if history else 0, len(core)))
         first, second = self._tables
-        kernel.advance(core, dt, motion.position, motion.velocity, samples.input, self.numbers,
-                       *first, *second, said, past)  # fmt: skip
-        after = State(core, screening, motion.state, state.n_first)
-        return after, Decisions(samples.time_s, said, verdict, past if history else None, state.n_first)
+        kernel.advance(core, dt, x1, x2, u, self.numbers, *first, *second, output, past)
+        after = ObserverState(core, screening, filter, state.n_first)
+        return after, Decisions(t, output, verdict, past if history else None, state.n_first)
 
     @cached_property
     def _tables(self) -> tuple[Table, Table]:
@@ -148,3 +162,18 @@ class Observer:
             {"absolute": ABSOLUTE, "printed": PRINTED}[self.rule.residual],
         )  # fmt: skip
         return kernel.Numbers(*map(float, numbers))
+
+
+def _rows(
+    time_s: ArrayLike, position: ArrayLike, input: ArrayLike, velocity: ArrayLike | None, quality: ArrayLike | None
+) -> tuple[Array, Array, Array, Array, Integers]:
+    """The arguments of `Observer.run` as arrays (n_samples,). Raises BadInput for other shapes."""
+    t = np.array(time_s, float)
+    v = np.full(t.shape, math.nan) if velocity is None else np.array(velocity, float)
+    trust = np.zeros(t.shape, np.int64) if quality is None else np.array(quality, np.int64)
+    x, u = np.array(position, float), np.array(input, float)
+    for name, row in (("time_s", t), ("position", x), ("input", u), ("velocity", v), ("quality", trust)):
+        if t.ndim != 1 or row.shape != t.shape:
+            found = f"its shape is {row.shape}, the time's {t.shape}"
+            raise BadInput(f"samples: {name}", found, "give one row of equal length each")
+    return t, x, u, v, trust

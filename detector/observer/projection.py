@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from math import fabs, sqrt
 
-from detector.arithmetic.native import native
+from detector.arithmetic.native import inlined, native
 from recordings import Array
 
 RADIAL, SMOOTH = 0.0, 1.0
@@ -45,7 +45,7 @@ def _fade(value: Array, step: Array, bound: float) -> None:
             step[i] -= min(used, 1.0) * outward / size * value[i]
 
 
-@native
+@inlined
 def project_interval(value: float, step: float, lower: float, upper: float, kind: float) -> float:
     """P{value + step} within lower..upper; the smooth form fades towards the far ends, abs(value) = upper."""
     if kind == SMOOTH and value * step > 0.0:

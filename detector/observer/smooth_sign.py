@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import fabs, tanh
 
-from detector.arithmetic.native import native
+from detector.arithmetic.native import inlined, native
 
 TANH, SAT = 0.0, 1.0
 _MOST_STEPS = 60
@@ -19,7 +19,7 @@ def sigm(xi: float, delta: float, kind: float) -> float:
     return min(max(xi / delta, -1.0), 1.0)
 
 
-@native
+@inlined
 def saturated_root(c: float, h: float, delta: float) -> float:
     """The root of xi + h sat(xi / delta) = c for h >= 0; for h < 0 one that lies beyond delta."""
     xi = c * delta / (delta + h)

@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 
 from detector.arithmetic.native import Integers
 from detector.observer import kernel
-from detector.observer.sample import Verdict
+from detector.observer.screening import Verdict
 from recordings import Array, BadInput
 
 _ESTIMATES = {"e1": kernel.E1, "b1": kernel.B1, "alpha1": kernel.A1, "alpha4": kernel.A4, "alpha5": kernel.A5}
 
 
 @dataclass(frozen=True)
-class State:
+class ObserverState:
     """Everything an observer remembers, as numbers. core : errors, last sample, estimates, weights; screening and
     filter : of the screen and the velocity filter; n_first : how many weights are of S1.
     """
@@ -59,12 +59,12 @@ class State:
         return {name: float(self.core[place]) for name, place in _ESTIMATES.items()}
 
     def as_dict(self) -> dict[str, Any]:
-        """Plain numbers and lists, for JSON; `State.from_dict` gives the same bits back."""
+        """Plain numbers and lists, for JSON; `ObserverState.from_dict` gives the same bits back."""
         parts = {name: getattr(self, name).tolist() for name in ("core", "screening", "filter")}
         return parts | {"n_first": self.n_first}
 
     @classmethod
-    def from_dict(cls, parts: Mapping[str, Any]) -> State:
+    def from_dict(cls, parts: Mapping[str, Any]) -> ObserverState:
         """The state that `as_dict` wrote. Raises BadInput for anything else."""
         try:
             arrays = [np.array(parts[name], float) for name in ("core", "screening", "filter")]
@@ -96,10 +96,10 @@ class Decision:
 
 @dataclass(frozen=True)
 class Decisions:
-    """Many decisions, as arrays: said (n_samples, 5); verdict (n_samples,); history (n_samples, n_core)."""
+    """Many decisions, as arrays: output (n_samples, 5); verdict (n_samples,); history (n_samples, n_core)."""
 
     time_s: Array
-    said: Array
+    output: Array
     verdict: Integers
     history: Array | None = None
     n_first: int = 0
@@ -107,27 +107,27 @@ class Decisions:
     @property
     def xi2(self) -> Array:
         """The residual."""
-        return self.said[:, kernel.RESIDUAL]
+        return self.output[:, kernel.RESIDUAL]
 
     @property
     def rho(self) -> Array:
         """The threshold."""
-        return self.said[:, kernel.RHO]
+        return self.output[:, kernel.RHO]
 
     @property
     def phi(self) -> Array:
         """Phi of (4.17)."""
-        return self.said[:, kernel.PHI]
+        return self.output[:, kernel.PHI]
 
     @property
     def exceeded(self) -> NDArray[np.bool_]:
         """Whether each residual is above the threshold."""
-        return self.said[:, kernel.OVER] > 0
+        return self.output[:, kernel.OVER] > 0
 
     @property
     def alarm(self) -> NDArray[np.bool_]:
         """Whether there is an alarm."""
-        return self.said[:, kernel.ALARMED] > 0
+        return self.output[:, kernel.ALARMED] > 0
 
     def past(self, name: str) -> Array:
         """The course of xi1, xi2, e1, b1, alpha1, alpha4 or alpha5 after each sample, of a run with ``history=True``.
@@ -155,7 +155,7 @@ class Decisions:
         return len(self.time_s)
 
     def __getitem__(self, i: int) -> Decision:
-        xi2, rho, phi, exceeded, alarm = (float(value) for value in self.said[i])
+        xi2, rho, phi, exceeded, alarm = (float(value) for value in self.output[i])
         verdict = Verdict(int(self.verdict[i]))
         return Decision(float(self.time_s[i]), xi2, rho, phi, exceeded > 0, alarm > 0, verdict)
 

@@ -9,23 +9,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from math import exp, expm1, log2
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 import numpy as np
 
-from detector.arithmetic.native import native
+from detector.arithmetic.native import inlined, native
 from recordings import Array, BadInput
 
 _UNSURE = 1e6
 """Initial variances of velocity and acceleration, over the intensity of the jerk: as good as unknown."""
-
-
-class Motion(NamedTuple):
-    """What a filter makes of a run. state : to go on with; position, velocity (n_samples,), NaN where passed over."""
-
-    state: Array
-    position: Array
-    velocity: Array
 
 
 class Velocity(Protocol):
@@ -34,8 +26,11 @@ class Velocity(Protocol):
     def start(self) -> Array:
         """The state before the first sample."""
 
-    def run(self, state: Array, dt: Array, position: Array, velocity: Array) -> Motion:
-        """Over samples. dt : time since the sample before [s]; 0 starts anew, NaN passes the sample over."""
+    def run(self, state: Array, dt: Array, position: Array, velocity: Array) -> tuple[Array, Array, Array]:
+        """Over samples, all (n_samples,). dt : time since the sample before [s]; 0 restarts, NaN skips the sample.
+
+        Returns the state afterwards, and position and velocity (n_samples,), NaN where a sample was skipped.
+        """
 
 
 @dataclass(frozen=True)
@@ -46,10 +41,10 @@ class Measured:
         """Nothing to remember."""
         return np.zeros(0)
 
-    def run(self, state: Array, dt: Array, position: Array, velocity: Array) -> Motion:
-        """The samples as they are, NaN where passed over."""
-        kept = ~np.isnan(dt)
-        return Motion(state, np.where(kept, position, np.nan), np.where(kept, velocity, np.nan))
+    def run(self, state: Array, dt: Array, position: Array, velocity: Array) -> tuple[Array, Array, Array]:
+        """The samples as they are, NaN where skipped."""
+        used = ~np.isnan(dt)
+        return state, np.where(used, position, np.nan), np.where(used, velocity, np.nan)
 
 
 @dataclass(frozen=True)
@@ -65,12 +60,12 @@ class HighPass:
         """Position and velocity last made."""
         return np.zeros(2)
 
-    def run(self, state: Array, dt: Array, position: Array, velocity: Array) -> Motion:
+    def run(self, state: Array, dt: Array, position: Array, velocity: Array) -> tuple[Array, Array, Array]:
         """See `Velocity.run`; the position is passed through."""
         _positive(self.tau_s, "tau_s")
-        motion = _motion(state, dt)
-        _high_pass(motion.state, dt, position, self.tau_s, motion.position, motion.velocity)
-        return motion
+        after, x1, x2 = _prepared(state, dt)
+        _high_pass(after, dt, position, self.tau_s, x1, x2)
+        return after, x1, x2
 
 
 @native
@@ -101,20 +96,20 @@ class Kalman:
         """State (3) and covariance (3, 3), flat."""
         return np.zeros(12)
 
-    def run(self, state: Array, dt: Array, position: Array, velocity: Array) -> Motion:
+    def run(self, state: Array, dt: Array, position: Array, velocity: Array) -> tuple[Array, Array, Array]:
         """See `Velocity.run`; the position is the filtered one."""
         _positive(self.noise, "noise")
         _positive(self.jerk, "jerk")
-        motion = _motion(state, dt)
-        x, cov = motion.state[:3], motion.state[3:].reshape(3, 3)
+        after, x1, x2 = _prepared(state, dt)
+        x, cov = after[:3], after[3:].reshape(3, 3)
         for i, step in enumerate(dt):
             if step == 0.0:
                 x[:], cov[:] = (position[i], 0.0, 0.0), np.diag([self.noise**2, *[_UNSURE * self.jerk] * 2])
             elif step > 0.0:
                 x[:], cov[:] = self._update(x, cov, step, position[i])
             if step >= 0.0:
-                motion.position[i], motion.velocity[i] = x[:2]
-        return motion
+                x1[i], x2[i] = x[:2]
+        return after, x1, x2
 
     def _update(self, x: Array, cov: Array, dt: float, position: float) -> tuple[Array, Array]:
         from filterpy.kalman import predict, update
@@ -139,11 +134,11 @@ class SteadyKalman:
         """Position, velocity, acceleration."""
         return np.zeros(3)
 
-    def run(self, state: Array, dt: Array, position: Array, velocity: Array) -> Motion:
+    def run(self, state: Array, dt: Array, position: Array, velocity: Array) -> tuple[Array, Array, Array]:
         """See `Velocity.run`; the position is the filtered one."""
-        motion = _motion(state, dt)
-        _steady(motion.state, dt, position, self.dt_s, self.gains, motion.position, motion.velocity)
-        return motion
+        after, x1, x2 = _prepared(state, dt)
+        _steady(after, dt, position, self.dt_s, self.gains, x1, x2)
+        return after, x1, x2
 
     @cached_property
     def gains(self) -> Array:
@@ -159,9 +154,9 @@ _LARGEST_INDEX = 1e9
 """jerk dt^5 / noise^2 beyond which the filter follows the position, to nine digits."""
 
 
-@native
-def settled_gain(h: float, nominal: float, gains: Array) -> tuple[float, float, float]:
-    """The gain for a step h [s] from the table of `SteadyKalman`, in the units of the state."""
+@inlined
+def steady_gain_at(h: float, nominal: float, gains: Array) -> tuple[float, float, float]:
+    """The gain for a step h [s] interpolated in the table of `SteadyKalman`, in the units of the state."""
     place = (log2(h / nominal) + _OCTAVES) * _PER_OCTAVE
     place = min(max(place, 0.0), gains.shape[0] - 1.0)
     j = min(int(place), gains.shape[0] - 2)
@@ -172,15 +167,15 @@ def settled_gain(h: float, nominal: float, gains: Array) -> tuple[float, float, 
     return g0, g1 / h, g2 / (h * h)
 
 
-@native
-def filtered(state: Array, h: float, position: float, gain: tuple[float, float, float]) -> None:
-    """One step of the constant-acceleration filter with a given gain, in place."""
-    state[0] += h * (state[1] + 0.5 * h * state[2])
-    state[1] += h * state[2]
-    miss = position - state[0]
-    state[0] += gain[0] * miss
-    state[1] += gain[1] * miss
-    state[2] += gain[2] * miss
+@inlined
+def track(
+    x1: float, x2: float, x3: float, h: float, position: float, gain: tuple[float, float, float]
+) -> tuple[float, float, float]:
+    """Position, velocity and acceleration after one step of h [s] of the constant-acceleration filter."""
+    x1 += h * (x2 + 0.5 * h * x3)
+    x2 += h * x3
+    miss = position - x1
+    return x1 + gain[0] * miss, x2 + gain[1] * miss, x3 + gain[2] * miss
 
 
 @native
@@ -190,12 +185,13 @@ def _steady(state: Array, dt: Array, position: Array, nominal: float, gains: Arr
         if h == 0.0:
             state[0], state[1], state[2] = position[i], 0.0, 0.0
         elif h > 0.0:
-            filtered(state, h, position[i], settled_gain(h, nominal, gains))
+            gain = steady_gain_at(h, nominal, gains)
+            state[0], state[1], state[2] = track(state[0], state[1], state[2], h, position[i], gain)
         if h >= 0.0:
             x1[i], x2[i] = state[0], state[1]
 
 
-def surprise(noise: float, jerk: float, dt: float, position: Array) -> float:
+def negative_log_likelihood(noise: float, jerk: float, dt: float, position: Array) -> float:
     """Minus twice the mean log-likelihood of positions (n_samples,), dt [s] apart, under the settled filter."""
     gain, n_start = steady_gain(noise, jerk, dt), min(30, len(position) // 2)
     step, x1 = np.full(len(position), dt), np.empty(len(position))
@@ -238,8 +234,9 @@ def _settled(index: float) -> tuple[float, float, float]:
     return float(first), float(second), float(third)
 
 
-def _motion(state: Array, dt: Array) -> Motion:
-    return Motion(np.array(state, float), np.full(len(dt), np.nan), np.full(len(dt), np.nan))
+def _prepared(state: Array, dt: Array) -> tuple[Array, Array, Array]:
+    """A copy of the state, and room for position and velocity."""
+    return np.array(state, float), np.full(len(dt), np.nan), np.full(len(dt), np.nan)
 
 
 def _positive(value: float, name: str) -> None:

@@ -7,11 +7,13 @@ from dataclasses import replace
 import numpy as np
 
 from detector.alarms.rates import Blocks, strokes_of
-from detector.observer.calibration import SETTLE_SAMPLES, Calibration, calibrate
-from detector.watch.levels import learned_flow, learned_level
-from detector.watch.measurements import Measurements
-from detector.watch.model_learning import SKIPPED
+from detector.measurements import Measurements
+from detector.observer.calibration import SETTLE_SAMPLES, Calibration
+from detector.observer.calibration_fit import calibrate
+from detector.watch.flow_relation import learned_flow
+from detector.watch.innovations import SKIPPED
 from detector.watch.model_watch import learned_model
+from detector.watch.pressure_level import learned_level
 from detector.watch.watch import Watch
 from recordings import BadInput
 from simulator import ValveModel
@@ -72,7 +74,7 @@ def described(watch: Watch) -> str:
         values = watch.model.filter.values
         friction, spring = (100 * size for size in watch.model.test.sizes[:2])
         lines.append(
-            f"model: trimmed to friction {values['lugre.fc']:.4g} N, spring {values['spring.K']:.5g} N/m; it is tested "
+            f"model: tuned to friction {values['lugre.fc']:.4g} N, spring {values['spring.K']:.5g} N/m; it is tested "
             f"for changes of {friction:.0f} % of the friction and {spring:.0f} % of the spring"
         )
     lines.append(f"flow: {'not used' if watch.flow is None else f'{watch.flow.flow} against the opening'}")

@@ -8,11 +8,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from detector.watch.balance import Balance, BalanceTest
-from detector.watch.innovation import DIRECTIONS, FilterState, ModelFilter
-from detector.watch.measurements import Measurements, Row
-from detector.watch.model_learning import SKIPPED, learned_test, prepared, trimmed
-from detector.watch.sequential import ChangeTest, Evidence
+from detector.measurements import Measurement, Measurements
+from detector.watch.change_limits import learned_test
+from detector.watch.cusum import ChangeTest, Evidence
+from detector.watch.force_balance import Balance, BalanceTest
+from detector.watch.innovations import SKIPPED
+from detector.watch.model_filter import DIRECTIONS, FilterState, ModelFilter
+from detector.watch.model_tuning import filter_for, tuned
 from recordings import Array, BadInput
 from simulator import ValveModel
 
@@ -44,22 +46,22 @@ class ModelWatch:
     low: float
     high: float
 
-    def step(self, before: ModelState | None, row: Row, fresh: bool, alarmed: bool) -> ModelState | None:
+    def step(self, before: ModelState | None, moment: Measurement, fresh: bool, alarmed: bool) -> ModelState | None:
         """One sample. fresh : start anew here, as beyond the learned positions; the evidence for a kind is kept then.
         None until the force is known.
         """
-        if not np.isfinite(self.filter.force(row)):
+        if not np.isfinite(self.filter.force(moment)):
             return before
         if before is None:
-            start = self.balance.start(self.filter, row)
-            return ModelState(self.filter.start(row), self.test.start(), start, 1)
-        if fresh or not self.low <= row.values["position"] <= self.high:
-            return ModelState(self.filter.start(row), before.evidence, before.balance, 1)
-        inner, seen = self.filter.step(before.filter, row)
+            start = self.balance.start(self.filter, moment)
+            return ModelState(self.filter.start(moment), self.test.start(), start, 1)
+        if fresh or not self.low <= moment.values["position"] <= self.high:
+            return ModelState(self.filter.start(moment), before.evidence, before.balance, 1)
+        inner, seen = self.filter.step(before.filter, moment)
         count = min(before.n_samples + 1, SKIPPED + 1)
         shows = count > SKIPPED and not seen.resting
         evidence = self.test.step(before.evidence, seen) if shows else before.evidence
-        return ModelState(inner, evidence, self.balance.step(before.balance, self.filter, row, alarmed), count)
+        return ModelState(inner, evidence, self.balance.step(before.balance, self.filter, moment, alarmed), count)
 
     def raised(self, factor: float) -> ModelWatch:
         """The same with all limits times a factor."""
@@ -90,13 +92,13 @@ class ModelWatch:
 def learned_model(model: ValveModel, data: Measurements, per_month: float) -> tuple[ModelWatch, Array] | None:
     """The watch on fault-free data, with its scores (n_samples, n_tests); None without force or pressure and area.
 
-    Raises BadInput as `prepared` does, and when the data do not support the rate.
+    Raises BadInput as `model_filter` does, and when the data do not support the rate.
     """
-    filter = prepared(model, data)
+    filter = filter_for(model, data)
     if filter is None:
         return None
     test, scores = learned_test(filter, data, per_month)
-    filter = trimmed(filter, data)
+    filter = tuned(filter, data)
     if not np.isfinite(scores).all():
         raise BadInput("model", "it cannot follow the data", "fit it to recordings of this valve: bristle fit")
     x = data.values["position"]
@@ -108,10 +110,10 @@ def learned_model(model: ValveModel, data: Measurements, per_month: float) -> tu
 def _usual(filter: ModelFilter, data: Measurements) -> BalanceTest:
     """The balance's mean square without a fault."""
     test, state, seen = BalanceTest(filter.dt_s, filter.smoothing_s), None, []
-    for row in data:
-        if not np.isfinite(row.values["position"] + filter.force(row)):
+    for moment in data:
+        if not np.isfinite(moment.values["position"] + filter.force(moment)):
             continue
-        state = test.start(filter, row) if state is None else test.step(state, filter, row, False)
+        state = test.start(filter, moment) if state is None else test.step(state, filter, moment, False)
         if state.weight > 3.0:
             seen.append(state.energy / state.weight)
     return replace(test, usual=float(np.median(seen)) if seen else 0.0)

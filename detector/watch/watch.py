@@ -1,79 +1,27 @@
-"""The detector to use: everything that watches one valve, as one step from state and sample to state and judgement."""
+"""The detector to use: all that watches one valve, as one step from state and measurement to state and judgement."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 from detector.alarms.rates import FalseAlarms
+from detector.measurements import Measurement, Measurements
 from detector.observer.calibration import Calibration
-from detector.observer.sample import Verdict
-from detector.observer.state import State
-from detector.watch.levels import FlowRelation, Level
-from detector.watch.measurements import Row
-from detector.watch.model_watch import (
-    TESTS,
-    ModelState,
-    ModelWatch,
-    model_state_as_dict,
-    model_state_from_dict,
-)  # fmt: skip
+from detector.observer.screening import Verdict
+from detector.observer.state import Decision
+from detector.watch.flow_relation import FlowRelation
+from detector.watch.judgement import KINDS, Judgement
+from detector.watch.model_watch import TESTS, ModelState, ModelWatch
+from detector.watch.pressure_level import PressureLevel
+from detector.watch.state import WatchState
 from recordings import BadInput
-
-KINDS = ("friction", "spring", "sensor", "supply", "flow")
-"""What an alarm can be named; None stands for an unknown kind."""
 
 HOLD_S = 30.0
 """An alarm stands until nothing was above its limit for so long [s]."""
 
 OBSERVER, FLOW = "observer", "flow relation"
-
-
-@dataclass(frozen=True)
-class Judgement:
-    """What the detector says of one sample.
-
-    alarm : whether there is an alarm now; began, ended, renamed : what happened to it at this sample; kind : one of
-    `KINDS`, or None; test : the one closest to its limit; residual, threshold : its statistic and limit, in m/s for
-    the observer, without unit else; load : the larger of all scores, 1 at the limit; verdict : on the sample.
-    """
-
-    time_s: float
-    alarm: bool
-    began: bool
-    ended: bool
-    renamed: bool
-    kind: str | None
-    test: str
-    residual: float
-    threshold: float
-    load: float
-    verdict: Verdict
-    gap_s: float = 0.0
-
-
-@dataclass(frozen=True)
-class WatchState:
-    """What the detector remembers of a valve. levels : a sum for each pressure; flow : the two sums of the flow;
-    over_s : time of the last score above its limit [s]; kind : name of the alarm so far; last_s : last used time [s].
-    """
-
-    observer: State
-    model: ModelState | None
-    levels: tuple[float, ...]
-    flow: tuple[float, float]
-    alarm: bool = False
-    over_s: float = 0.0
-    kind: str | None = None
-    last_s: float = 0.0
-
-    def as_dict(self) -> dict[str, Any]:
-        """Plain numbers and lists, for JSON."""
-        model = None if self.model is None else model_state_as_dict(self.model)
-        rest = {name: getattr(self, name) for name in ("alarm", "over_s", "kind", "last_s")}
-        levels, flow = list(self.levels), list(self.flow)
-        return {"observer": self.observer.as_dict(), "model": model, "levels": levels, "flow": flow} | rest
 
 
 @dataclass(frozen=True)
@@ -86,12 +34,12 @@ class Watch:
     calibration: Calibration
     model: ModelWatch | None
     flow: FlowRelation | None
-    levels: tuple[Level, ...]
+    levels: tuple[PressureLevel, ...]
     false_alarms: FalseAlarms
 
     @property
     def signals(self) -> tuple[str, ...]:
-        """Names of the signals that a sample has to bring."""
+        """Names of the signals that a measurement has to bring."""
         names = {"position", self.calibration.input, *(level.signal for level in self.levels)}
         if self.model is not None:
             names |= {"force" if self.model.filter.area is None else "pressure"}
@@ -100,44 +48,50 @@ class Watch:
             names |= {self.flow.flow} | ({"upstream_pressure", "downstream_pressure"} if self.flow.drop else set())
         return tuple(sorted(names))
 
+    def check(self, names: Container[str], where: str) -> None:
+        """Raise BadInput, naming `where`, when one of the signals that were learned with is not among the names."""
+        missing = [name for name in self.signals if name not in names]
+        if missing:
+            found = f"its detector was learned with {' and '.join(missing)}, and no {missing[0]} comes"
+            raise BadInput(where, found, "learn from these signals, or give a source that has them all")
+
     def initial(self) -> WatchState:
         """The state before the first sample."""
         return WatchState(self.calibration.observer.initial(), None, (0.0,) * len(self.levels), (0.0, 0.0))
 
     def resumed(self, state: WatchState) -> WatchState:
-        """A state of an earlier session, whose clock means nothing any more: it goes on with the next sample."""
+        """A state of an earlier session, to go on with: the clock of that session means nothing any more."""
         observer = self.calibration.observer
         screening = observer.initial().screening
         return replace(state, observer=replace(state.observer, screening=screening), over_s=-HOLD_S, last_s=0.0)
 
-    def step(self, state: WatchState, row: Row) -> tuple[WatchState, Judgement]:
-        """One sample."""
-        inner, said = self.calibration.observer.step(state.observer, self.calibration.sample(row))
+    def run(self, state: WatchState, data: Measurements) -> tuple[WatchState, list[Judgement]]:
+        """Many measurements in a row: `step` on one after the other."""
+        found = []
+        for moment in data:
+            state, judgement = self.step(state, moment)
+            found.append(judgement)
+        return state, found
+
+    def step(self, state: WatchState, moment: Measurement) -> tuple[WatchState, Judgement]:
+        """One measurement."""
+        observer, said = self.calibration.step(state.observer, moment)
         if not said.verdict.used:
-            return replace(state, observer=inner), Judgement(
-                row.time_s,
-                state.alarm,
-                False,
-                False,
-                False,
-                state.kind,
-                OBSERVER,
-                said.xi2,
-                said.rho,
-                0.0,
+            return replace(state, observer=observer), Judgement(
+                moment.time_s, state.alarm, False, False, False, state.kind, OBSERVER, said.xi2, said.rho, 0.0,
                 said.verdict,
-            )
+            )  # fmt: skip
         fresh = said.verdict is not Verdict.USED
-        model = self.model.step(state.model, row, fresh, state.alarm) if self.model else None
-        levels = tuple(level.step(s, row) for level, s in zip(self.levels, state.levels, strict=True))
-        flow = self.flow.step(state.flow, row) if self.flow else state.flow
+        model = self.model.step(state.model, moment, fresh, state.alarm) if self.model else None
+        levels = tuple(level.step(s, moment) for level, s in zip(self.levels, state.levels, strict=True))
+        flow = self.flow.step(state.flow, moment) if self.flow else state.flow
         scores = self._scores(model, levels, flow)
         last = state.observer
         ratio = min(abs(said.xi2) / max(said.rho, 1e-300), abs(last.xi2) / max(last.rho, 1e-300))  # two running
         scores[OBSERVER] = max(ratio, 1.0 + 1e-9) if said.alarm else min(ratio, 1.0)
-        after = self._alarmed(replace(state, observer=inner, model=model, levels=levels, flow=flow), row.time_s, scores)
-        gap = row.time_s - state.last_s if said.verdict is Verdict.GAP else 0.0
-        return after, self._judged(state, after, scores, said.xi2, said.rho, said.verdict, gap)
+        seen = replace(state, observer=observer, model=model, levels=levels, flow=flow)
+        after = self._alarmed(seen, moment.time_s, scores)
+        return after, self._judged(state, after, scores, said)
 
     def _scores(
         self, model: ModelState | None, levels: tuple[float, ...], flow: tuple[float, float]
@@ -170,17 +124,15 @@ class Watch:
         found = self.model.kind(model) if self.model and model and by_model else None
         return found if found in KINDS else None
 
-    def _judged(
-        self, before: WatchState, after: WatchState, scores: Mapping[str, float], xi2: float, rho: float,
-        verdict: Verdict, gap: float,
-    ) -> Judgement:  # fmt: skip
+    def _judged(self, before: WatchState, after: WatchState, scores: Mapping[str, float], said: Decision) -> Judgement:
         test = max(scores, key=lambda name: scores[name])
         span = abs(self.calibration.position_span)
-        pair = (abs(xi2) * span, rho * span) if test == OBSERVER else (scores[test], 1.0)
+        pair = (abs(said.xi2) * span, said.rho * span) if test == OBSERVER else (scores[test], 1.0)
         began, ended = after.alarm and not before.alarm, before.alarm and not after.alarm
         renamed = after.alarm and before.alarm and after.kind != before.kind
+        gap = after.last_s - before.last_s if said.verdict is Verdict.GAP else 0.0
         return Judgement(
-            after.last_s, after.alarm, began, ended, renamed, after.kind, test, *pair, scores[test], verdict, gap
+            after.last_s, after.alarm, began, ended, renamed, after.kind, test, *pair, scores[test], said.verdict, gap
         )
 
     def as_dict(self) -> dict[str, Any]:
@@ -201,7 +153,7 @@ class Watch:
                 Calibration.from_dict(parts["calibration"]),
                 None if parts["model"] is None else ModelWatch.from_dict(parts["model"]),
                 None if parts["flow"] is None else FlowRelation.from_dict(parts["flow"]),
-                tuple(Level(*level) for level in parts["levels"]),
+                tuple(PressureLevel(*level) for level in parts["levels"]),
                 FalseAlarms.from_dict(parts["false_alarms"]),
             )
         except (KeyError, TypeError, ValueError, AttributeError) as error:
@@ -209,13 +161,7 @@ class Watch:
 
     def state_from_dict(self, parts: Mapping[str, Any]) -> WatchState:
         """The state that `WatchState.as_dict` wrote for this watch. Raises BadInput for anything else."""
-        try:
-            model = None if parts["model"] is None else model_state_from_dict(parts["model"])
-            levels, flow = tuple(map(float, parts["levels"])), tuple(map(float, parts["flow"]))
-            rest = {name: parts[name] for name in ("alarm", "over_s", "kind", "last_s")}
-            observer = State.from_dict(parts["observer"])
-        except (KeyError, TypeError, ValueError, AttributeError) as error:
-            raise BadInput("state of the detector", f"it cannot be read ({error!r})", "learn anew") from None
-        if len(levels) != len(self.levels) or len(flow) != 2 or (model is not None and self.model is None):
+        state = WatchState.from_dict(parts)
+        if len(state.levels) != len(self.levels) or (state.model is not None and self.model is None):
             raise BadInput("state of the detector", "it belongs to another detector", "learn anew")
-        return WatchState(observer, model, levels, flow, **rest)
+        return state

@@ -9,25 +9,27 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Mapping, Sequence
 from datetime import UTC, datetime
+from typing import Self
 
-from detector import Watch
+from detector import Measurements, Watch, WatchState, learn
 from hil.monitor.event import MonitorEvent
-from hil.monitor.units import RowMaker
+from hil.monitor.units import SampleConverter
 from hil.monitor.valve import Learner, ValveStatus, ValveWatch
 from hil.source.sample import LinkEvent, Sample
 from recordings import BadInput, SignalSpec
+from simulator import ValveModel
 
-Tell = Callable[[str, Watch], None]
-"""Told the valve and what was learned of it, once it is."""
+OnLearned = Callable[[str, Watch], None]
+"""Called with the name of a valve and its detector, once it is learned."""
 
 
 class Monitor:
     """Watches the valves of a source.
 
     signals : what each valve's samples bring, by its name; learner : makes a detector from fault-free data; learn_s :
-    how long each valve learns [s], None when nothing is to be learned; stroke_m : see `RowMaker`; own_clock : whether
-    the samples' time is used as it is (a recording), instead of from the first sample on; told : see `Tell`.
-    Raises BadInput for valves without a position.
+    how long each valve learns [s], None when nothing is to be learned; stroke_m : see `SampleConverter`; own_clock :
+    whether the samples' time is used as it is (a recording), instead of from the first sample on; on_learned : see
+    `OnLearned`. Raises BadInput for valves without a position.
     """
 
     def __init__(
@@ -38,14 +40,47 @@ class Monitor:
         *,
         stroke_m: float | None = None,
         own_clock: bool = False,
-        told: Tell | None = None,
+        on_learned: OnLearned | None = None,
     ) -> None:
         self.valves = {name: ValveWatch(name, learner, learn_s) for name in signals}
         self.alarms = 0
-        self._makers = {name: RowMaker(name, specs, stroke_m) for name, specs in signals.items()}
-        self._own_clock, self._told = own_clock, told
+        self._converters = {name: SampleConverter(name, specs, stroke_m) for name, specs in signals.items()}
+        self._own_clock, self._on_learned = own_clock, on_learned
         self._origin: float | None = None
-        self._begun = 0.0
+        self._started = 0.0
+
+    @classmethod
+    def with_model(
+        cls,
+        signals: Mapping[str, Sequence[SignalSpec]],
+        model: ValveModel,
+        false_alarms: float = 1.0,
+        learn_s: float | None = None,
+        *,
+        own_clock: bool = False,
+        on_learned: OnLearned | None = None,
+    ) -> Self:
+        """A monitor whose detectors use a model of the valve, and its stroke where the position comes as a share of it.
+
+        false_alarms : allowed a month; the others as for the monitor itself.
+        """
+
+        def learner(data: Measurements) -> Watch:
+            return learn(data, model, false_alarms)
+
+        stroke = model.plant.get("stroke_m")
+        stroke_m = stroke if isinstance(stroke, float) else None
+        return cls(signals, learner, learn_s, stroke_m=stroke_m, own_clock=own_clock, on_learned=on_learned)
+
+    def resume(self, known: Mapping[str, tuple[Watch, WatchState | None]]) -> tuple[str, ...]:
+        """Go on with what is known of valves by name: a detector, and its state where it has one.
+
+        Returns the names of the valves that are watched now; what is known of others is not used.
+        """
+        names = tuple(name for name in self.valves if name in known)
+        for name in names:
+            self.valves[name].resume(*known[name])
+        return names
 
     async def take(self, item: Sample | LinkEvent) -> MonitorEvent | None:
         """One item of the source, in order; the event that it makes, if any. Learning is done in a thread of its own.
@@ -54,19 +89,19 @@ class Monitor:
         """
         if isinstance(item, LinkEvent):
             moment = 0.0 if self._origin is None else item.time - self._origin
-            wall = item.wall if self._origin is None else self._begun + moment
+            wall = item.wall if self._origin is None else self._started + moment
             return MonitorEvent(moment, wall, item.valve, item.kind, item.text)
         if self._origin is None:
             self._begin(item)
         moment, valve = item.time - (self._origin or 0.0), self.valves[item.valve]
-        row = self._makers[item.valve].row(item, moment)
+        measured = self._converters[item.valve].measurement(item, moment)
         if valve.watch is None:
-            if valve.gather(row):
+            if valve.gather(measured):
                 watch = await asyncio.to_thread(valve.learn)
-                if self._told:
-                    self._told(item.valve, watch)
+                if self._on_learned:
+                    self._on_learned(item.valve, watch)
             return None
-        event = valve.judge(row, self._begun + moment)
+        event = valve.judge(measured, self._started + moment)
         self.alarms += event is not None and event.kind == "alarm"
         return event
 
@@ -80,16 +115,14 @@ class Monitor:
         learned with signals that do not come.
         """
         for name, valve in self.valves.items():
-            missing = [] if valve.watch is None else self._makers[name].lacks(valve.watch.signals)
-            if missing:
-                found = f"its detector was learned with {' and '.join(missing)}, and no {missing[0]} comes"
-                raise BadInput(f"valve {name}", found, "learn from these signals, or give a source that has them all")
-            if valve.watch is None and valve.learn_s is None:
-                remedy = "give --learn SECONDS, --calibrate REC, or the --state of an earlier session"
-                raise BadInput(f"valve {valve.valve}", "nothing was learned of it yet", remedy)
+            if valve.watch is not None:
+                valve.watch.check(self._converters[name].names, f"valve {name}")
+            elif valve.learn_s is None:
+                remedy = "learn from its first seconds or from recordings of it, or resume from an earlier session"
+                raise BadInput(f"valve {name}", "nothing was learned of it yet", remedy, parameter="learn")
 
     def _begin(self, first: Sample) -> None:
         """The clock, as the recorder has it: it begins with the first sample, at a whole microsecond."""
-        begun = datetime.fromtimestamp(first.wall, UTC).timestamp()
+        start = datetime.fromtimestamp(first.wall, UTC).timestamp()
         self._origin = 0.0 if self._own_clock else first.time
-        self._begun = begun - first.time if self._own_clock else begun
+        self._started = start - first.time if self._own_clock else start

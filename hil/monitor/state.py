@@ -1,4 +1,4 @@
-"""What a monitor has learned, as a file: written whole or not at all, and taken up again at the next start."""
+"""What a monitor has learned, as a file: written whole or not at all, to resume from at the next start."""
 
 from __future__ import annotations
 
@@ -29,31 +29,35 @@ def save_state(path: Path, valves: Sequence[ValveWatch], model_key: str) -> None
 def check_state(path: Path) -> None:
     """Raise BadInput when nothing can be saved there: better now than when hours have been learned from."""
     if path.is_dir():
-        raise BadInput(str(path), "it is a directory", "name a file for --state")
+        raise BadInput(str(path), "it is a directory", "name a file", parameter="state")
     if not os.access(path.parent, os.W_OK | os.X_OK):
-        raise BadInput(str(path), f"nothing can be written to the folder {path.parent}", "give another --state")
+        found = f"nothing can be written to the folder {path.parent}"
+        raise BadInput(str(path), found, "give another file", parameter="state")
 
 
 def load_state(path: Path, model_key: str) -> Mapping[str, tuple[Watch, WatchState]]:
     """What a file knows of valves by name. Raises BadInput when it cannot be used, or belongs to another model."""
-    remedy = "learn anew (--learn), or give another --state"
     try:
         parts: Any = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, json.JSONDecodeError) as error:
-        raise BadInput(str(path), f"it cannot be read ({error})", remedy) from None
+        raise _unusable(path, f"it cannot be read ({error})") from None
     if not isinstance(parts, dict) or (parts.get("format"), parts.get("version")) != (FORMAT, VERSION):
-        raise BadInput(str(path), f"it is no {FORMAT} of version {VERSION}", remedy)
+        raise _unusable(path, f"it is no {FORMAT} of version {VERSION}")
     if parts.get("model") != model_key:
-        raise BadInput(str(path), "it was learned with another model", remedy)
+        raise _unusable(path, "it was learned with another model")
     if not isinstance(parts.get("valves"), dict):
-        raise BadInput(str(path), "it names no valves", remedy)
+        raise _unusable(path, "it names no valves")
     found = {}
     for name, one in parts["valves"].items():
         try:
             watch = Watch.from_dict(one["watch"])
             found[name] = (watch, watch.state_from_dict(one["state"]))
         except BadInput as problem:
-            raise BadInput(f"{path}: {name}: {problem.where}", problem.found, remedy) from None
+            raise _unusable(f"{path}: {name}: {problem.where}", problem.found) from None
         except (KeyError, TypeError) as error:
-            raise BadInput(f"{path}: {name}", f"it cannot be read ({error!r})", remedy) from None
+            raise _unusable(f"{path}: {name}", f"it cannot be read ({error!r})") from None
     return found
+
+
+def _unusable(where: Path | str, found: str) -> BadInput:
+    return BadInput(str(where), found, "learn anew, or give another file", parameter="state")

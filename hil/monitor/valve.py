@@ -1,4 +1,4 @@
-"""One valve under watch: first it is learned, then every sample is judged, and changes of the judgement are events."""
+"""One valve under watch: first its detector is learned, then every measurement is judged; changes make events."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
-from detector import Judgement, Measurements, Row, Verdict, Watch, WatchState
+from detector import Judgement, Measurement, Measurements, Verdict, Watch, WatchState
 from hil.monitor.event import MonitorEvent
 from recordings import BadInput
 
@@ -35,7 +35,7 @@ class ValveWatch:
         self.valve, self._learner, self.learn_s = valve, learner, learn_s
         self.watch: Watch | None = None
         self.state: WatchState | None = None
-        self._rows: list[Row] = []
+        self._gathered: list[Measurement] = []
         self._load, self._samples = 0.0, 0
 
     def resume(self, watch: Watch, state: WatchState | None = None) -> None:
@@ -43,45 +43,46 @@ class ValveWatch:
         self.watch = watch
         self.state = watch.initial() if state is None else watch.resumed(state)
 
-    def gather(self, row: Row) -> bool:
-        """Keep a row for learning; returns whether there are enough now."""
+    def gather(self, moment: Measurement) -> bool:
+        """Store a measurement for learning; returns whether there are enough now."""
         self._samples += 1
-        self._rows.append(row)
-        return self.learn_s is not None and row.time_s - self._rows[0].time_s >= self.learn_s
+        self._gathered.append(moment)
+        return self.learn_s is not None and moment.time_s - self._gathered[0].time_s >= self.learn_s
 
     def learn(self) -> Watch:
         """Learn from what was gathered. Raises BadInput naming the valve when that cannot support a detector."""
-        rows, self._rows = self._rows, []
+        gathered, self._gathered = self._gathered, []
         try:
-            self.resume(watch := self._learner(Measurements.of(rows)))
+            self.resume(watch := self._learner(Measurements.of(gathered)))
         except BadInput as problem:
             raise BadInput(f"valve {self.valve}: {problem.where}", problem.found, problem.remedy) from None
         return watch
 
-    def judge(self, row: Row, wall: float) -> MonitorEvent | None:
-        """Judge a row of a learned valve; the event that it makes, if any."""
+    def judge(self, moment: Measurement, wall: float) -> MonitorEvent | None:
+        """Judge a measurement of a learned valve; the event that it makes, if any."""
         if self.watch is None or self.state is None:
             raise RuntimeError(f"{self.valve} is judged before it is learned")
         self._samples += 1
-        self.state, said = self.watch.step(self.state, row)
+        self.state, said = self.watch.step(self.state, moment)
         self._load = said.load if said.verdict.used else self._load
         kind = "alarm" if said.began or said.renamed else "cleared" if said.ended else None
         if kind is not None:
             fault, text = (said.kind, _text(said)) if kind == "alarm" else (None, "nothing above its limit any more")
             return MonitorEvent(
-                row.time_s, wall, self.valve, "alarm" if kind == "alarm" else "cleared", text, fault, said.residual,
+                moment.time_s, wall, self.valve, "alarm" if kind == "alarm" else "cleared", text, fault, said.residual,
                 said.threshold,
             )  # fmt: skip
         if said.verdict is Verdict.GAP and said.gap_s:
             text = f"no usable sample for {said.gap_s:.3g} s; the detector starts its errors anew"
-            return MonitorEvent(row.time_s, wall, self.valve, "gap", text)
+            return MonitorEvent(moment.time_s, wall, self.valve, "gap", text)
         return None
 
     @property
     def status(self) -> ValveStatus:
         """How it stands."""
         if self.state is None:
-            learned = (self._rows[-1].time_s - self._rows[0].time_s) / (self.learn_s or 1.0) if self._rows else 0.0
+            gathered = self._gathered
+            learned = (gathered[-1].time_s - gathered[0].time_s) / (self.learn_s or 1.0) if gathered else 0.0
             return ValveStatus(self.valve, "learning", 0.0, None, min(learned, 1.0), self._samples)
         phase: Phase = "alarm" if self.state.alarm else "watching"
         return ValveStatus(self.valve, phase, self._load, self.state.kind, 1.0, self._samples)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import time
 from collections.abc import Mapping
@@ -90,13 +89,3 @@ class LinkEvent:
     valve: str
     kind: EventKind
     text: str
-
-    def json_line(self, origin: float) -> str:
-        """One line of the event stream. origin : the monotonic time [s] at which the session began.
-
-        >>> LinkEvent(100.5, 0.0, "LC74_20", "link_down", "closed by the peer").json_line(100.0)[:62]
-        '{"time": "1970-01-01T00:00:00.000000Z", "t_s": 0.5, "valve": "'
-        """
-        moment = datetime.fromtimestamp(self.wall, UTC).strftime("%Y-%m-%dT%H:%M:%S.%fZ")
-        about = {"time": moment, "t_s": round(self.time - origin, 6), "valve": self.valve, "kind": self.kind}
-        return json.dumps(about | dict.fromkeys(("fault", "residual", "threshold")) | {"text": self.text})

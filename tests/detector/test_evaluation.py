@@ -34,7 +34,7 @@ from detector.evaluation import (
     structural_signatures,
     with_fault,
 )
-from detector.generators import Reading, learn_servo
+from detector.generators import learn_servo
 from recordings import BadInput
 from simulator.damadics import run_scenario
 
@@ -197,7 +197,7 @@ def test_the_servo_steps_as_it_runs(learned):
     whole = servo.run(servo.initial(), u, y)[1]
     state, rows = servo.initial(), []
     for one, other in zip(u, y, strict=True):
-        state, row = servo.step(state, Reading(one, other))
+        state, row = servo.step(state, one, other)
         rows.append(row)
     assert np.array(rows) == pytest.approx(whole, abs=1e-12)
 

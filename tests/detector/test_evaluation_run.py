@@ -25,7 +25,7 @@ SCENARIOS = ("f18-abrupt-big", "f14-abrupt-big")
 
 @pytest.fixture(scope="module")
 def small(tmp_path_factory):
-    """Outcome, folder and what the progress was told."""
+    """Evaluation, folder and what the progress was told."""
     out, told = tmp_path_factory.mktemp("evaluation"), []
     outcome = evaluate(smoke(WATCHED, SCENARIOS), out, lambda *news: told.append(news), workers=1)
     return outcome, out, told

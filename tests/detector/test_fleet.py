@@ -9,7 +9,7 @@ import sys
 import numpy as np
 import pytest
 
-from detector import Calibration, Fleet, Samples
+from detector import Calibration, Fleet
 from recordings import BadInput
 
 
@@ -37,7 +37,7 @@ def test_a_fleet_decides_as_each_observer_does_alone_bit_for_bit():
         said.append(one)
     for i, calibration in enumerate(ones):
         observer = calibration.observer
-        alone = observer.run(observer.initial(), Samples.of(time, position[:, i], u[:, i]))[1]
+        alone = observer.run(observer.initial(), time, position[:, i], u[:, i])[1]
         for name in ("xi2", "rho", "alarm", "verdict"):
             assert np.array_equal(getattr(alone, name), [getattr(one, name)[i] for one in said]), (i, name)
     assert any(one.alarm.any() for one in said)

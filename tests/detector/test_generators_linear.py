@@ -8,7 +8,6 @@ import pytest
 from detector.generators import (
     LinearPlant,
     MatchedFilters,
-    Reading,
     dfd,
     dfi,
     full_order,
@@ -248,7 +247,7 @@ def test_step_by_step_is_all_at_once_and_missing_readings_are_passed_over(plant,
     whole = watch.run(watch.initial(), u, y)
     state, rows = watch.initial(), []
     for one, other in zip(u, y, strict=True):
-        state, row = watch.step(state, Reading(one, other))
+        state, row = watch.step(state, one, other)
         rows.append(row)
     assert np.array(rows) == pytest.approx(whole[1], abs=1e-12, nan_ok=True)
     assert state == pytest.approx(whole[0], abs=1e-12, nan_ok=True)

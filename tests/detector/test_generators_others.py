@@ -11,7 +11,6 @@ from detector.generators import (
     Fuzzy,
     Limits,
     NeuralObserver,
-    Reading,
     Rule,
     Spectrum,
     Voting,
@@ -200,7 +199,7 @@ def test_step_by_step_is_all_at_once_and_missing_readings_are_passed_over(name):
     whole = watch.run(start, u, y)
     state, rows = watch.initial(), []
     for one, other in zip(u, y, strict=True):
-        state, row = watch.step(state, Reading(one, other))
+        state, row = watch.step(state, one, other)
         rows.append(row)
     assert np.array(rows) == pytest.approx(whole[1], abs=1e-9, nan_ok=True)
     assert np.array_equal(y, before, equal_nan=True)

@@ -9,8 +9,9 @@ import pytest
 from watched_valve import MODEL, seen
 
 from detector import Measurements, learn
-from detector.watch.innovation import DIRECTIONS, SUBSTEP
-from detector.watch.model_learning import innovations, prepared, trimmed
+from detector.watch.innovations import innovations
+from detector.watch.model_filter import DIRECTIONS, SUBSTEP
+from detector.watch.model_tuning import filter_for, tuned
 from simulator import BASE, CATALOGUE, Value, ValveModel, kernel
 
 EXTRA = [effect for effect in CATALOGUE.effects if effect.id not in BASE]
@@ -32,7 +33,7 @@ def with_effect(effect) -> ValveModel:
 
 @pytest.mark.parametrize("effect", EXTRA, ids=lambda effect: effect.id)
 def test_the_filter_follows_a_model_with_any_added_effect(effect, healthy):
-    filter = prepared(with_effect(effect), healthy)
+    filter = filter_for(with_effect(effect), healthy)
     run = innovations(filter, healthy[:300])
     assert np.isfinite(run.value).all()
     assert np.isfinite(run.slope).all()
@@ -40,9 +41,9 @@ def test_the_filter_follows_a_model_with_any_added_effect(effect, healthy):
     assert np.std(run.value) < 1e-3  # neutral, the effect leaves the filter as good as it was: millimetres of 38
 
 
-def test_the_trim_finds_what_the_flow_adds_and_makes_the_innovation_small(healthy):
-    raw = prepared(MODEL, healthy)
-    filter = trimmed(raw, healthy)
+def test_tuning_finds_what_the_flow_adds_and_makes_the_innovation_small(healthy):
+    raw = filter_for(MODEL, healthy)
+    filter = tuned(raw, healthy)
     assert 1.10e5 < filter.values["spring.K"] < 1.25e5  # the flow adds to the spring's 60 892 N/m
     before, after = (np.mean(innovations(one, healthy).value[100:] ** 2) for one in (raw, filter))
     assert after < 0.5 * before
@@ -59,7 +60,7 @@ def of_the_model(filter, data: Measurements) -> Measurements:
 
 @pytest.mark.parametrize("number", range(len(DIRECTIONS)), ids=DIRECTIONS)
 def test_derivatives_by_the_directions_are_those_of_differences(number, healthy):
-    filter = trimmed(prepared(MODEL, healthy), healthy)
+    filter = tuned(filter_for(MODEL, healthy), healthy)
     part = of_the_model(filter, healthy[:160])
     assert np.abs(innovations(filter, part).value).max() < 1e-9
     step = (1e-5, 1e-6, 1e-2)[number]
@@ -78,5 +79,5 @@ def test_derivatives_by_the_directions_are_those_of_differences(number, healthy)
 
 def test_a_model_without_pressure_or_area_is_not_used(healthy):
     bare = MODEL.model_copy(update={"plant": {}})
-    assert prepared(bare, healthy) is None
+    assert filter_for(bare, healthy) is None
     assert learn(healthy, bare).model is None

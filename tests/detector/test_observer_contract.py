@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -12,20 +13,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from detector import (
+    AlarmRule,
     Bounds,
     HighOrder,
     HighPass,
     Kalman,
     Measured,
     Observer,
-    Quality,
+    ObserverState,
     RadialBasis,
-    Rule,
-    Sample,
-    Samples,
     Screening,
     ShiftedSigmoids,
-    State,
     SteadyKalman,
     Verdict,
     regressors,
@@ -51,8 +49,8 @@ VELOCITIES = {
 OBSERVERS = [
     *(Observer(s1=FIRST[name], s2=SECOND[name]) for name in FIRST),
     *(Observer(velocity=velocity) for velocity in VELOCITIES.values()),
-    Observer(sigm="sat", projection="smooth", dead_zone=0.8, freeze=True, rule=Rule(3, latch=True, settle_s=0.1)),
-    Observer(law_b1="printed", least_phi=-math.inf, rule=Rule(residual="printed"), delta=1e-3),
+    Observer(sigm="sat", projection="smooth", dead_zone=0.8, freeze=True, rule=AlarmRule(3, latch=True, settle_s=0.1)),
+    Observer(law_b1="printed", least_phi=-math.inf, rule=AlarmRule(residual="printed"), delta=1e-3),
 ]
 NAMES = [*FIRST, *VELOCITIES, "saturation", "printed"]
 every_observer = pytest.mark.parametrize("observer", OBSERVERS, ids=NAMES)
@@ -65,30 +63,48 @@ def ride(n=400, dt=0.01, seed=0):
     x, v, u = 0.3 * np.sin(2 * t), 0.6 * np.cos(2 * t), np.sign(np.sin(0.7 * t))
     quality = np.zeros(n, int)
     x[50], u[60], v[70], x[80], t[90] = np.nan, np.inf, np.nan, 1e30, t[89]
-    quality[100:103] = [Quality.STALE, Quality.BAD, Quality.BAD]
+    quality[100:103] = [Verdict.STALE, Verdict.BAD, Verdict.BAD]
     t[200:] += 10.0
-    return Samples.of(t, x + 1e-4 * rng.standard_normal(n), u, v, quality)
+    return Ride(t, x + 1e-4 * rng.standard_normal(n), u, v, quality)
+
+
+class Ride(NamedTuple):
+    """The arguments of a run, in order."""
+
+    time_s: np.ndarray
+    position: np.ndarray
+    input: np.ndarray
+    velocity: np.ndarray
+    quality: np.ndarray
+
+    def part(self, begin=0, end=None):
+        return Ride(*(column[begin:end] for column in self))
+
+
+def ran(observer, state, ride, **more):
+    """The observer over a ride."""
+    return observer.run(state, *ride[:4], quality=ride.quality, **more)
 
 
 def same(one, other):
     """Equal in every bit, NaN equal to itself."""
-    return np.array_equal(one.said, other.said) and np.array_equal(one.verdict, other.verdict)
+    return np.array_equal(one.output, other.output) and np.array_equal(one.verdict, other.verdict)
 
 
 @every_observer
 def test_step_by_step_in_blocks_and_at_once_give_the_same_bits(observer):
     samples, start = ride(), observer.initial()
-    final, whole = observer.run(start, samples)
+    final, whole = ran(observer, start, samples)
     state, parts = start, []
     for begin, end in ((0, 1), (1, 150), (150, 150), (150, 400)):
-        state, decisions = observer.run(state, samples[begin:end])
-        parts.append(decisions.said)
-    assert np.array_equal(np.concatenate(parts), whole.said)
+        state, decisions = ran(observer, state, samples.part(begin, end))
+        parts.append(decisions.output)
+    assert np.array_equal(np.concatenate(parts), whole.output)
     assert state.as_dict() == final.as_dict()
     state = start
-    for i in range(len(samples)):
+    for i in range(len(samples.time_s)):
         fields = [column[i] for column in (samples.time_s, samples.position, samples.input, samples.velocity)]
-        state, decision = observer.step(state, Sample(*fields, Quality(samples.quality[i])))
+        state, decision = observer.step(state, *fields, samples.quality[i])
         assert decision == whole[i]
 
 
@@ -96,8 +112,8 @@ def test_step_by_step_in_blocks_and_at_once_give_the_same_bits(observer):
 def test_nothing_given_is_changed_and_a_repeat_is_the_same(observer):
     samples, start = ride(), observer.initial()
     kept, before = ride(), start.as_dict()
-    _, first = observer.run(start, samples)
-    _, second = observer.run(start, samples)
+    _, first = ran(observer, start, samples)
+    _, second = ran(observer, start, samples)
     assert same(first, second)
     assert start.as_dict() == before
     for name in ("time_s", "position", "input", "velocity", "quality"):
@@ -107,9 +123,9 @@ def test_nothing_given_is_changed_and_a_repeat_is_the_same(observer):
 @every_observer
 def test_a_state_survives_json(observer):
     samples = ride()
-    state, _ = observer.run(observer.initial(), samples[:250])
-    back = State.from_dict(json.loads(json.dumps(state.as_dict())))
-    assert same(observer.run(state, samples[250:])[1], observer.run(back, samples[250:])[1])
+    state, _ = ran(observer, observer.initial(), samples.part(0, 250))
+    back = ObserverState.from_dict(json.loads(json.dumps(state.as_dict())))
+    assert same(*(ran(observer, one, samples.part(250))[1] for one in (state, back)))
 
 
 wild = st.one_of(
@@ -127,8 +143,8 @@ streams = st.lists(
 @given(stream=streams, scale=st.sampled_from([1e-4, 1.0]))
 def test_random_streams_leave_everything_finite(observer, stream, scale):
     steps, x, u, v = (np.array(row, float) for row in zip(*stream, strict=True))
-    final, decisions = observer.run(observer.initial(), Samples.of(np.nancumsum(scale * steps), x, u, v))
-    assert np.isfinite(decisions.said).all()
+    final, decisions = observer.run(observer.initial(), np.nancumsum(scale * steps), x, u, v)
+    assert np.isfinite(decisions.output).all()
     assert all(np.isfinite(row).all() for row in (final.core, final.screening, final.filter))
 
 
@@ -144,7 +160,7 @@ def test_any_sampling_time_is_stable(observer, dt, k2):
     fast = replace(observer, k2=k2)
     if isinstance(observer.velocity, SteadyKalman):
         fast = replace(fast, velocity=replace(observer.velocity, dt_s=dt))
-    _, decisions = fast.run(fast.initial(), Samples.of(t, x, u, v))
+    _, decisions = fast.run(fast.initial(), t, x, u, v)
     quiet = np.abs(decisions.xi2[n // 2 :])
     assert quiet.max() < 20.0 * (0.3 * w * w + 0.3 * w + 1.3) / k2
     assert quiet.max() > 0.0
@@ -153,7 +169,7 @@ def test_any_sampling_time_is_stable(observer, dt, k2):
 @every_observer
 def test_bad_samples_are_passed_over_and_reported(observer):
     samples = ride()
-    _, decisions = observer.run(observer.initial(), samples)
+    _, decisions = ran(observer, observer.initial(), samples)
     said = {i: Verdict(decisions.verdict[i]).name for i in (0, 50, 60, 80, 90, 100, 101, 200)}
     assert said == {0: "START", 50: "NOT_FINITE", 60: "NOT_FINITE", 80: "OUTLIER", 90: "STALE", 100: "STALE",
                     101: "BAD", 200: "GAP"}  # fmt: skip
@@ -166,16 +182,14 @@ def test_bad_samples_are_passed_over_and_reported(observer):
 def test_a_velocity_that_jumps_is_an_outlier_until_it_stays():
     observer = Observer(screening=Screening(top_speed=2.0))
     position = np.array([0.0, 0.0, 5.0, 0.0, 5.0, 5.0, 5.0, 5.0, 5.0])
-    samples = Samples.of(0.1 * np.arange(9), position, np.zeros(9), np.zeros(9))
-    _, decisions = observer.run(observer.initial(), samples)
+    _, decisions = observer.run(observer.initial(), 0.1 * np.arange(9), position, np.zeros(9), np.zeros(9))
     names = [Verdict(v).name for v in decisions.verdict]
     assert names == ["START", "USED", "OUTLIER", "USED", *["OUTLIER"] * 3, "GAP", "USED"]
 
 
 def test_a_clock_that_is_set_back_does_not_silence_the_detector():
     observer = Observer()
-    samples = Samples.of([0.0, 0.1, 1e6, 0.3, 0.4], np.zeros(5), np.zeros(5), np.zeros(5))
-    _, decisions = observer.run(observer.initial(), samples)
+    _, decisions = observer.run(observer.initial(), [0.0, 0.1, 1e6, 0.3, 0.4], *np.zeros((3, 5)))
     assert [Verdict(v).name for v in decisions.verdict] == ["START", "USED", "GAP", "GAP", "USED"]
 
 
@@ -183,7 +197,7 @@ def test_a_clock_that_is_set_back_does_not_silence_the_detector():
 def test_projection_keeps_every_estimate_in_its_set(projection):
     bounds = Bounds(w1=0.02, w2=0.03, e1=0.004, b1=0.005, alpha1=1.01, alpha4=1.02, alpha5=1.03)
     observer = Observer(projection=projection, bounds=bounds, weight_gain=50.0, alpha_gain=50.0)
-    state, decisions = observer.run(observer.initial(), ride(4000), history=True)
+    state, decisions = ran(observer, observer.initial(), ride(4000), history=True)
     assert np.linalg.norm(state.w1) <= bounds.w1 * (1 + 1e-12)
     assert np.linalg.norm(state.w2) <= bounds.w2 * (1 + 1e-12)
     for name in ("e1", "b1", "alpha1", "alpha4", "alpha5"):
@@ -198,7 +212,7 @@ def test_the_smooth_form_slows_down_before_the_border():
     course = []
     for kind in ("radial", "smooth"):
         observer = Observer(projection=kind, bounds=bounds, weight_gain=5.0, alpha_gain=0.0)
-        course.append(observer.run(observer.initial(), ride(), history=True)[1])
+        course.append(ran(observer, observer.initial(), ride(), history=True)[1])
     radial, smooth = (one.past("b1") for one in course)
     apart = np.flatnonzero(radial != smooth)
     assert radial[apart[0]] > smooth[apart[0]] > (1 - 0.1) * bounds.b1
@@ -207,7 +221,7 @@ def test_the_smooth_form_slows_down_before_the_border():
 
 
 def used(observer):
-    return observer.run(observer.initial(), ride())
+    return ran(observer, observer.initial(), ride())
 
 
 @pytest.mark.parametrize(
@@ -230,11 +244,11 @@ def test_constants_that_cannot_be_are_refused_in_words(change, said):
 def test_other_peoples_states_and_rows_are_refused():
     small = Observer(s2=HighOrder(order=1))
     with pytest.raises(BadInput, match="another observer"):
-        small.run(Observer().initial(), ride())
+        ran(small, Observer().initial(), ride())
     with pytest.raises(BadInput, match="learn anew"):
-        State.from_dict({"core": [1.0]})
+        ObserverState.from_dict({"core": [1.0]})
     with pytest.raises(BadInput, match="equal length"):
-        Samples.of([0.0, 1.0], [0.0], [0.0, 1.0])
+        small.run(small.initial(), [0.0, 1.0], [0.0], [0.0, 1.0])
     with pytest.raises(BadInput, match="it takes 1"):
         regressors(SECOND["radial"], [0.0, 1.0])
 

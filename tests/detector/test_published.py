@@ -51,7 +51,7 @@ def test_model_error_explains_the_residual(healthy):
     run, state, _ = healthy
     observer = section_4_4()
     fault = simulate(ONSET, ONSET + 0.02, 1e-5, "friction", run.final)[1:]
-    _, decisions = observer.run(state, fault.samples, history=True)
+    _, decisions = observer.run(state, *fault.samples, history=True)
     slope = np.gradient(decisions.xi2, 1e-5)
     predicted = -(200.0 + np.sqrt(2.0) + 0.4) * decisions.xi2 + model_error(fault, decisions, observer) + fault.b
     assert slope[5:-5] == pytest.approx(predicted[5:-5], abs=2e-3)
@@ -79,11 +79,11 @@ def test_the_published_law_goes_deaf_and_the_dead_zone_cures_it():
         observer = replace(published, dead_zone=dead_zone)
         for until in (ONSET, late):
             part = run[: round(until / 1e-3) + 1]
-            state, before = observer.run(observer.initial(), part.samples)
+            state, before = observer.run(observer.initial(), *part.samples)
             assert not before.exceeded.any()
             fault = simulate(until, until + 0.2, 1e-4, "spring", part.final)[1:]
-            seen[dead_zone, until] = observer.run(state, fault.samples)[1].first_alarm(), before.phi[-1]
-    _, past = published.run(published.initial(), run[:60001].samples, history=True)
+            seen[dead_zone, until] = observer.run(state, *fault.samples)[1].first_alarm(), before.phi[-1]
+    _, past = published.run(published.initial(), *run[:60001].samples, history=True)
     assert (np.diff(past.past("b1")) >= 0).all(), "nothing ever makes Phi smaller again"
     assert seen[0.0, ONSET][0] is not None
     assert seen[0.0, late][0] is None

@@ -3,14 +3,22 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from watched_valve import MODEL, TENTH, alarms, moved, recorded, seen
 
-from detector import Measurements, Row, Samples, Verdict, Watch, described, learn
-from recordings import BadInput
+from detector import (
+    Measurement,
+    Measurements,
+    Verdict,
+    Watch,
+    described,
+    learn,
+    learn_recordings,
+    watch_recording,
+)
+from recordings import BadInput, Recording
 from simulator.damadics import Fault
 
 ONSET = 60.0
@@ -65,16 +73,16 @@ def test_after_the_fault_is_gone_the_alarm_is_cleared_and_the_next_one_found(wat
 
 def test_twenty_four_hours_do_not_make_it_deaf(watch, healthy):
     calibration = watch.calibration
-    observer, samples = calibration.observer, calibration.samples(healthy)
-    times = len(samples) * TENTH + 5.0  # a gap between the rounds starts the errors anew and leaves the estimates
+    observer, (t, x, u) = calibration.observer, calibration.scaled(healthy)
+    times = len(t) * TENTH + 5.0  # a gap between the rounds starts the errors anew and leaves the estimates
     rounds, state = int(86400.0 / times) + 1, observer.initial()
     for k in range(rounds):
-        state, said = observer.run(state, replace_time(samples, samples.time_s + k * times))
+        state, said = observer.run(state, t + k * times, x, u)
         assert not said.alarm.any()
     assert state.estimates["b1"] <= 1.5 * calibration.b1
-    fault = calibration.samples(seen(90.0, Fault(11, 0.75, start_s=ONSET), seed=8))
-    fresh = observer.run(observer.initial(), fault)[1].first_alarm()
-    aged = observer.run(state, replace_time(fault, fault.time_s + 2e5))[1].first_alarm()
+    fault = calibration.scaled(seen(90.0, Fault(11, 0.75, start_s=ONSET), seed=8))
+    fresh = observer.run(observer.initial(), *fault)[1].first_alarm()
+    aged = observer.run(state, fault[0] + 2e5, *fault[1:])[1].first_alarm()
     assert fresh is not None
     assert aged is not None
     assert aged - 2e5 == pytest.approx(fresh, abs=1.0)
@@ -151,7 +159,7 @@ def test_without_pressure_or_model_the_observer_works_alone(healthy):
     assert alone.model is None
     assert alone.signals == ("position", "setpoint")
     assert "not used" in described(alone)
-    _, said = alone.step(alone.initial(), Row(0.0, {"position": 0.02, "setpoint": 0.5}))
+    _, said = alone.step(alone.initial(), Measurement(0.0, {"position": 0.02, "setpoint": 0.5}))
     assert said.verdict is Verdict.START
 
 
@@ -180,5 +188,30 @@ def test_saved_parts_that_cannot_be_read_are_refused(watch):
         watch.state_from_dict(parts)
 
 
-def replace_time(samples: Samples, time_s: np.ndarray) -> Samples:
-    return replace(samples, time_s=time_s)
+def test_a_recording_is_watched_in_one_call_and_nothing_differs_from_step_by_step(watch):
+    recording = recorded(80.0, Fault(11, 0.5, start_s=ONSET), seed=6)
+    watched, state = watch_recording(watch, recording), watch.initial()
+    for moment, judgement in zip(Measurements.recorded(recording), watched.judgements, strict=True):
+        state, expected = watch.step(state, moment)
+        assert judgement == expected
+    assert np.array_equal(watched.time_s, recording.time)
+    assert watched.alarm.any()
+    assert watched.alarms[0] in watched.changes
+    assert (watched.residual[watched.load > 1.0] > watched.threshold[watched.load > 1.0]).all()
+    assert repr(watched).endswith("alarm>" if len(watched.alarms) == 1 else "alarms>")
+    few = Recording.of([recording["time"], recording["position"]], plant=recording.plant)
+    with pytest.raises(BadInput, match="was learned with"):
+        watch_recording(watch, few)
+
+
+def test_a_detector_is_learned_from_several_recordings_with_a_gap_between():
+    parts = [recorded(250.0, seed=seed) for seed in (1, 2)]
+    joined = Measurements.joined(parts)
+    assert len(joined) == sum(len(one.time) for one in parts)
+    assert np.diff(joined.time_s).max() == pytest.approx(1000 * TENTH)
+    assert learn_recordings(parts).as_dict() == learn(joined).as_dict()
+    other = Recording.of([parts[0]["time"], parts[0]["position"]], plant=parts[0].plant)
+    with pytest.raises(BadInput, match="same signals"):
+        Measurements.joined([parts[0], other])
+    with pytest.raises(BadInput, match="give one"):
+        Measurements.joined([])

@@ -43,14 +43,14 @@ def test_a_replay_tells_its_alarm_by_events_and_exit_code(model, healthy, tmp_pa
     assert first["residual"] > first["threshold"]
 
 
-def test_what_was_learned_is_kept_and_taken_up_and_belongs_to_its_model(model, healthy, tmp_path, capsys):
+def test_what_was_learned_is_saved_and_resumed_and_belongs_to_its_model(model, healthy, tmp_path, capsys):
     state = tmp_path / "state.json"
     command = ["replay", str(healthy), "--model", str(model), "--state", str(state)]
     assert run([*command, "--learn", "30"]) == 0
     kept = json.loads(state.read_text())
     assert kept["format"] == "monitor-state"
     assert run(command) == 0
-    assert "taken up from" in capsys.readouterr().err
+    assert "resumed from" in capsys.readouterr().err
     assert not list(tmp_path.glob("*.part"))
     other = tmp_path / "other.json"
     changed = json.loads(model.read_text())
@@ -137,10 +137,10 @@ def test_several_valves_are_judged_each_by_its_own_and_link_events_are_passed_on
     down = LinkEvent(good[200].time, good[200].wall, "A", "link_down", "closed by the peer")
     both = sorted([*good, *bad, down], key=lambda item: item.time)
     signals = {name: read(healthy).header.signals for name in ("A", "B")}
-    told: list[str] = []
-    monitor = Monitor(signals, learner, 25.0, own_clock=True, told=lambda valve, _: told.append(valve))
+    learned: list[str] = []
+    monitor = Monitor(signals, learner, 25.0, own_clock=True, on_learned=lambda valve, _: learned.append(valve))
     events = taken(monitor, both)
-    assert told == ["A", "B"]
+    assert learned == ["A", "B"]
     assert [(event.valve, event.kind) for event in events[:2]] == [("A", "link_down"), ("B", "alarm")]
     assert {event.valve for event in events if event.kind == "alarm"} == {"B"}
     assert monitor.alarms >= 1

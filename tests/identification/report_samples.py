@@ -9,8 +9,8 @@ import numpy as np
 import traced_valves
 
 from identification import Trace, Trajectory, trace
-from identification.tracing.judge import Whiteness
-from identification.tracing.residual import remainder
+from identification.tracing.comparison import Whiteness
+from identification.tracing.residual import describe_residual
 from recordings import Recording
 from simulator import Excitation, Sensors, random_valve, simulate
 
@@ -64,10 +64,10 @@ def answered(name: str) -> Trace:
         traced_valves.traced(None) if name in ("none", "unlisted") else traced_valves.traced("hardening_spring", k3=3e6)
     )
     if name == "class":
-        return replace(found, tracing=replace(found.tracing, same_class=("flow_force",)))
+        return replace(found, selection=replace(found.selection, same_class=("flow_force",)))
     if name == "unlisted":
-        seen = replace(found.tracing, verdict="unlisted", before=LARGER, after=LARGER)
-        return replace(found, tracing=seen, left=remainder(seen))
+        seen = replace(found.selection, verdict="unlisted", before=LARGER, after=LARGER)
+        return replace(found, selection=seen, residual=describe_residual(seen))
     return found
 
 

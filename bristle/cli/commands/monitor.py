@@ -28,7 +28,7 @@ def command(
 ) -> None:
     """Watch valves until --duration is over, or Ctrl-C or SIGTERM comes. Exit code 1 when there was an alarm.
 
-    What is learned is kept and taken up again at the next start; --learn learns anew. Nothing is written to the plant.
+    What is learned is saved, and the next start resumes from it; --learn learns anew. Nothing is written to the plant.
 
     Example: bristle monitor --map damadics --source tcp://127.0.0.1:5020 --model model.json --learn 300
     """

@@ -13,7 +13,7 @@ def command(
     model: Annotated[Path, Option(help="Model of the valve, from bristle fit or trace.")],
     learn: Annotated[float | None, Option(help="Learn from the first so many seconds.", min=1.0, max=1e9)] = None,
     calibrate: Annotated[list[Path] | None, Option(help="Learn from this healthy recording (repeat).")] = None,
-    state: Annotated[Path | None, Option(help="Take up what was learned from here, and save it here.")] = None,
+    state: Annotated[Path | None, Option(help="Resume from what was learned here, and save it here.")] = None,
     false_alarms: Annotated[float, Option(help="Allowed false alarms a month.", min=1e-3, max=1e4)] = 1.0,
     events: Annotated[Path | None, Option(help="Append events to this file instead of printing them.")] = None,
     valve: Annotated[str | None, Option(help="Name of the valve; the recording's own otherwise.")] = None,

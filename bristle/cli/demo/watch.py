@@ -20,7 +20,7 @@ from bristle.cli.demo.valve import (
     served,
     terminable,
 )
-from detector import Measurements, Watch, learn
+from detector import Watch
 from hil import LiveSource, Monitor, MonitorEvent, MonitorSession, monitor_session
 from recordings import NegativeAnswer
 from simulator import ValveModel
@@ -85,15 +85,12 @@ async def _watched(address: str, plant: LiveSource, model: ValveModel, events: P
     say(f"The monitor learns the valve behind {address} for {LEARN_S / SPEED:.0f} s, at {SPEED:g} times real time.")
     learned, news = asyncio.Event(), asyncio.Queue[MonitorEvent]()
 
-    def learner(data: Measurements) -> Watch:
-        return learn(data, model, per_month=FALSE_ALARMS)
-
-    def told(valve: str, watch: Watch) -> None:
+    def on_learned(valve: str, watch: Watch) -> None:
         say(watch.false_alarms.sentence)
         learned.set()
 
     source = ring(address)
-    monitor = Monitor(source.signals, learner, LEARN_S, told=told)
+    monitor = Monitor.with_model(source.signals, model, FALSE_ALARMS, LEARN_S, on_learned=on_learned)
     with events.open("w", encoding="utf-8") as file:
 
         def sink(event: MonitorEvent) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from detector.evaluation.outcome import Outcome
+from detector.evaluation.outcome import Evaluation
 from detector.evaluation.results.table import Table
 from simulator.damadics import scenario
 
@@ -45,7 +45,7 @@ th { background: #f3f5f7; position: sticky; top: 0; } td.long { white-space: nor
 """
 
 
-def page(outcome: Outcome, made: Sequence[Table]) -> str:
+def page(outcome: Evaluation, made: Sequence[Table]) -> str:
     """The page; it needs no network."""
     from bokeh.embed import components
     from bokeh.resources import Resources
@@ -66,17 +66,17 @@ def page(outcome: Outcome, made: Sequence[Table]) -> str:
     return f"<!DOCTYPE html><html lang='en'><head>{head}{inline}</head><body>{body}{script}</body></html>"
 
 
-def _main(outcome: Outcome) -> Mapping[str, Any]:
+def _main(outcome: Evaluation) -> Mapping[str, Any]:
     return outcome.trials[outcome.plan.variants[0]]
 
 
-def _compared(outcome: Outcome) -> str:
+def _compared(outcome: Evaluation) -> str:
     """What the names of the detectors stand for."""
     names = (f"<b>{escape(name)}</b>: {escape(text)}" for name, text in outcome.texts.items())
     return f"<details><summary>The detectors compared</summary><p class='note'>{'<br>'.join(names)}</p></details>"
 
 
-def _caption(outcome: Outcome) -> str:
+def _caption(outcome: Evaluation) -> str:
     return (
         f"Seed 1 of {outcome.plan.variants[0]}. Above, the lowest and highest value of set point, position and flow in "
         "each stretch of time; below, the highest statistic of each detector, an alarm above the dashed line. The "

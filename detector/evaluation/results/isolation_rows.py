@@ -7,13 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from detector.evaluation.learned import BANK
-from detector.evaluation.outcome import Outcome
+from detector.evaluation.outcome import Evaluation
 from detector.evaluation.results.table import Table, number
 from detector.evaluation.results.verdicts import correctly_isolated, detected
 from simulator.damadics import FAULTS, scenario
 
 
-def isolation_table(outcome: Outcome) -> Table:
+def isolation_table(outcome: Evaluation) -> Table:
     """A row for each trial that was diagnosed."""
     rows = []
     for name, trials in outcome.trials[outcome.plan.variants[0]].items():
@@ -46,7 +46,7 @@ def isolation_table(outcome: Outcome) -> Table:
     return Table("isolation", "Which fault it is", note, heads, tuple(rows))
 
 
-def isolation_words(outcome: Outcome) -> str:
+def isolation_words(outcome: Evaluation) -> str:
     """How often the right fault or group stands first, over scenarios (most trials) and over trials."""
     variant, scores = outcome.plan.variants[0], []
     for name, trials in outcome.trials[variant].items():
@@ -66,7 +66,7 @@ def _group_words(groups: Sequence[Sequence[int]]) -> str:
     return ", ".join("{" + " ".join(f"f{fault}" for fault in sorted(group)) + "}" for group in groups if len(group) > 1)
 
 
-def confusion_table(outcome: Outcome) -> Table:
+def confusion_table(outcome: Evaluation) -> Table:
     """True faults against those named first."""
     counts = np.zeros((len(FAULTS) + 1, len(FAULTS) + 1), int)
     for name, trials in outcome.trials[outcome.plan.variants[0]].items():

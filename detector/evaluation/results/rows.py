@@ -8,7 +8,7 @@ import numpy as np
 
 from detector.evaluation.benchmark.published import OTHERS, R2
 from detector.evaluation.isolation.structure import groups as structural_groups
-from detector.evaluation.outcome import Outcome
+from detector.evaluation.outcome import Evaluation
 from detector.evaluation.plan import Plan
 from detector.evaluation.results.isolation_rows import confusion_table, isolation_table
 from detector.evaluation.results.table import Table, number
@@ -16,7 +16,7 @@ from detector.evaluation.results.verdicts import detected
 from simulator.damadics import Form, scenario
 
 
-def tables(outcome: Outcome) -> list[Table]:
+def tables(outcome: Evaluation) -> list[Table]:
     """All tables, in the order of the page."""
     made = [_summary(outcome), _scenarios(outcome)]
     if outcome.groups:
@@ -24,7 +24,7 @@ def tables(outcome: Outcome) -> list[Table]:
     return [*made, _unseen(outcome), _structure(), _published(), _trials(outcome)]
 
 
-def _summary(outcome: Outcome) -> Table:
+def _summary(outcome: Evaluation) -> Table:
     rows = []
     for variant, scenarios in outcome.trials.items():
         for detector in outcome.plan.detectors:
@@ -50,7 +50,7 @@ def _summary(outcome: Outcome) -> Table:
     return Table("summary", "All detectors at one rate of false alarms", note, heads, tuple(rows))
 
 
-def _trial_words(outcome: Outcome) -> str:
+def _trial_words(outcome: Evaluation) -> str:
     plan = outcome.plan
     return (
         f"Trials: {' '.join(_form_words(plan, form) for form in plan.forms)} Seeds of fault-free runs from 1000, 2000, "
@@ -74,7 +74,7 @@ def _hours(hours: Sequence[float]) -> str:
     return " + ".join(f"{one:g}" for one in hours) + " h"
 
 
-def _scenarios(outcome: Outcome) -> Table:
+def _scenarios(outcome: Evaluation) -> Table:
     """A row per scenario and variant: time of the first alarm, median over the trials, by detector."""
     rows = []
     for variant, scenarios in outcome.trials.items():
@@ -89,7 +89,7 @@ def _scenarios(outcome: Outcome) -> Table:
     return Table("scenarios", "When each detector sees each fault", note, heads, tuple(rows))
 
 
-def _short_words(outcome: Outcome) -> str:
+def _short_words(outcome: Evaluation) -> str:
     """Which runs ended before their time, in words."""
     ended = []
     for variant, scenarios in outcome.trials.items():
@@ -103,7 +103,7 @@ def _short_words(outcome: Outcome) -> str:
     return "".join(ended)
 
 
-def _cell(outcome: Outcome, variant: str, name: str, detector: str) -> str:
+def _cell(outcome: Evaluation, variant: str, name: str, detector: str) -> str:
     hits, count, _ = detected(outcome, variant, name, detector)
     if not hits:
         return "-"
@@ -112,7 +112,7 @@ def _cell(outcome: Outcome, variant: str, name: str, detector: str) -> str:
     return middle if hits == count else f"{middle} ({hits}/{count})"
 
 
-def _unseen(outcome: Outcome) -> Table:
+def _unseen(outcome: Evaluation) -> Table:
     rows = []
     for name, found in outcome.detectability.items():
         reason = "no basic signal is touched" if found["all"] < 1e-9 else "its trace drowns in the noise"
@@ -148,7 +148,7 @@ def _published() -> Table:
     return Table("published", "Published results", note, ("id", "method", "data", "result"), OTHERS)
 
 
-def _trials(outcome: Outcome) -> Table:
+def _trials(outcome: Evaluation) -> Table:
     """Every index of every trial."""
     rows = []
     for variant, scenarios in outcome.trials.items():

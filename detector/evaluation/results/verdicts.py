@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import exp
 from typing import Any
 
-from detector.evaluation.outcome import Outcome
+from detector.evaluation.outcome import Evaluation
 from detector.evaluation.performance import chance
 from simulator.damadics import scenario
 
@@ -13,7 +13,7 @@ SURE = 0.01
 """A detection counts when a random alarm would do as well with less than this probability, and most trials have it."""
 
 
-def detected(outcome: Outcome, variant: str, name: str, detector: str) -> tuple[int, int, bool]:
+def detected(outcome: Evaluation, variant: str, name: str, detector: str) -> tuple[int, int, bool]:
     """Trials in which a detector sees a scenario, of how many, and whether that counts (`SURE`).
 
     Where all trials have it, a random alarm would have to be as early in all; else as frequent, up to the end.
@@ -30,7 +30,7 @@ def detected(outcome: Outcome, variant: str, name: str, detector: str) -> tuple[
     return len(hits), len(trials), 2 * len(hits) > len(trials) and chance(len(hits), len(trials), share) < SURE
 
 
-def correctly_isolated(outcome: Outcome, name: str, trial: dict[str, Any], when: str) -> tuple[bool, bool] | None:
+def correctly_isolated(outcome: Evaluation, name: str, trial: dict[str, Any], when: str) -> tuple[bool, bool] | None:
     """Whether the right fault, and its group, stands first in a trial's ranking; None where there is none."""
     ranked = trial.get("diagnosis", {}).get(when) or []
     if not ranked:

@@ -8,7 +8,7 @@ from identification.report.section import Section
 from identification.report.trace.answer import error_at, error_scale
 from identification.report.wording.effects import effect_name, listed
 from identification.report.wording.numbers import number
-from identification.tracing.algorithm import Candidate
+from identification.tracing.judge import Candidate
 from identification.tracing.result import Trace
 
 
@@ -34,7 +34,7 @@ def candidates(trace: Trace) -> Section:
 def _row(c: Candidate, trace: Trace, factor: float) -> dict[str, Any]:
     return {
         "name": effect_name(c.effect), "accepted": c.accepted, "why": _why(c), "gain": number(c.gain),
-        "t": "–" if c.held is None else number(c.held.t),
+        "t": "–" if c.held_out is None else number(c.held_out.t),
         "error": _sized(trace.holdout_rmse.get(c.effect), factor),
     }  # fmt: skip
 

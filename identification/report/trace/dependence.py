@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.tracing.model import Model
+from identification.tracing.models.model import Model
 from identification.tracing.residual import quantities
 from identification.tracing.result import Trace
 from recordings import Array
@@ -41,13 +41,13 @@ class Dependence:
 
 def seen_models(trace: Trace) -> list[Model]:
     """The model before and, where something was added, the model after, on the recordings that show something."""
-    models = [trace.tracing.base, trace.tracing.final][: 1 + bool(trace.effects_added)]
-    return [model.at_held() for model in models] if trace.tracing.only_held else models
+    models = [trace.selection.base, trace.selection.final][: 1 + bool(trace.effects_added)]
+    return [model.on_held_out() for model in models] if trace.selection.only_held_out else models
 
 
 def dependences(model: Model) -> list[Dependence]:
     """The force left of a model over every quantity, that which explains most first."""
-    force, known = np.concatenate(model.force_left), quantities(model)
+    force, known = np.concatenate(model.residual_force), quantities(model)
     rising = known["direction"].values > 0
     found = []
     for name, quantity in known.items():
@@ -60,9 +60,9 @@ def dependences(model: Model) -> list[Dependence]:
     return sorted(found, key=lambda one: -one.share)
 
 
-def force_left(model: Model) -> tuple[float, float]:
+def residual_force(model: Model) -> tuple[float, float]:
     """Root mean square of the force left [N], and of the same in standard deviations of the recorded force."""
-    force, std = np.concatenate(model.force_left), np.concatenate([grid.force.std for grid in model.data.fitted])
+    force, std = np.concatenate(model.residual_force), np.concatenate([grid.force.std for grid in model.data.fitted])
     return float(np.sqrt(np.mean(force**2))), float(np.sqrt(np.mean((force / std) ** 2)))
 
 
@@ -87,7 +87,7 @@ def spectrum(model: Model) -> tuple[Array, Array, float]:
     """Frequencies [Hz] and amplitudes [N] of the force left on the longest recording, and the share of its variance
     in the strongest line.
     """
-    pairs = zip(model.data.fitted, model.force_left, strict=True)
+    pairs = zip(model.data.fitted, model.residual_force, strict=True)
     grid, force = max(pairs, key=lambda pair: pair[0].t[-1])
     t = np.linspace(grid.t[0], grid.t[-1], len(grid.t))
     window = np.hanning(len(t))

@@ -12,7 +12,7 @@ from identification.report.canvas import BEFORE, INK, canvas, finish_legend, ink
 from identification.report.section import Section
 from identification.report.trace.dependence import SHOWS, Dependence, dependences, edges, seen_models, spectrum
 from identification.report.wording.numbers import number, percent
-from identification.tracing.model import Model
+from identification.tracing.models.model import Model
 from identification.tracing.result import Trace
 from recordings import Array
 
@@ -61,7 +61,7 @@ def pictures(trace: Trace) -> Section:
         "open": [picture for _, picture, _ in shown],
         "folded": [picture for one in drawn if one not in shown for picture in one[1:2]],
         "least": percent(SHOWS), "best": percent(drawn[0][0]), "best_name": drawn[0][1].title,
-        "verdict": trace.verdict, "two": len(models) > 1, "held_out": trace.tracing.only_held,
+        "verdict": trace.verdict, "two": len(models) > 1, "held_out": trace.selection.only_held_out,
     }  # fmt: skip
     plots = {name: plot for _, _, some in drawn for name, plot in some.items()}
     return Section("pictures", "Where it shows" if shown else "Force that is not accounted for", words, plots)

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.report.trace.dependence import force_left, seen_models
+from identification.report.trace.dependence import residual_force, seen_models
 from identification.report.wording.effects import SHOWN, effect_name, listed, sizes
 from identification.report.wording.numbers import number, percent, plain
-from identification.tracing.algorithm import Candidate
-from identification.tracing.judge import COMPLETE, Comparison
+from identification.tracing.comparison import Comparison
+from identification.tracing.judge import Candidate
 from identification.tracing.result import Trace
-from simulator import Catalogue
+from identification.tracing.settings import COMPLETE_LOSS
 
 SURE, LIKELY = 1e-3, 1e-2
 """Probabilities of the held-out test below which it makes an answer sure, and likely."""
@@ -52,49 +52,44 @@ def answer(trace: Trace) -> Answer:
 
 def explained(trace: Trace) -> float:
     """Share of the misfit that the held-out recordings hold beyond a complete model's, explained by what was added."""
-    before, after = trace.tracing.before.loss - COMPLETE, trace.tracing.after.loss - COMPLETE
+    before, after = trace.selection.before.excess, trace.selection.after.excess
     return float(np.clip(1 - max(after, 0.0) / before, 0.0, 1.0)) if before > 0 else 1.0
 
 
 def chosen(trace: Trace) -> Candidate | None:
     """The candidate that was taken and explains held-out recordings alone, beside the base model."""
     taken = (c for c in trace.candidates if c.accepted and c.effect in trace.effects_added)
-    return next((c for c in taken if c.gain > 0 and c.held is not None and c.held.gain > 0), None)
-
-
-def _effects(trace: Trace) -> Catalogue:
-    """Where the effects are looked up."""
-    return trace.base.fit.kernel.catalogue
+    return next((c for c in taken if c.gain > 0 and c.held_out is not None and c.held_out.gain > 0), None)
 
 
 def _lead(trace: Trace) -> str:
     names = [effect_name(effect) for effect in trace.effects_added]
     if trace.verdict == "none":
         return f"Nothing is missing: on {_judges(trace)}, the model's errors are no larger than noise."
-    if not names and trace.tracing.only_held:
+    if not names and trace.selection.only_held_out:
         return "Something is missing, but only the held-out recordings show it. The fitted ones do not tell what it is."
     if not names:
         return "Something is missing, and none of the known effects explains it."
     if len(names) == 1:
-        return f"The model lacked one effect, {names[0]}: {_effects(trace)[trace.verdict].sentence}."
+        return f"The model lacked one effect, {names[0]}: {trace.catalogue[trace.verdict].sentence}."
     return f"The model lacked {len(names)} effects: {listed(names)}."
 
 
 def _more(trace: Trace) -> Iterator[str]:
     if trace.verdict == "none":
-        size = f"{number(trace.tracing.before.loss)} times those of a complete model"
+        size = f"{number(trace.selection.before.loss)} times those of a complete model"
         yield (
             f"The errors are those of the prediction from sample to sample: {size}. None of the "
             f"{len(trace.candidates)} effects that were tried makes them smaller by more than chance does."
         )
     if len(trace.effects_added) > 1:
         for effect in trace.effects_added:
-            yield f"{effect_name(effect).capitalize()}: {_effects(trace)[effect].sentence}."
+            yield f"{effect_name(effect).capitalize()}: {trace.catalogue[effect].sentence}."
     for effect in trace.effects_added:
-        yield f"Fitted {effect_name(effect)}: {'; '.join(sizes(_effects(trace)[effect], trace.model))}."
+        yield f"Fitted {effect_name(effect)}: {'; '.join(sizes(trace.catalogue[effect], trace.model))}."
     if trace.verdict == "unlisted":
         yield from _nearest(trace)
-    if trace.left is not None:
+    if trace.residual is not None:
         yield _remains(trace)
 
 
@@ -109,28 +104,28 @@ def _judges(trace: Trace) -> str:
 
 def _nearest(trace: Trace) -> Iterator[str]:
     """The effect that explains most of what is missing, where no name is given."""
-    tried = [c for c in trace.candidates if c.accepted and c.refit is not None and c.refit.held is not None]
-    missing = trace.tracing.before.loss - COMPLETE
+    tried = [c for c in trace.candidates if c.accepted and c.refit is not None and c.refit.held_out is not None]
+    missing = trace.selection.before.excess
     if not tried or missing <= 0:
         return
     refit = tried[0].refit
     assert refit is not None
-    assert refit.held is not None
-    share = 1 - max(refit.held.loss - COMPLETE, 0.0) / missing
+    assert refit.held_out is not None
+    share = 1 - max(refit.held_out.loss - COMPLETE_LOSS, 0.0) / missing
     if share > 0:
         yield (
-            f"The nearest is {effect_name(tried[0].effect)} ({_effects(trace)[tried[0].effect].sentence}). It explains "
+            f"The nearest is {effect_name(tried[0].effect)} ({trace.catalogue[tried[0].effect].sentence}). It explains "
             f"{percent(share)} of what is missing, which is too little for a name."
         )
 
 
 def _remains(trace: Trace) -> str:
     """How large a force remains, and where it is largest."""
-    assert trace.left is not None
-    rms, over_noise = force_left(seen_models(trace)[-1])
+    assert trace.residual is not None
+    rms, over_noise = residual_force(seen_models(trace)[-1])
     kept = "What remains" if trace.effects_added else "What is missing"
     noise = f"{number(over_noise)} times the noise of the recorded force"
-    return f"{kept} acts like a force of {number(rms)} N rms ({noise}). It is largest {_place(trace.left.where)}."
+    return f"{kept} acts like a force of {number(rms)} N rms ({noise}). It is largest {_place(trace.residual.where)}."
 
 
 def _place(where: str) -> str:
@@ -152,10 +147,10 @@ def _level(trace: Trace) -> str:
     if trace.verdict == "none":
         return "Sure, as far as these recordings can show"
     if not trace.effects_added:
-        sure = "Sure" if trace.tracing.before.p_value < SURE else "Likely"
+        sure = "Sure" if trace.selection.before.p_value < SURE else "Likely"
         return f"{sure} that something is missing; not known what"
     best, share = chosen(trace), explained(trace)
-    p = best.held.p_value if best is not None and best.held is not None else 1.0
+    p = best.held_out.p_value if best is not None and best.held_out is not None else 1.0
     sure = "Sure" if p < SURE and share >= NEARLY_ALL else "Likely" if p < LIKELY and share >= MOST else "Tentative"
     if trace.same_class:
         return f"{sure} that it is one of {len(trace.same_class) + 1} effects that look alike here"
@@ -164,19 +159,19 @@ def _level(trace: Trace) -> str:
 
 def _because(trace: Trace) -> str:
     """Why it is as sure as that."""
-    best, found = chosen(trace), trace.tracing.before
-    if best is None or best.held is None:
+    best, found = chosen(trace), trace.selection.before
+    if best is None or best.held_out is None:
         return f"Noise alone makes errors as large as these with probability {_probability(found.p_value)}."
     return (
         f"On recordings that were not fitted it explains {percent(explained(trace))} of the misfit beyond noise; as "
-        f"clear a gain comes by chance with probability {_probability(best.held.p_value)}."
+        f"clear a gain comes by chance with probability {_probability(best.held_out.p_value)}."
     )
 
 
 def _evidence(trace: Trace) -> Iterator[tuple[str, str]]:
     best = chosen(trace)
-    if best is not None and best.held is not None:
-        yield "Held-out test", _tested(trace, best, best.held)
+    if best is not None and best.held_out is not None:
+        yield "Held-out test", _tested(trace, best, best.held_out)
         yield "Chance", _chance(trace, best)
     else:
         yield "Held-out test", _whiteness(trace)
@@ -185,7 +180,7 @@ def _evidence(trace: Trace) -> Iterator[tuple[str, str]]:
         yield "Alternatives", _alternatives(trace)
     if trace.verdict == "none":
         yield "Limits", "An effect that these motions do not excite, or that is smaller than the noise, cannot be seen."
-    if trace.opinion is not None:
+    if trace.second_opinion is not None:
         yield "Second opinion", _opinion(trace)
 
 
@@ -197,7 +192,7 @@ def _tested(trace: Trace, best: Candidate, held: Comparison) -> str:
 
 
 def _whiteness(trace: Trace) -> str:
-    found = trace.tracing.before
+    found = trace.selection.before
     chance = f"by noise alone with probability {_probability(found.p_value)}"
     compared = f"{number(found.loss)} times those of a complete model; {chance}"
     if found.white:
@@ -215,9 +210,9 @@ def _chance(trace: Trace, best: Candidate) -> str:
 
 def _explained(trace: Trace) -> str:
     share = f"{percent(explained(trace))} of the held-out misfit beyond noise is explained"
-    if trace.tracing.after.white:
+    if trace.selection.after.white:
         return f"{share}; what remains is noise."
-    return f"{share}; what remains is {number(trace.tracing.after.loss)} times the misfit of a complete model."
+    return f"{share}; what remains is {number(trace.selection.after.loss)} times the misfit of a complete model."
 
 
 def _alternatives(trace: Trace) -> str:
@@ -228,11 +223,12 @@ def _alternatives(trace: Trace) -> str:
 
 
 def _opinion(trace: Trace) -> str:
-    assert trace.opinion is not None
-    if trace.opinion.effect == "none":
+    assert trace.second_opinion is not None
+    if trace.second_opinion.effect == "none":
         return "Sparse regression of the force, a quick look by other means, finds no effect."
-    found = f"{effect_name(trace.opinion.effect)}, which explains {percent(trace.opinion.share)} of the force left over"
-    if trace.opinion.effect in trace.effects_added:
+    share = percent(trace.second_opinion.share)
+    found = f"{effect_name(trace.second_opinion.effect)}, which explains {share} of the force left over"
+    if trace.second_opinion.effect in trace.effects_added:
         return f"Sparse regression of the force, a quick look by other means, chooses the same: {found}."
     return (
         f"Sparse regression of the force chooses {found}. It is a quick look by other means that refits nothing, and "
@@ -242,15 +238,15 @@ def _opinion(trace: Trace) -> str:
 
 def _on_site(trace: Trace) -> Iterator[str]:
     for effect in (*trace.effects_added, *trace.same_class):
-        yield f"{effect_name(effect).capitalize()}: {_effects(trace)[effect].check}."
+        yield f"{effect_name(effect).capitalize()}: {trace.catalogue[effect].check}."
 
 
 def _next(trace: Trace) -> str:
-    if trace.left is None:
+    if trace.residual is None:
         return ""
-    if trace.tracing.only_held:
+    if trace.selection.only_held_out:
         return f"Record more like {listed([t.name for t in trace.base.holdout])}, and fit to those recordings as well."
-    _, _, wanted = trace.left.where.partition("record ")
+    _, _, wanted = trace.residual.where.partition("record ")
     return f"Record {wanted}." if wanted else ""
 
 

@@ -1,0 +1,127 @@
+"""The flow that belongs to an opening of the valve, and how far the measured flow is from it.
+
+It tells apart two kinds of change that look alike in the balance of forces: with a wrong position sensor the flow does
+not fit the opening any more, with a weak spring it does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from math import isfinite, sqrt
+from typing import Any
+
+import numpy as np
+
+from detector.alarms.rates import Blocks, least_limit, strokes_of
+from detector.measurements import Measurement, Measurements
+from recordings import Array, BadInput
+
+KNOTS = 7
+DRIFT = 1.0
+"""Departures of the flow below this many standard deviations are no evidence."""
+
+_CLIP, _LIMIT, _OVERFLOW = 4.0, 3.0, 2.0
+
+
+@dataclass(frozen=True)
+class FlowRelation:
+    """The flow that belongs to an opening: `flow` over the root of the pressure drop where that is measured.
+
+    flow : name of the signal; knots, heights (n_knots,) : position [m] and flow there; spread : standard deviation;
+    drop : usual pressure drop [Pa], 0 where it is not measured; full : flow from which on the transmitter is blind.
+    """
+
+    flow: str
+    knots: tuple[float, ...]
+    heights: tuple[float, ...]
+    spread: float
+    drop: float
+    full: float
+    limit: float = _LIMIT
+
+    def departure(self, moment: Measurement) -> float:
+        """How far the flow is from what belongs to the opening, in standard deviations; NaN where none can be told.
+
+        A blind transmitter says that the flow is at least so large, which is too much where less belongs.
+        """
+        values = moment.values
+        flow, x = values[self.flow], values["position"]
+        if not (isfinite(flow) and self.knots[0] <= x <= self.knots[-1]):
+            return float("nan")
+        blind = flow >= self.full
+        if self.drop:
+            flow /= sqrt(max((values["upstream_pressure"] - values["downstream_pressure"]) / self.drop, 0.05))
+        away = float((flow - np.interp(x, self.knots, self.heights)) / self.spread)
+        return max(away, 0.0) if blind else away
+
+    def step(self, sums: tuple[float, float], moment: Measurement) -> tuple[float, float]:
+        """The two CUSUMs, of too much and too little flow."""
+        away = self.departure(moment)
+        if not isfinite(away):
+            return sums
+        away, most = min(max(away, -_CLIP), _CLIP), _OVERFLOW * self.limit
+        rising, falling = sums[0] + away - DRIFT, sums[1] - away - DRIFT
+        return min(max(rising, 0.0), most), min(max(falling, 0.0), most)
+
+    def score(self, sums: tuple[float, float]) -> float:
+        """Above 1 means alarm."""
+        return max(sums) / self.limit
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain numbers, for JSON."""
+        return asdict(self)
+
+    @classmethod
+    def from_dict(cls, parts: Mapping[str, Any]) -> FlowRelation:
+        """What `as_dict` gave."""
+        return cls(**{**parts, "knots": tuple(parts["knots"]), "heights": tuple(parts["heights"])})
+
+
+def learned_flow(data: Measurements, per_month: float) -> tuple[FlowRelation, Array] | None:
+    """The flow relation on fault-free data with its scores (n_samples,); None when there is no usable flow."""
+    name = next((one for one in ("flow", "mass_flow") if one in data), None)
+    if name is None:
+        return None
+    relation = _fitted(data, name)
+    if relation is None:
+        return None
+    sums, found = (0.0, 0.0), np.empty(len(data))
+    free = FlowRelation(**{**relation.as_dict(), "limit": 1e12})
+    for i, moment in enumerate(data):
+        sums = free.step(sums, moment)
+        found[i] = max(sums)
+    dt_s = float(np.median(np.diff(data.time_s)))
+    try:
+        limit = max(
+            Blocks.of(found, dt_s, strokes_of(data.values["position"])).limit(per_month),
+            1.3 * float(found.max()),
+            0.5 * least_limit(dt_s, per_month / 2.0),
+        )
+    except BadInput:
+        return None
+    return FlowRelation(**{**relation.as_dict(), "limit": limit}), found / limit
+
+
+def _fitted(data: Measurements, name: str) -> FlowRelation | None:
+    """Straight lines between knots along the learned stroke, by least squares."""
+    flow, x = data.values[name], data.values["position"]
+    drop, scaled = 0.0, flow
+    if "upstream_pressure" in data and "downstream_pressure" in data:
+        away = data.values["upstream_pressure"] - data.values["downstream_pressure"]
+        drop = float(np.nanmedian(away))
+        if drop > 0:
+            scaled = flow / np.sqrt(np.maximum(away / drop, 0.05))
+    top = float(np.nanmax(flow))
+    full = top * 0.98 if np.nanmean(flow > 0.98 * top) > 0.1 else np.inf
+    good = np.isfinite(scaled + x) & (flow < full)
+    if np.sum(good) < 20 * KNOTS or not np.std(flow[good]) > 0:
+        return None
+    knots = np.unique(np.quantile(x[good], np.linspace(0.0, 1.0, KNOTS)))
+    if len(knots) < 3:
+        return None
+    matrix = np.column_stack([np.interp(x[good], knots, row) for row in np.eye(len(knots))])
+    heights, *_ = np.linalg.lstsq(matrix, scaled[good], rcond=None)
+    spread = max(float(np.std(scaled[good] - matrix @ heights)), 0.005 * float(np.mean(np.abs(scaled[good]))), 1e-12)
+    most = float(full) if np.isfinite(full) else 1e300
+    return FlowRelation(name, tuple(knots.tolist()), tuple(heights.tolist()), spread, max(drop, 0.0), most)

@@ -1,0 +1,105 @@
+"""Which kind of change: the balance of forces on the moving stem, compared with what each kind would do to it.
+
+While the stem slides, the force that the model does not explain is known sample by sample, however large the change:
+more friction is against the motion in both directions, a weaker spring grows along the stroke with one sign, anything
+else that pushes has one sign and keeps it. Each kind alone is fitted to it, and the share that it explains is its
+evidence. Motion in one direction only does not tell friction from a push, and then no kind is named.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import copysign, exp
+from typing import NamedTuple
+
+import numpy as np
+
+from detector.measurements import Measurement
+from detector.watch.model_filter import DIRECTIONS, ModelFilter
+from recordings import Array
+
+N = len(DIRECTIONS)
+
+MOVING = 5.0
+"""The stem moves when it is so many noise levels ahead of its mean."""
+
+MEMORY = 10.0
+"""Evidence from before an alarm fades with so many samples in motion; from the alarm on it stays."""
+
+CLEAR, AHEAD, LEAST = 0.6, 0.15, 12.0
+"""A kind is named when it explains so much, so much more than any other kind, with so many samples in motion."""
+
+ONE_WAY = 0.8
+"""Motion is in one direction only when the two differ by this share of all of it; then nothing is named."""
+
+
+class Balance(NamedTuple):
+    """Means of position [m] and unexplained force [N], sums of squares and products of what each kind predicts, and
+    weight : how many samples in motion they stand for. information (n, n), score (n,).
+    """
+
+    position: float
+    force: float
+    information: Array
+    score: Array
+    energy: float
+    weight: float
+
+
+@dataclass(frozen=True)
+class BalanceTest:
+    """dt_s : sampling time [s]; smoothing_s : time constant of the means [s]; usual : mean square of the unexplained
+    force without a fault [N2].
+    """
+
+    dt_s: float
+    smoothing_s: float
+    usual: float = 0.0
+
+    def start(self, filter: ModelFilter, moment: Measurement) -> Balance:
+        """Nothing known."""
+        return Balance(moment.values["position"], _unexplained(filter, moment), np.zeros((N, N)), np.zeros(N), 0.0, 0.0)
+
+    def step(self, before: Balance, filter: ModelFilter, moment: Measurement, alarmed: bool) -> Balance:
+        """The sums after one sample."""
+        follow = 1.0 - exp(-self.dt_s / self.smoothing_s)
+        x = moment.values["position"]
+        position = before.position + follow * (x - before.position)
+        force = before.force + follow * (_unexplained(filter, moment) - before.force)
+        keep = 1.0 if alarmed else 1.0 - 1.0 / MEMORY
+        ahead = x - position
+        if abs(ahead) < MOVING * filter.position_noise:
+            return before._replace(position=position, force=force)
+        way, level = copysign(1.0, ahead), filter.values["lugre.fc"]
+        left = force - way * level - filter.values["lugre.sigma2"] * ahead * follow / self.dt_s
+        kinds = np.array([way * level, filter.values["spring.K"] * position + filter.values["spring.F0"], 1.0])
+        return Balance(
+            position, force, keep * before.information + np.outer(kinds, kinds), keep * before.score + kinds * left,
+            keep * before.energy + left * left, keep * before.weight + 1.0,
+        )  # fmt: skip
+
+    def kind(self, filter: ModelFilter, balance: Balance) -> str | None:
+        """The one of `DIRECTIONS` that explains what is left; None when none does, or several do."""
+        least = max(2.0 * self.usual, (0.2 * filter.values["lugre.fc"]) ** 2)
+        if balance.weight < LEAST or balance.energy < least * balance.weight:
+            return None
+        matrix = balance.information
+        if abs(matrix[0, 2]) > ONE_WAY * np.sqrt(matrix[0, 0] * matrix[2, 2]):
+            return None
+        found = shares(balance)
+        friction, pushes = found[0], found[1:]
+        best = int(np.argmax(found))
+        rival = float(np.max(pushes)) if best == 0 else float(friction)
+        return DIRECTIONS[best] if found[best] >= CLEAR and found[best] - rival >= AHEAD else None
+
+
+def shares(balance: Balance) -> Array:
+    """How much of the unexplained force each kind alone explains, (n_directions,), from 0 to 1."""
+    information = np.maximum(np.diag(balance.information), 1e-300)
+    return balance.score**2 / information / max(balance.energy, 1e-300)
+
+
+def _unexplained(filter: ModelFilter, moment: Measurement) -> float:
+    """Force on the stem less spring and loads [N]: the friction, as far as the model is right."""
+    x = moment.values["position"]
+    return filter.net_force(moment) - filter.values["spring.K"] * x - filter.values["spring.F0"]

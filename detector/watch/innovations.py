@@ -1,0 +1,53 @@
+"""The innovation over a whole run, and which of its samples can be learned from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from detector.measurements import Measurements
+from detector.watch.model_filter import DIRECTIONS, Innovation, ModelFilter
+from recordings import Array
+
+SKIPPED = 50
+"""Samples after a start that are not learned from."""
+
+
+@dataclass(frozen=True)
+class Innovations:
+    """A run of the filter: value, variance (n_samples,); slope (n_samples, n_directions); fresh : just started, or
+    at rest.
+    """
+
+    value: Array
+    variance: Array
+    slope: Array
+    fresh: NDArray[np.bool_]
+
+
+def innovations(filter: ModelFilter, data: Measurements) -> Innovations:
+    """The filter over data: restarted at gaps, and skipping what is missing."""
+    found, fresh = list[Innovation](), np.zeros(len(data), bool)
+    state, since = None, 0
+    gap = 5.0 * float(np.median(np.diff(data.time_s)))
+    width = len(DIRECTIONS) + 1 + 2 * len(filter.loads)
+    nothing = Innovation(0.0, filter.position_noise**2, np.zeros(width))
+    for i, moment in enumerate(data):
+        if not np.isfinite(moment.values["position"] + filter.force(moment)):
+            found.append(nothing)
+            fresh[i] = True
+            continue
+        if state is None or moment.time_s - state.time_s > gap:
+            state, since = filter.start(moment), 0
+            found.append(nothing)
+        else:
+            state, one = filter.step(state, moment)
+            found.append(one)
+        since += 1
+        fresh[i] = since <= SKIPPED or found[-1].resting
+    return Innovations(
+        np.array([one.value for one in found]), np.array([one.variance for one in found]),
+        np.array([one.slope for one in found]), fresh,
+    )  # fmt: skip

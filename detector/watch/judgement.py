@@ -1,0 +1,39 @@
+"""What the detector says of one measurement."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from detector.observer.screening import Verdict
+
+KINDS = ("friction", "spring", "sensor", "supply", "flow")
+"""What an alarm can be named; None stands for an unknown kind."""
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """What the detector says of one measurement.
+
+    time_s [s] : of the measurement; alarm : whether there is an alarm now; began, ended, renamed : what happened to it
+    here; kind : one of `KINDS`, or None; test : the one closest to its limit; residual, threshold : its statistic and
+    limit, in m/s for the observer, without unit else; load : the largest of all scores, 1 at the limit; verdict : on
+    the measurement; gap_s : the silence before it [s], 0 where there was none.
+    """
+
+    time_s: float
+    alarm: bool
+    began: bool
+    ended: bool
+    renamed: bool
+    kind: str | None
+    test: str
+    residual: float
+    threshold: float
+    load: float
+    verdict: Verdict
+    gap_s: float = 0.0
+
+    @property
+    def changed(self) -> bool:
+        """Whether an alarm began, ended, or got another kind here."""
+        return self.began or self.ended or self.renamed

@@ -1,0 +1,87 @@
+"""A whole recording watched in one call: the same steps as live, and what came of them as one value."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from detector.measurements import Measurements
+from detector.watch.judgement import Judgement
+from detector.watch.learning import learn
+from detector.watch.watch import Watch
+from recordings import Array, Recording
+from simulator import ValveModel
+
+
+@dataclass(frozen=True)
+class Watched:
+    """A recording as a detector saw it. judgements : one for each sample, in order.
+
+    >>> Watched(())
+    <Watched: 0 samples, 0 alarms>
+    """
+
+    judgements: tuple[Judgement, ...]
+
+    @property
+    def time_s(self) -> Array:
+        """The recording's own time [s], (n_samples,)."""
+        return self._column("time_s")
+
+    @property
+    def load(self) -> Array:
+        """The largest score of all tests, (n_samples,): an alarm above 1, 0 where a sample was skipped."""
+        return self._column("load")
+
+    @property
+    def residual(self) -> Array:
+        """Statistic of the test that is closest to its limit, (n_samples,): in m/s of the observer, else no unit."""
+        return self._column("residual")
+
+    @property
+    def threshold(self) -> Array:
+        """Limit of the same test, (n_samples,), in the unit of `residual`."""
+        return self._column("threshold")
+
+    @property
+    def alarm(self) -> NDArray[np.bool_]:
+        """Whether there is an alarm, (n_samples,)."""
+        return np.array([one.alarm for one in self.judgements], bool)
+
+    @property
+    def changes(self) -> tuple[Judgement, ...]:
+        """The judgements at which an alarm began, ended, or got another kind: what `bristle replay` has events of."""
+        return tuple(one for one in self.judgements if one.changed)
+
+    @property
+    def alarms(self) -> tuple[Judgement, ...]:
+        """The judgements at which an alarm began."""
+        return tuple(one for one in self.judgements if one.began)
+
+    def __repr__(self) -> str:
+        count = len(self.alarms)
+        return f"<Watched: {len(self.judgements)} samples, {count} {'alarm' if count == 1 else 'alarms'}>"
+
+    def _column(self, name: str) -> Array:
+        return np.array([getattr(one, name) for one in self.judgements], float)
+
+
+def learn_recordings(recordings: Sequence[Recording], model: ValveModel | None = None, per_month: float = 1.0) -> Watch:
+    """The detector of a valve from recordings of it in good order: `learn` on all of them.
+
+    Raises BadInput as `Measurements.joined` and `learn` do.
+    """
+    return learn(Measurements.joined(recordings), model, per_month)
+
+
+def watch_recording(watch: Watch, recording: Recording) -> Watched:
+    """What a detector says of a recording, sample by sample: the same as `bristle replay`, to the last bit.
+
+    Raises BadInput when the recording lacks a signal that the detector was learned with.
+    """
+    data = Measurements.recorded(recording)
+    watch.check(data.values, recording.label)
+    return Watched(tuple(watch.run(watch.initial(), data)[1]))
