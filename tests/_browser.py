@@ -116,7 +116,7 @@ class Browser:
 
     def overlapping(self) -> list[str]:
         """Pairs of texts that lie over each other; letters inside of drawings do not count."""
-        return list(self.run(f"return {OVERLAPPING};"))
+        return list(self.run(f"return {OVERLAPPING.strip()};"))
 
     def devtools(self, command: str, **parameters: Any) -> Any:
         """Send a command of the DevTools protocol."""
