@@ -4,7 +4,7 @@ PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3 python; do \
 	&& { command -v $$p; break; }; done)
 BIN := .venv/bin
 
-.PHONY: install demo test lint bench clean
+.PHONY: install demo test lint docs bench clean
 .DEFAULT_GOAL := install
 
 install: .venv/installed
@@ -26,6 +26,11 @@ lint: install
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+
+docs: install
+	rm -rf build/docs
+	PYTHONPATH=. $(BIN)/python -m sphinx --keep-going --nitpicky --fail-on-warning --quiet docs build/docs
+	$(BIN)/python -m tools.check_site build/docs
 
 bench: install
 	$(BIN)/python -m benchmarks.fit

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import argparse
 import time
+from dataclasses import replace
 
 import numpy as np
 
@@ -20,8 +21,12 @@ from benchmarks.machine import machine
 from identification import Estimator, Experiment, Fit, experiment, fit, uncertainty_of
 from identification.estimators import (
     Coordinates,
+    Grid,
     Innovations,
+    KalmanSmoother,
     NoiseAware,
+    PathFreedom,
+    Predictor,
     best_on_chunks,
     grids,
     noise_aware_for,
@@ -31,7 +36,7 @@ from identification.estimators import (
     with_smooth_force,
 )
 from recordings import Array
-from simulator import BASE, Excitation, Sensors, kernel, random_valve, simulate
+from simulator import BASE, Excitation, Kernel, Sensors, kernel, random_valve, simulate
 
 NAMES = ("spring.K", "lugre.fc", "fs - fc", "lugre.vs", "lugre.sigma0", "lugre.sigma1", "lugre.sigma2", "mass.m")
 ESTIMATORS = ("raw", "smoothed", "innovations", "filter", "noise-aware", "auto")
@@ -93,9 +98,15 @@ def fitted(name: str, experiments: list[Experiment]) -> Fit:
     return fit(with_smooth_force(experiments) if name == "smoothed" else experiments, estimator=FITS[name])
 
 
-class ExtendedKalman(NoiseAware):
-    """The likelihood of an extended Kalman filter: every interval is linearised about what was seen before it. Its path
-    is the fixed point of going to the filter's own means."""
+class ExtendedKalman:
+    """A `Predictor`, the likelihood of an extended Kalman filter: every interval is linearised about what was seen
+    before it. Its path is the fixed point of going to the filter's own means."""
+
+    def line(
+        self, kernel: Kernel, coordinates: Coordinates, grid: Grid, p: Array, path: Array, freedom: PathFreedom
+    ) -> Innovations | None:
+        """The innovations of the filter; None where the model has no solution."""
+        return KalmanSmoother().line(kernel, coordinates, grid, p, path, freedom)
 
     def toward(self, line: Innovations, move: Array) -> Array:
         """The way to what each sample and those before it say."""
@@ -103,17 +114,16 @@ class ExtendedKalman(NoiseAware):
         return np.asarray(mean + S @ move + np.einsum("kci,kc->ki", K, E - J @ move))
 
 
-PREDICTORS = {"innovations": InnovationForm, "filter": ExtendedKalman}
+PREDICTORS: dict[str, Predictor] = {"innovations": InnovationForm(), "filter": ExtendedKalman()}
 
 
-def by_prediction(way: type[NoiseAware], experiments: list[Experiment]) -> dict[str, float] | None:
+def by_prediction(predictor: Predictor, experiments: list[Experiment]) -> dict[str, float] | None:
     """Parameters by the one-step errors of a predictor; None where it diverges."""
     c, segment_grids = coordinates(experiments), grids(experiments)
     starts = smoothed_starts(kernel(BASE), c, with_smooth_force(experiments, segment_grids))
     if not starts:
         return None
-    usual = noise_aware_for(kernel(BASE), c, segment_grids, starts)
-    whole = way(usual.kernel, c, usual.grids)
+    whole = replace(noise_aware_for(kernel(BASE), c, segment_grids, starts), predictor=predictor)
     chunks = on_chunks(whole)
     best = best_on_chunks(chunks, starts)
     end = None if best is None else on_whole_recordings(whole, chunks, best)

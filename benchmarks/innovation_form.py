@@ -9,8 +9,17 @@ from typing import Any
 import numba
 import numpy as np
 
-from identification.estimators import AffineModel, Grid, Innovations, NoiseAware, first_variances, kalman_filter
+from identification.estimators import (
+    AffineModel,
+    Coordinates,
+    Grid,
+    Innovations,
+    PathFreedom,
+    first_variances,
+    kalman_filter,
+)
 from recordings import Array
+from simulator import Kernel
 
 FAR = 1e3
 """One-step error [m] from which a predictor has run off."""
@@ -39,24 +48,25 @@ def predicted(E: Any, seen: Any, H: Any, D: Any, F: Any, G: Any, jump: Any, gain
         A[k], S[k] = a, t
 
 
-class InnovationForm(NoiseAware):
-    """The force is an input, as smoothed without a model. The gains of position, velocity and bristle are the medians
-    of an extended Kalman filter's along the present path, which knows the noise of the force; the variance of the
-    errors is their own."""
+class InnovationForm:
+    """A `Predictor`. The force is an input, as smoothed without a model. The gains of position, velocity and bristle
+    are the medians of an extended Kalman filter's along the present path, which knows the noise of the force; the
+    variance of the errors is their own."""
 
     def toward(self, line: Innovations, move: Array) -> Array:
         """The way to the predictor's corrected means."""
         A, S = line.smoother
         return np.asarray(A + S @ move)
 
-    def line(self, grid: Grid, p: Array, path: Array) -> Innovations | None:
+    def line(
+        self, kernel: Kernel, coordinates: Coordinates, grid: Grid, p: Array, path: Array, freedom: PathFreedom
+    ) -> Innovations | None:
         """The one-step errors along a path at parameters p; None where the predictor runs off."""
-        freedom = self.freedom
-        model = AffineModel.of(self.kernel, self.coordinates, grid, p, path, freedom.h_max)
+        model = AffineModel.of(kernel, coordinates, grid, p, path, freedom.h_max)
         if model is None:
             return None
-        first = first_variances(self.kernel, grid, p, freedom, path)
-        kalman = kalman_filter(self.kernel, grid, p, replace(freedom, curvature=0.0), model.without_parameters(), first)
+        first = first_variances(kernel, grid, p, freedom, path)
+        kalman = kalman_filter(kernel, grid, p, replace(freedom, curvature=0.0), model.without_parameters(), first)
         if kalman is None:
             return None
         seen = np.isfinite(model.E[:, 0])

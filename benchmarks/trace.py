@@ -109,7 +109,7 @@ def examine(part: str, case: Case, tracer: Tracer | None = None) -> Row:
         row |= {
             "verdict": found.verdict, "added": list(found.effects_added), "same_class": list(found.same_class),
             "before": holdout_error(found.error, "before"), "after": holdout_error(found.error, "after"),
-            "tried": [(c.effect, c.gain, c.held.gain, c.held.p_value) for c in found.candidates if c.held],
+            "tried": [(c.effect, c.gain, c.held_out.gain, c.held_out.p_value) for c in found.candidates if c.held_out],
         }  # fmt: skip
     except Exception as error:
         row |= {"verdict": "failed", "added": [], "same_class": [], "why": f"{type(error).__name__}: {error}"[:300],

@@ -1,1 +1,112 @@
-"""Bristle: learns what a control valve really does from measured data, and then watches it."""
+"""Bristle: learns what a control valve really does from measured data, and then watches it.
+
+Arrays in, arrays out; a path or ``bundled:NAME`` stands for a recording wherever one is taken.
+
+>>> import bristle as br
+>>> step, mixed = br.read("bundled:step"), br.read("bundled:mixed")
+>>> found = br.fit(step, holdout=mixed, crosscheck=False)
+>>> round(found.values["spring.K"], -2)  # the rate of the spring [N/m]
+60900.0
+
+======================  ================================================================================
+`read`, `Recording`     a recording from a file, from arrays, or from a data frame
+`simulate`              a recording of a simulated valve
+`fit`                   friction and spring of a valve, from recordings
+`trace`                 the effect that a valve shows and the model of friction and spring lacks
+`record`, `serve`       live recording, and a simulated valve behind Modbus: both are context managers
+`CATALOGUE`, `Effect`   the effects that can be simulated, fitted and traced, and how to write one
+======================  ================================================================================
+
+The command line, ``bristle``, has the same functions as commands. Every error that is raised on purpose is a
+`BristleError`; catch the level that you can handle::
+
+    BristleError                 everything below
+    ├── BadInput                 something given cannot be used: a file, an item in it, an address
+    │   └── BadParameter         the same of a parameter of a call: its name and its value
+    ├── NegativeAnswer           the work was done and the answer is negative: a fit without values, for example
+    └── LinkError                the way to a device failed or went away
+        └── ProtocolError        the device answers, but not as its protocol has it
+
+>>> try:
+...     br.fit("nowhere.h5")
+... except br.BadInput as error:
+...     print(error)
+nowhere.h5: there is no such file; check the path
+
+Names are loaded when they are first used: importing this module is quick and changes nothing in the process.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from bristle.door.links import record as record
+    from bristle.door.links import serve as serve
+    from bristle.door.models import fit as fit
+    from bristle.door.models import trace as trace
+    from bristle.door.sources import read as read
+    from bristle.door.valves import simulate as simulate
+    from identification import Identification as Identification
+    from identification import Trace as Trace
+    from recordings import BadInput as BadInput
+    from recordings import BadParameter as BadParameter
+    from recordings import BristleError as BristleError
+    from recordings import LinkError as LinkError
+    from recordings import NegativeAnswer as NegativeAnswer
+    from recordings import Plant as Plant
+    from recordings import ProtocolError as ProtocolError
+    from recordings import Recording as Recording
+    from recordings import write as write
+    from simulator import CATALOGUE as CATALOGUE
+    from simulator import Catalogue as Catalogue
+    from simulator import Effect as Effect
+    from simulator import Parameter as Parameter
+    from simulator import Site as Site
+    from simulator import ValveModel as ValveModel
+
+    __version__: str
+
+PLACES = {
+    "bristle.door.links": ("record", "serve"),
+    "bristle.door.models": ("fit", "trace"),
+    "bristle.door.valves": ("simulate",),
+    "bristle.door.sources": ("read",),
+    "identification": ("Identification", "Trace"),
+    "recordings": (
+        "BadInput", "BadParameter", "BristleError", "LinkError", "NegativeAnswer", "Plant", "ProtocolError",
+        "Recording", "write",
+    ),
+    "simulator": ("CATALOGUE", "Catalogue", "Effect", "Parameter", "Site", "ValveModel"),
+}  # fmt: skip
+"""Module -> the names that this one offers from it."""
+
+PLACE = {name: module for module, names in PLACES.items() for name in names}
+
+__all__ = sorted([*PLACE, "__version__"])
+
+
+def __getattr__(name: str) -> Any:
+    """A name of the door, loaded at its first use."""
+    if name == "__version__":
+        value: Any = _version()
+    elif name in PLACE:
+        value = getattr(importlib.import_module(PLACE[name]), name)
+    else:
+        raise AttributeError(f"module 'bristle' has no attribute {name!r}; there are {', '.join(__all__)}")
+    globals()[name] = value
+    return value
+
+
+def _version() -> str:
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        return version("bristle")
+    except PackageNotFoundError:  # run from its sources, without having been installed
+        return "unknown"
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

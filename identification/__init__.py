@@ -4,10 +4,11 @@ from identification.data.experiment import Experiment, Segment, experiment
 from identification.data.noise import noise_std
 from identification.estimators.fit import Estimator, fit
 from identification.estimators.fitted import Fit, Outcome
+from identification.given import free_parameters, with_area, without_effects
 from identification.procedure import identify
 from identification.result import Identification, Trajectory
 from identification.sparse_regression import Crosscheck, Row, crosscheck
-from identification.tracing.algorithm import Candidate
+from identification.tracing.judge import Candidate
 from identification.tracing.result import Trace, trace
 from identification.uncertainty.covariance import Uncertainty, uncertainty_of
 from identification.uncertainty.profile import Profile, profile
@@ -29,9 +30,12 @@ __all__ = [
     "crosscheck",
     "experiment",
     "fit",
+    "free_parameters",
     "identify",
     "noise_std",
     "profile",
     "trace",
     "uncertainty_of",
+    "with_area",
+    "without_effects",
 ]

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from identification.data.experiment import Experiment
 from identification.estimators.coordinates import parameters
-from identification.estimators.fitted import Fit
+from identification.estimators.fitted import Fit, Outcome
 from identification.estimators.least_squares import Normal, descend
-from identification.estimators.output_error.problem import Problem, Setting
+from identification.estimators.output_error.problem import Piece, Problem, Response, Setting
 from identification.sparse_regression import Crosscheck
+from identification.summary import fit_html, fit_text
 from identification.uncertainty.covariance import Uncertainty
 from recordings import Array, Recording
 from simulator import FittedTo, Value, ValveModel
@@ -52,7 +55,7 @@ class Trajectory:
         return _relative(self.rmse, self.measured)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Identification:
     """An identified valve: a fit, how well its parameters are known, and its free runs.
 
@@ -70,6 +73,38 @@ class Identification:
     crosscheck: Crosscheck | None
     advice: tuple[str, ...]
 
+    def __repr__(self) -> str:
+        return fit_text(self)
+
+    def _repr_html_(self) -> str:
+        return fit_html(self)
+
+    @property
+    def converged(self) -> bool:
+        """Whether the fit came to an end that explains the recordings; `fit.outcome` says what else happened."""
+        return self.fit.outcome is Outcome.CONVERGED
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Parameter values by full name, SI units."""
+        return self.model.values
+
+    def write(self, path: str | os.PathLike[str]) -> None:
+        """Write the model as `model.json`, all or nothing. Raises BadInput when it cannot be written."""
+        self.model.write(path)
+
+    def report(self, path: str | os.PathLike[str]) -> None:
+        """Write the report, one self-contained HTML page. Raises BadInput when it cannot be written."""
+        from identification.report import write_report
+
+        write_report(path, self)
+
+    def plot(self) -> Any:
+        """The main pictures, one below the other, as a bokeh layout: ``bokeh.io.show(found.plot())``."""
+        from identification.report import stacked
+
+        return stacked(self)
+
 
 def free_runs(fit: Fit, experiments: Sequence[Experiment], fitted: bool) -> tuple[Trajectory, ...]:
     """Free runs of a fitted model on some experiments: from the first sample on, only the recorded input enters.
@@ -84,24 +119,25 @@ def free_runs(fit: Fit, experiments: Sequence[Experiment], fitted: bool) -> tupl
     resets = not np.isinf(fit.minimum.setting.window)
     unknowns = fit.minimum.unknowns if fitted and not resets else _with_initial_states(fit, problem, setting)
     runs = iter(zip(problem.pieces, problem.responses(unknowns, setting), strict=True))
-    found = []
-    for e in experiments:
-        pairs = [next(runs) for _ in e.segments]
-        unit = "m" if fit.kernel.causality == "force" else "N"
-        parts: dict[str, list[Array]] = {k: [] for k in ("t", "position", "velocity", "force", "measured", "simulated")}
-        offset = 0.0
-        for piece, response in pairs:
-            s = piece.segment
-            hidden = np.where(s.seen, 1.0, np.nan)
-            predicted = np.full(len(s.t), np.nan) if response is None else response.predicted
-            measured = (s.y if unit == "m" else s.u) * hidden
-            columns = (s.t + offset, s.motion.x, s.motion.v, s.u, measured, predicted)
-            for key, column in zip(parts, columns, strict=True):
-                parts[key].append(np.append(column, np.nan))
-            offset += s.t[-1] + s.dt
-        joined = {key: np.concatenate(value)[:-1] for key, value in parts.items()}
-        found.append(Trajectory(e.name, noise=e.output_noise, unit=unit, **joined))
-    return tuple(found)
+    unit = "m" if fit.kernel.causality == "force" else "N"
+    return tuple(_trajectory(e, [next(runs) for _ in e.segments], unit) for e in experiments)
+
+
+def _trajectory(e: Experiment, runs: Sequence[tuple[Piece, Response | None]], unit: str) -> Trajectory:
+    """The runs of the segments of an experiment one after the other, with a NaN between them."""
+    parts: dict[str, list[Array]] = {k: [] for k in ("t", "position", "velocity", "force", "measured", "simulated")}
+    offset = 0.0
+    for piece, response in runs:
+        s = piece.segment
+        hidden = np.where(s.seen, 1.0, np.nan)
+        predicted = np.full(len(s.t), np.nan) if response is None else response.predicted
+        measured = (s.y if unit == "m" else s.u) * hidden
+        columns = (s.t + offset, s.motion.x, s.motion.v, s.u, measured, predicted)
+        for key, column in zip(parts, columns, strict=True):
+            parts[key].append(np.append(column, np.nan))
+        offset += s.t[-1] + s.dt
+    joined = {key: np.concatenate(value)[:-1] for key, value in parts.items()}
+    return Trajectory(e.name, noise=e.output_noise, unit=unit, **joined)
 
 
 def _with_initial_states(fit: Fit, problem: Problem, setting: Setting) -> Array:

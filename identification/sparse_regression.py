@@ -35,9 +35,9 @@ TERMS = ("a", "x", "v", "bristle", "bristle_rate")
 
 @dataclass(frozen=True)
 class Row:
-    """One compared coefficient: fitted and regressed value in `unit`, their relative difference, the gate it must pass;
-    counts : whether it decides (a term whose share of the force is small against the error of the regression only
-    informs).
+    """One compared coefficient. fitted, regressed : its values in `unit`; gate : the relative difference up to which
+    they agree; counts : whether it decides (a term whose share of the force is small against the error of the
+    regression only informs).
     """
 
     name: str
@@ -60,7 +60,9 @@ class Row:
 
 @dataclass(frozen=True)
 class Crosscheck:
-    """The comparison: rows, the terms pysindy kept, the sentence that sums it up."""
+    """A fit compared with a sparse regression. rows : the coefficients; kept : the terms of `TERMS` that pysindy kept;
+    unexplained : standard deviation of the regression's residual, as a share of the force's.
+    """
 
     rows: tuple[Row, ...]
     kept: tuple[str, ...]

@@ -8,9 +8,9 @@ recordings.errors.BadInput: nowhere.h5: there is no such file; check the path
 """
 
 from recordings.arrays import Array
+from recordings.atomic_files import save_text
 from recordings.description import describe
 from recordings.errors import BadInput, BadParameter, BristleError, LinkError, NegativeAnswer, ProtocolError
-from recordings.files import save_text
 from recordings.hdf5.header import Header, Source
 from recordings.hdf5.live import RecordingWriter
 from recordings.hdf5.reader import RecordingFile, open_recording, read, validate
@@ -19,7 +19,7 @@ from recordings.hdf5.writer import read_truth, write
 from recordings.library import bundled, bundled_names, bundled_path
 from recordings.plant import Event, Plant
 from recordings.plots import picture
-from recordings.progress import Progress, silent
+from recordings.progress import Progress, counted, silent
 from recordings.recording import Recording
 from recordings.signal import ROLES, UNDERSTOOD, Role, Signal, SignalSpec
 from recordings.units import UNITS, Unit, convert, find_unit, unit
@@ -52,6 +52,7 @@ __all__ = [
     "bundled_names",
     "bundled_path",
     "convert",
+    "counted",
     "describe",
     "find_unit",
     "open_recording",

@@ -9,7 +9,7 @@
     └── LinkError                the way to a device failed or went away
         └── ProtocolError        the device answers, but not as its protocol has it
 
-The two of a command's endings are told by exit codes; links that come back are no errors but events.
+A command that ends with an error returns its exit code. A link that comes back is an event, not an error.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from typing import Any
 
 
 class BristleError(Exception):
-    """What all errors of the house are."""
+    """The base of every error that is raised on purpose."""
 
 
 class BadInput(BristleError, ValueError):

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 import numbers
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any
 
-from recordings.errors import BadInput
+from recordings.errors import BadInput, BadParameter
 from recordings.signal import text_problem
 
 
@@ -33,6 +34,20 @@ class Plant:
             problem = plant_problem(name, value)
             if problem:
                 raise BadInput(f"/plant: {name}", *problem)
+
+    @classmethod
+    def of(cls, known: Plant | Mapping[str, float | str] | None) -> Plant:
+        """The plant of what is known of one: items by name, a plant as it is, or nothing.
+
+        Raises `BadParameter` for an item that no plant has, `BadInput` for a value that cannot be.
+        """
+        if isinstance(known, Plant):
+            return known
+        items: dict[str, Any] = dict(known or {})
+        for name in items:
+            if name not in PLANT_NAMES:
+                raise BadParameter("plant", name, "it is not known of a plant", f"allowed: {', '.join(PLANT_NAMES)}")
+        return cls(**items)
 
     def known(self) -> dict[str, float | str]:
         """The items that are given, by name."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Hashable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, fields
 from datetime import datetime
 from functools import cached_property
@@ -11,12 +11,15 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from numpy.typing import ArrayLike
+
+from recordings.array_signals import Frame, arrays_of_frame, signals_of_arrays
 from recordings.arrays import Array
-from recordings.checks import value_problem
 from recordings.errors import BadInput
 from recordings.hdf5.header import Header, Source
 from recordings.plant import Event, Plant
-from recordings.signal import Signal
+from recordings.sample_checks import value_problem
+from recordings.signal import UNDERSTOOD, Role, Signal
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -59,6 +62,119 @@ class Recording:
     def of(cls, signals: Iterable[Signal], **about: Any) -> Recording:
         """A recording of these signals; `about` are the other fields."""
         return cls({signal.name: signal for signal in signals}, **about)
+
+    @classmethod
+    def from_arrays(
+        cls,
+        *,
+        time: ArrayLike,
+        position: ArrayLike | None = None,
+        force: ArrayLike | None = None,
+        pressure: ArrayLike | None = None,
+        setpoint: ArrayLike | None = None,
+        drive: ArrayLike | None = None,
+        velocity: ArrayLike | None = None,
+        flow: ArrayLike | None = None,
+        temperature: ArrayLike | None = None,
+        supply_pressure: ArrayLike | None = None,
+        upstream_pressure: ArrayLike | None = None,
+        downstream_pressure: ArrayLike | None = None,
+        extra: Mapping[str, ArrayLike] | None = None,
+        units: Mapping[str, str] | None = None,
+        roles: Mapping[str, Role] | None = None,
+        plant: Plant | Mapping[str, float | str] | None = None,
+        title: str | None = None,
+        source: Source | None = None,
+    ) -> Recording:
+        """A recording of arrays: one value a sample, shape (n_samples,), NaN where a sample is missing.
+
+        Parameters
+        ----------
+        time : array_like
+            Strictly increasing [s]; times of day (datetime64) become seconds since the first.
+        position, force, pressure, ... : array_like, optional
+            The signals of these names, in the units of `UNDERSTOOD`: SI, but flow in m3/h and temperature in degC.
+        extra : mapping, optional
+            Signals of any other name; each needs a unit.
+        units : mapping, optional
+            Units by signal where they are others, as ``{"position": "mm", "pressure": "kPa"}``. Values are converted.
+        roles : mapping, optional
+            Roles by signal. Without one, setpoint, drive, pressure and force are inputs, the position is the output,
+            and all others are extra.
+        plant : Plant or mapping, optional
+            What is known of the valve. With its ``stroke_m`` a position in % becomes metres.
+        title, source : str, optional
+            One line for plots and reports; where it is from: ``plant``, ``rig`` or ``simulated``.
+
+        Raises
+        ------
+        BadParameter, BadInput
+            The arrays differ in length, the time does not increase, a unit is not known or does not fit, or a unit or
+            a role is given for a signal that is not there.
+
+        >>> recording = Recording.from_arrays(
+        ...     time=[0.0, 0.1, 0.2], position=[10.0, 10.5, 11.0], force=[100, 150, 200], units={"position": "mm"}
+        ... )
+        >>> recording["position"].values[1], recording["position"].unit, recording["force"].role
+        (np.float64(0.0105), 'm', 'input')
+        """
+        named = {
+            "time": time, "setpoint": setpoint, "drive": drive, "pressure": pressure,
+            "supply_pressure": supply_pressure, "force": force, "position": position, "velocity": velocity,
+            "flow": flow, "upstream_pressure": upstream_pressure, "downstream_pressure": downstream_pressure,
+            "temperature": temperature,
+        }  # fmt: skip
+        arrays = {name: array for name, array in named.items() if array is not None} | dict(extra or {})
+        known = Plant.of(plant)
+        return cls.of(signals_of_arrays(arrays, units, roles, known.stroke_m), plant=known, title=title, source=source)
+
+    @classmethod
+    def from_dataframe(
+        cls,
+        frame: Frame,
+        *,
+        columns: Mapping[str, Hashable] | None = None,
+        units: Mapping[str, str] | None = None,
+        roles: Mapping[str, Role] | None = None,
+        plant: Plant | Mapping[str, float | str] | None = None,
+        title: str | None = None,
+        source: Source | None = None,
+    ) -> Recording:
+        """A recording of columns of a data frame, of pandas or of anything else with ``.columns`` and ``to_numpy()``.
+
+        columns : label of the column of each signal, as ``{"position": "stem travel"}``; without it, the columns whose
+        header says a known name, and perhaps a unit: ``time``, ``Position [mm]``, ``force (N)``, ``pressure_kPa``.
+        The rest as in `from_arrays`; units given here go before those in the headers.
+
+        Raises `BadParameter` for a column that is not there and when no column is the time, else as `from_arrays`.
+        """
+        arrays, symbols = arrays_of_frame(frame, columns, units)
+        known = Plant.of(plant)
+        signals = signals_of_arrays(arrays, symbols, roles, known.stroke_m)
+        return cls.of(signals, plant=known, title=title, source=source)
+
+    def to_arrays(self) -> dict[str, Array]:
+        """The values of all signals by name, shape (n_samples,) each, read-only, in the units that they are stored in.
+
+        ``recording.si(name)`` has the unit beside the values, and converts them to SI.
+        """
+        return {name: signal.values for name, signal in self.signals.items()}
+
+    def to_dict(self) -> dict[str, Any]:
+        """The arguments with which `from_arrays` makes this recording again.
+
+        Descriptions, resolutions, noise, events and further attributes have no place there.
+
+        >>> recording = Recording.from_arrays(time=[0.0, 0.1], position=[0.5, 0.6], units={"position": "%"})
+        >>> Recording.from_arrays(**recording.to_dict()).si("time").values
+        array([0. , 0.1])
+        """
+        arrays = self.to_arrays()
+        others = {name: arrays.pop(name) for name in self.signals if name not in UNDERSTOOD}
+        about = {"plant": self.plant, "title": self.title, "source": self.source}
+        units = {name: signal.unit for name, signal in self.signals.items()}
+        roles = {name: signal.role for name, signal in self.signals.items()}
+        return {**arrays, "extra": others, "units": units, "roles": roles, **about}
 
     def __getitem__(self, name: str) -> Signal:
         """The signal of a name; `BadInput` listing those there when it has none."""

@@ -10,7 +10,7 @@ from simulator.effects import BASE, CATALOGUE
 from simulator.excitation import Excitation
 from simulator.relaxation import Lag, Relaxation
 from simulator.simulation import Sensors, random_valve, simulate
-from simulator.valve import FittedTo, Status, Value, ValveModel
+from simulator.valve_model import FittedTo, Status, Value, ValveModel
 
 __all__ = [
     "BASE",

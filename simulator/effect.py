@@ -80,6 +80,15 @@ class Parameter:
     known: bool = False
     tried_at: TriedAt = TriedAt.SCALE
 
+    def allows(self, value: float) -> bool:
+        """Whether a value, in `unit`, lies within the physical bounds."""
+        return self.lower <= value <= self.upper
+
+    @property
+    def bounds(self) -> str:
+        """The physical bounds in words: ``from 0 to 1 m``."""
+        return f"from {self.lower:g} to {self.upper:g} {self.unit}"
+
 
 @dataclass(frozen=True)
 class Quantities:

@@ -1,4 +1,8 @@
-"""The play operator: the finite-state element behind backlash, Maxwell-slip elements and Prandtl-Ishlinskii stacks."""
+"""The play operator: the finite-state element behind backlash, Maxwell-slip elements and Prandtl-Ishlinskii stacks.
+
+All effects share this one, of CasADi expressions. The operators of `simulator.backlash` and `simulator.hysteresis` work
+on plain numbers, with other shapes of the two curves, and are not compiled.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Simulated recordings: a valve, an excitation, and what the sensors and the sampling leave of it."""
+"""Simulated recordings: a valve moved by an excitation, as sensors and sampling show it."""
 
 from __future__ import annotations
 
@@ -111,9 +111,8 @@ def simulate(
 def _checked(valve: Kernel, values: Mapping[str, float]) -> Array:
     """The parameter vector of values that the physics allows."""
     for name, parameter in valve.catalogue.parameters(valve.effects).items():
-        if name in values and not parameter.lower <= values[name] <= parameter.upper:
-            allowed = f"it is from {parameter.lower:g} to {parameter.upper:g} {parameter.unit}"
-            raise BadInput(f"{name} = {values[name]:g}", "no such valve can be", allowed)
+        if name in values and not parameter.allows(values[name]):
+            raise BadInput(f"{name} = {values[name]:g}", "no such valve can be", f"it is {parameter.bounds}")
     return valve.vector(values)
 
 

@@ -49,6 +49,8 @@ CROWDED = 17
 """Modules in a folder, its door among them, beyond which it wants parts of its own."""
 
 HEAVY = {"bokeh", "casadi", "numba", "pymodbus", "pysindy"}
+ARRAYS = {"numpy", "scipy", "h5py", "pydantic"}
+"""What everything that works with data needs, and help does not."""
 
 MODULES = sorted(path for room in (*ARROWS, *GUESTS) for path in (HOUSE / room).rglob("*.py"))
 
@@ -179,13 +181,19 @@ def loaded_by(program: str) -> set[str]:
 @pytest.mark.parametrize(
     ("program", "absent"),
     [
-        ("import bristle", HEAVY),
-        ("from bristle.cli.app import run; assert run(['--help']) == 0", HEAVY),
+        ("import bristle", HEAVY | ARRAYS),
+        ("import bristle as br; br.Recording", HEAVY),
+        ("import bristle as br; br.Plant, br.BadInput, br.read", HEAVY),
+        ("from bristle.cli.app import run; assert run(['--help']) == 0", HEAVY | ARRAYS),
+        ("from bristle.cli.app import run; assert run(['--version']) == 0", HEAVY | ARRAYS),
         ("import recordings", HEAVY),
         ("import simulator", HEAVY - {"casadi"}),
     ],
-    ids=["import bristle", "bristle --help", "import recordings", "import simulator"],
-)
+    ids=[
+        "import bristle", "br.Recording", "br.read", "bristle --help", "bristle --version", "import recordings",
+        "import simulator",
+    ],
+)  # fmt: skip
 def test_what_is_heavy_is_loaded_late(program, absent):
     loaded = loaded_by(program)
     assert "encodings" in loaded

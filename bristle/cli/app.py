@@ -8,11 +8,13 @@ import signal
 import sys
 import threading
 from collections.abc import Sequence
-from typing import NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
+from typer.core import TyperArgument, TyperCommand, TyperOption
 
-from recordings.errors import BadInput, BadParameter, NegativeAnswer
+if TYPE_CHECKING:
+    from recordings.errors import BadInput
 
 COMMANDS = {
     "demo": "demo",
@@ -31,8 +33,10 @@ COMMANDS = {
 
 OPTIONS = {
     "column": "--column NAME=COLUMN:UNIT",
+    "effects": "--effect",
     "overwrite": "--force",
     "rate_hz": "--rate HZ",
+    "settings": "--set",
     "time": "--time COLUMN:UNIT",
 }
 """How a message writes the option that stands for a parameter, where it is not the parameter's name alone."""
@@ -50,33 +54,70 @@ def application() -> typer.Typer:
     app = typer.Typer(
         name="bristle",
         help="Learns what a control valve really does from measured data, then watches it.",
-        no_args_is_help=True,
+        context_settings={"help_option_names": ["-h", "--help"]},
         add_completion=False,
         pretty_exceptions_enable=False,
     )
-    app.callback()(lambda: None)
+    app.callback()(_options)
     for name, module in COMMANDS.items():
         function = importlib.import_module(f"bristle.cli.commands.{module}").command
-        app.command(name)(function)
+        app.command(name, cls=Literal)(function)
     return app
+
+
+def _print_version(asked: bool) -> None:
+    if asked:
+        import bristle
+
+        print(f"bristle {bristle.__version__}")
+        raise typer.Exit
+
+
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit.")
+    ] = False,
+) -> None:
+    """What may stand before a command."""
+
+
+class Literal(TyperCommand):
+    """A command whose help is printed as it is written: the terminal's library would take ``[m2]`` for markup."""
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        """Print the help, once in the life of a command: its texts are changed."""
+        from rich.markup import escape
+
+        for parameter in self.params:
+            if isinstance(parameter, TyperOption | TyperArgument):
+                parameter.help = escape(parameter.help or "")
+        super().format_help(ctx, formatter)
 
 
 def run(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code: 0 done, 1 negative answer, 2 bad input or usage, 130 interrupted."""
+    words = _repeated(sys.argv[1:] if arguments is None else arguments) or ["--help"]
     command = typer.main.get_command(application())
     try:
-        code = command.main(args=_repeated(sys.argv[1:] if arguments is None else arguments), standalone_mode=False)
-    except BadInput as error:
-        return _say(_as_option(error), 2)
-    except NegativeAnswer as answer:
-        return _say(str(answer), 1)
+        code = command.main(args=words, prog_name="bristle", standalone_mode=False)
     except (KeyboardInterrupt, typer.Abort):
         return _say("interrupted", INTERRUPTED)
     except Exception as error:
-        return _usage(error)
+        return _failed(error)
     if code == INTERRUPTED:  # how the parser hands on a KeyboardInterrupt
         return _say("interrupted", INTERRUPTED)
     return code if isinstance(code, int) else 0
+
+
+def _failed(error: Exception) -> int:
+    """The exit code of a command that an error ended, with its line; a defect keeps its traceback."""
+    from recordings.errors import BadInput, LinkError, NegativeAnswer  # loads numpy: not for help alone
+
+    if isinstance(error, BadInput):
+        return _say(_as_option(error), 2)
+    if isinstance(error, NegativeAnswer | LinkError):
+        return _say(str(error), 1)
+    return _usage(error)
 
 
 def _repeated(arguments: Sequence[str]) -> list[str]:
@@ -98,15 +139,17 @@ def _usage(error: Exception) -> int:
         raise error
     context = getattr(error, "ctx", None)
     helpful = f"; see '{context.command_path} --help'" if context else ""
-    return _say(f"{' '.join(error.format_message().split())}{helpful}", 2)
+    said = " ".join(error.format_message().split()).removesuffix(".")
+    return _say(f"{said}{helpful}", 2)
 
 
 def _as_option(error: BadInput) -> str:
     """What is wrong with an input, with the parameter it names written as the option of this command line."""
-    if isinstance(error, BadParameter):
-        (parameter,) = error.parameters
-        return f"--{parameter.replace('_', '-')}{str(error).removeprefix(parameter)}"
+    from recordings.errors import BadParameter
+
     options = [OPTIONS.get(name, f"--{name.replace('_', '-')}") for name in error.parameters]
+    if isinstance(error, BadParameter):
+        return f"{options[0].split()[0]}{str(error).removeprefix(error.parameters[0])}"
     return f"{error} ({', '.join(options)})" if options else str(error)
 
 

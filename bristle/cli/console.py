@@ -1,4 +1,4 @@
-"""What commands share: reading recordings and options, and tables on the terminal."""
+"""What commands share: reading options, and tables on the terminal."""
 
 from __future__ import annotations
 
@@ -7,27 +7,13 @@ from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from recordings import BadInput, Recording, bundled, bundled_names, read
+from recordings import BadInput, Progress
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from identification import Crosscheck, Identification
     from simulator import ValveModel
-
-
-def load(paths: Sequence[str]) -> list[Recording]:
-    """Read recordings by path; ``bundled:NAME`` names one that ships with the toolkit."""
-    return [_load(path) for path in paths]
-
-
-def _load(path: str) -> Recording:
-    if not path.startswith("bundled:"):
-        return read(path)
-    name = path.removeprefix("bundled:")
-    if name not in bundled_names():
-        raise BadInput(path, "there is no such bundled recording", f"there are {', '.join(bundled_names())}")
-    return bundled(name)
 
 
 def assignments(items: Sequence[str], option: str) -> dict[str, float]:
@@ -64,6 +50,17 @@ def working(what: str) -> AbstractContextManager[object]:
 
     console = Console(stderr=True)
     return console.status(what) if console.is_terminal else nullcontext()
+
+
+def shown_on(status: object) -> Progress:
+    """Progress on the sign of life that `working` gives: what is being done, and how much of it is."""
+    from rich.status import Status
+
+    def report(stage: str, done: int, total: int) -> None:
+        if isinstance(status, Status):
+            status.update(f"{stage}: {done} of {total}" if total else stage)
+
+    return report
 
 
 def stdout() -> Console:

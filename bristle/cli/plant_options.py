@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
-from hil import ActuatorPlant, ActuatorSetup
+from bristle.door.plants import actuator
+from hil import ActuatorPlant
 from recordings import BadInput
-from simulator import BASE
-from simulator.damadics import FAULTS, FORMS, Fault, Form, Parameters, Stimulus, scenario
-from simulator.damadics.stimuli import constant
+from simulator.damadics import FAULTS, Fault
 
 _FAULT_WORDS = {
     "strength": "strength",
@@ -41,35 +40,11 @@ class ActuatorOptions:
         >>> ActuatorOptions(faults=("4:strength=0.5,from=70",)).plant().signals()["fault_active"]
         0.0
         """
-        stimulus, faults = self._scenario()
-        values = _numbers("--set", self.settings)
-        friction = {name.split(".")[1]: values.pop(name) for name in ActuatorPlant.friction if name in values}
-        inputs = {name: values.pop(name) for name in ActuatorPlant.inputs if name in values}
-        setup = ActuatorSetup(
-            form=self._form(),
-            stimulus=stimulus,
-            inputs=inputs,
-            faults=(*faults, *(_fault(text) for text in self.faults)),
-            noise=self.noise,
+        return actuator(
+            self.scenario, self.friction, [_fault(text) for text in self.faults], _numbers("--set", self.settings),
+            dict(_effect(text) for text in self.effects), effects_on=self.effects_on, noise=self.noise,
             seed=self.seed + number,
-            parameters=_parameters(values),
-            friction=friction,
-            hidden=dict(_effect(text) for text in self.effects),
-            hidden_on=self.effects_on,
-        )
-        return ActuatorPlant(setup)
-
-    def _scenario(self) -> tuple[Stimulus, tuple[Fault, ...]]:
-        if self.scenario is None:
-            return constant(0.5), ()
-        chosen = scenario(self.scenario)
-        return chosen.stimulus, chosen.faults
-
-    def _form(self) -> Form:
-        for form in FORMS:
-            if form == self.friction:
-                return form
-        raise BadInput("--friction", f"there is no friction {self.friction!r}", f"use {' or '.join(FORMS)}")
+        )  # fmt: skip
 
 
 def _fault(text: str) -> Fault:
@@ -99,19 +74,7 @@ def _fault(text: str) -> Fault:
 def _effect(text: str) -> tuple[str, Mapping[str, float]]:
     """``backlash`` in its typical size, or ``backlash:width=1e-4``."""
     name, _, rest = text.partition(":")
-    if name in BASE:
-        found = f"{name!r} belongs to every actuator"
-        raise BadInput("--effect", found, "change it with --set: lugre.fc, spring_rate, mass")
     return name, _numbers("--effect", [part for part in rest.split(",") if part])
-
-
-def _parameters(values: Mapping[str, float]) -> Parameters:
-    known = {item.name for item in fields(Parameters)}
-    for name in values:
-        if name not in known:
-            names = ", ".join((*ActuatorPlant.inputs, *ActuatorPlant.friction, *sorted(known)))
-            raise BadInput("--set", f"there is no setting {name!r}", f"there are {names}")
-    return Parameters.with_changes(values)
 
 
 def _numbers(option: str, items: Sequence[str]) -> dict[str, float]:

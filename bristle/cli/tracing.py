@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from rich.table import Table
+from rich.table import Column, Table
 
 if TYPE_CHECKING:
     from identification import Trace
@@ -15,11 +15,11 @@ SHOWN = 8
 
 def candidate_table(found: Trace) -> Table:
     """The best candidates of the first round, with what became of them."""
-    table = Table("effect", "gain", "held-out t", f"held-out rmse [{found.unit}]", "outcome")
+    table = Table(Column("effect", no_wrap=True), "gain", "held-out t", f"held-out rmse [{found.unit}]", "outcome")
     for c in found.candidates[:SHOWN]:
         rmse = found.holdout_rmse.get(c.effect)
         table.add_row(
-            c.effect, f"{c.gain:.4g}", "" if c.held is None else f"{c.held.t:.1f}",
+            c.effect, f"{c.gain:.4g}", "" if c.held_out is None else f"{c.held_out.t:.1f}",
             "" if rmse is None else f"{rmse:.3g}", "accepted" if c.accepted else c.why,
         )  # fmt: skip
     return table

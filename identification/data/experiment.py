@@ -83,10 +83,22 @@ class Experiment:
 
 
 def experiment(recording: Recording, causality: Causality | None = None, *, hold: bool = False) -> Experiment:
-    """Prepare a recording. The roles decide the causality (position as input: the rig imposes the motion).
+    """Make a recording ready for fitting: SI units, segments without gaps, smoothed motion, noise levels.
 
-    hold : the force is held from sample to sample (a converter's output) instead of changing linearly between them.
-    Raises BadInput when there is no position, or neither force nor pressure with an area, or nothing long enough.
+    Parameters
+    ----------
+    recording : Recording
+        With a position, and a force or a pressure and the diaphragm area of its plant.
+    causality : {"force", "motion"}, optional
+        What drives the valve. By default the roles of the signals say it: where the position is an input, a rig imposes
+        the motion.
+    hold : bool
+        The force is held from sample to sample (a converter's output) instead of changing linearly between them.
+
+    Raises
+    ------
+    BadInput
+        When there is no position, neither force nor pressure with an area, or no stretch without gaps long enough.
     """
     name = recording.path.name if recording.path else recording.title or "recording"
     position, position_step = _position(recording, name)

@@ -97,7 +97,7 @@ def chained(h: float, w: float, unit: float, F: Any, Q: Any) -> None:
 
 
 @native
-def given(row: Any, own: float, pull: Any, N: Any) -> tuple[float, float]:
+def conditioned(row: Any, own: float, pull: Any, N: Any) -> tuple[float, float]:
     """Shift of the mean and variance of a quantity when all data are known, from its variance `own` and its covariance
     `row` (s,) with the states that the adjoint `pull` (s,), of covariance N, is of."""
     shift, variance = 0.0, own
@@ -109,7 +109,7 @@ def given(row: Any, own: float, pull: Any, N: Any) -> tuple[float, float]:
 
 
 @native
-def behind(gain: Any, e: float, v: float, pull: Any, N: Any, b: Any) -> None:
+def back_over(gain: Any, e: float, v: float, pull: Any, N: Any, b: Any) -> None:
     """Take the adjoint, of covariance N, back over a measurement of the first state that found it off by e, of variance
     v, and moved the states by `gain` (s,) of that; b (s,) : room.
     """
@@ -153,11 +153,11 @@ def smoothed_force(t: Any, u: Any, q: Any, r: float, mean: Any, variance: Any, j
     for k in range(n - 1, -1, -1):
         if k + 1 < n:
             chained(t[k + 1] - t[k], q[k], unit, F, Q)
-            shift, own = given(Q[s - 1], Q[s - 1, s - 1], pull, N)
+            shift, own = conditioned(Q[s - 1], Q[s - 1, s - 1], pull, N)
             jumps[k] = max(shift**2 + own, 0.0) / unit ** (2 * s - 2)
             predict(pull, N, fixed, F.T, fixed, rest, still, b, T, fixed)
-        behind(K[k], e[k], v[k], pull, N, b)
-        _, variance[k] = given(P[k, 0], P[k, 0, 0], pull, N)
+        back_over(K[k], e[k], v[k], pull, N, b)
+        _, variance[k] = conditioned(P[k, 0], P[k, 0, 0], pull, N)
         for i in range(s):
             mean[k, i] = A[k, i]
             for j in range(s):

@@ -8,7 +8,7 @@ from identification.data.grid import Grid, grids, with_smooth_force
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.estimate import Estimate, Innovations
 from identification.estimators.imposed_motion.estimator import ImposedMotion
-from identification.estimators.noise_aware.estimator import STRICT, NoiseAware
+from identification.estimators.noise_aware.estimator import NoiseAware
 from identification.estimators.noise_aware.fit import noise_aware_for, smoothed_starts
 from identification.estimators.noise_aware.linearised_model import (
     AffineModel,
@@ -16,20 +16,22 @@ from identification.estimators.noise_aware.linearised_model import (
     first_variances,
     kalman_filter,
 )
+from identification.estimators.noise_aware.predictor import KalmanSmoother, Predictor
 from identification.estimators.noise_aware.search import best_on_chunks, on_chunks, on_whole_recordings
 from identification.estimators.path_estimator import PathEstimator
 
 __all__ = [
-    "STRICT",
     "AffineModel",
     "Coordinates",
     "Estimate",
     "Grid",
     "ImposedMotion",
     "Innovations",
+    "KalmanSmoother",
     "NoiseAware",
     "PathEstimator",
     "PathFreedom",
+    "Predictor",
     "best_on_chunks",
     "first_variances",
     "grids",

@@ -25,9 +25,8 @@ def check_given(given: Mapping[str, float], valve: Kernel) -> None:
     for name, value in given.items():
         if name not in known:
             raise BadParameter("given", name, "no such parameter", f"there are {', '.join(known)}")
-        if not known[name].lower <= value <= known[name].upper:
-            allowed = f"it is from {known[name].lower:g} to {known[name].upper:g} {known[name].unit}"
-            raise BadParameter("given", name, f"no valve has {value:g}", allowed)
+        if not known[name].allows(value):
+            raise BadParameter("given", name, f"no valve has {value:g}", f"it is {known[name].bounds}")
 
 
 def obstacle(experiments: Sequence[Experiment], coordinates: Coordinates, force: Array) -> Outcome | None:

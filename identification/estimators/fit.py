@@ -14,7 +14,7 @@ from identification.estimators.fitted import Fit
 from identification.estimators.imposed_motion.fit import fit_imposed_motion
 from identification.estimators.noise_aware.fit import fit_noise_aware, force_noise_matters
 from identification.estimators.output_error.fit import fit_output_error, integrates
-from recordings import BadInput, Progress, silent
+from recordings import BadInput, BadParameter, Progress, silent
 from simulator import BASE, CATALOGUE, Catalogue, Effect, kernel
 
 Estimator = Literal["auto", "output-error", "noise-aware"]
@@ -56,10 +56,13 @@ def fit(
     Raises
     ------
     BadParameter
-        For a held parameter that no effect has, or a value out of its bounds.
+        For an effect that is not in the catalogue, a held parameter that no effect has, or a value out of its bounds.
     BadInput
         For experiments of different causality.
     """
+    for effect in effects:
+        if effect not in catalogue:
+            raise BadParameter("effects", effect, "there is no such effect", f"there are {', '.join(catalogue.ids)}")
     given = _known(catalogue.pick(effects), experiments) | dict(given or {})
     causalities = {e.causality for e in experiments}
     if len(causalities) != 1:

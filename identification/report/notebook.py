@@ -17,9 +17,16 @@ def figures(result: Identification | Trace) -> dict[str, Any]:
 
     Of a fit: measured and simulated over time, the valve signature, the friction map (where the model has LuGre
     friction). Of a trace: a held-out recording with the model before and after, their errors.
-    Show them with ``bokeh.io.show(bokeh.layouts.column(*figures(result).values(), sizing_mode="stretch_width"))``.
+    `stacked` makes one layout of them.
     """
     return _of_trace(result) if isinstance(result, Trace) else _of_fit(result)
+
+
+def stacked(result: Identification | Trace) -> Any:
+    """The figures one below the other, as a bokeh layout: show it with ``bokeh.io.show``."""
+    from bokeh.layouts import column
+
+    return column(*figures(result).values(), sizing_mode="stretch_width")
 
 
 def _of_fit(identification: Identification) -> dict[str, Any]:

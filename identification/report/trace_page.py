@@ -10,7 +10,7 @@ import numpy as np
 from identification.report.assembly import assembled, save_page
 from identification.report.fit_page import SECTIONS, front
 from identification.report.section import Section
-from identification.tracing.model import Model
+from identification.tracing.models.model import Model
 from identification.tracing.residual import quantities
 from identification.tracing.result import Trace
 
@@ -30,7 +30,7 @@ def story(trace: Trace) -> Section:
     words: dict[str, Any] = {
         "verdict": trace.verdict, "sentences": trace.sentences(),
         "candidates": [
-            {"effect": c.effect, "gain": f"{c.gain:.4g}", "t": "" if c.held is None else f"{c.held.t:.1f}",
+            {"effect": c.effect, "gain": f"{c.gain:.4g}", "t": "" if c.held_out is None else f"{c.held_out.t:.1f}",
              "rmse": _sized(trace.holdout_rmse.get(c.effect), unit), "why": c.why}
             for c in trace.candidates
         ],
@@ -53,7 +53,7 @@ def _pictures(trace: Trace) -> dict[str, Any]:
     """What had to be added to the force, before and after, over everything an engineer would plot it over."""
     from bokeh.plotting import figure
 
-    models = [(trace.tracing.base, "#c0504d", "before"), (trace.tracing.final, "#2f6db3", "after")]
+    models = [(trace.selection.base, "#c0504d", "before"), (trace.selection.final, "#2f6db3", "after")]
     known = [quantities(model) for model, _, _ in models]
     plots = {}
     for name, first in known[0].items():
@@ -62,7 +62,7 @@ def _pictures(trace: Trace) -> dict[str, Any]:
             y_axis_label="force left [N]",
         )  # fmt: skip
         for (model, colour, legend), mine in zip(models, known, strict=True):
-            force = np.concatenate(model.force_left)
+            force = np.concatenate(model.residual_force)
             step = max(1, len(force) // POINTS)
             values = mine[name].values[::step]
             plot.scatter(values, force[::step], size=2, color=colour, alpha=0.4, legend_label=legend)
@@ -81,7 +81,7 @@ def _spectrum(models: list[tuple[Model, str, str]]) -> Any:
         x_axis_type="log",
     )  # fmt: skip
     for model, colour, legend in models:
-        segment, force = max(zip(model.data.fitted, model.force_left, strict=True), key=lambda pair: pair[0].t[-1])
+        segment, force = max(zip(model.data.fitted, model.residual_force, strict=True), key=lambda pair: pair[0].t[-1])
         grid = np.linspace(segment.t[0], segment.t[-1], len(segment.t))
         window = np.hanning(len(grid))
         amplitude = 2 * np.abs(np.fft.rfft(np.interp(grid, segment.t, force) * window)) / window.sum()

@@ -1,6 +1,6 @@
 """A second opinion on what is missing: pysindy chooses among the candidates' own forces.
 
-The estimated motion is imposed on the base model, and the force that it does not account for is regressed on a library.
+The smoothed motion is imposed on the base model, and the force that it does not account for is regressed on a library.
 Its columns come from the effects' one definition: the derivative of the predicted force by a strength is the force that
 a little of that effect would add, and the derivatives by the base parameters are what a better base fit could still
 take over, so they are taken out first. pysindy then selects by forward orthogonal least squares (Chen, Billings, Luo,
@@ -19,26 +19,19 @@ import numpy as np
 from identification.data.grid import Grid
 from identification.estimators.imposed_motion.grid import ImposedGrid
 from identification.sparse_regression import WINDOW, weak
-from identification.tracing.model import Model, coordinates, defaults, in_order
-from identification.tracing.screen import Rhythms, rhythms_of, shapes, strengths
+from identification.tracing import settings
+from identification.tracing.models.model import Model
+from identification.tracing.scan import Rhythms, rhythms, shapes, strengths
 from recordings import Array
-from simulator import CATALOGUE, Kernel, Site, kernel, shows_imposed
+from simulator import Kernel, Site, kernel, shows_imposed
 
-NOTHING = 0.05
-"""Share of the force left below which the choice is none."""
-TRAVELS = (1.0, 0.3)
-"""Break-away distances that a window has to pass: the first at which there are enough windows, on chunks of the
-recordings or else on all of them."""
-APART, TINY, SAME = 1e-4, 1e-100, 0.999
-"""Share of a force that the base's own do not have, and its size, from which it is offered; correlation of two forces
-from which they are one."""
-FEWEST = 100
-"""Windows in which the valve slides, below which nothing is said."""
+TINY = 1e-100
+"""Length below which a column is zero."""
 
 
 @dataclass(frozen=True)
 class SecondOpinion:
-    """effect : pysindy's first choice, or ``none``; share : of the force left that all terms of it explain."""
+    """effect : pysindy's first choice, or ``none``; share : of the residual force that all terms of it explain."""
 
     effect: str
     share: float
@@ -54,71 +47,87 @@ class SecondOpinion:
         )
 
 
+@dataclass(frozen=True)
+class Windows:
+    """The residual force of a model as means over windows in which the valve slides.
+
+    model : whose grids and paths are used; distance : break-away distances that the valve slides in a window;
+    residual (n,), own (n, m) : the residual force and the unit columns of the model's own parameters.
+    """
+
+    model: Model
+    distance: float
+    residual: Array
+    own: Array
+
+    def means(self, grid: Grid, path: Array, values: Array) -> Array:
+        """Means of columns of one grid (n_samples, ...) over its windows."""
+        return _means(self.model, self.distance, grid, path, values)
+
+
 def second_opinion(base: Model) -> SecondOpinion | None:
     """Pysindy's choice for a base model; None where the valve hardly slides, or the model has no solution along its
     own motion."""
-    for travel, some in itertools.product(TRAVELS, (base.thinned(), base)):
-        pairs = list(zip(some.data.fitted, some.estimate.paths, strict=True))
-        left, own = _left(some, pairs, travel)
-        if left is not None and len(left) >= FEWEST:
+    for distance, some in itertools.product(settings.SLIDING_DISTANCES, (base.on_chunks(), base)):
+        windows = _windows(some, distance)
+        if windows is not None and len(windows.residual) >= settings.MIN_WINDOWS:
             break
     else:
         return None
-    terms, rhythms = dict[str, Array](), rhythms_of(base)
+    found, effects, own = rhythms(base), base.data.catalogue, windows.own
+    terms = dict[str, Array]()
     for effect in base.data.candidates:
-        if effect in base.effects or not shows_imposed(CATALOGUE[effect]) or CATALOGUE[effect].site is not Site.FORCE:
+        if effect in base.effects or not shows_imposed(effects[effect]) or effects[effect].site is not Site.FORCE:
             continue
-        mine = np.column_stack([np.zeros((len(left), 0)), *_terms(some, effect, rhythms, pairs, own, travel)])
-        if mine.shape[1]:
-            terms[effect] = mine
-    left = left - own @ np.linalg.lstsq(own, left, rcond=None)[0]
-    best = [terms[effect][:, int(np.argmax(np.abs(terms[effect].T @ left)))] for effect in terms]
-    chosen = _first(np.column_stack(best), left) if best else None
+        columns = np.column_stack([np.zeros((len(own), 0)), *_terms(windows, effect, found)])
+        if columns.shape[1]:
+            terms[effect] = columns
+    residual = windows.residual - own @ np.linalg.lstsq(own, windows.residual, rcond=None)[0]
+    best = [columns[:, int(np.argmax(np.abs(columns.T @ residual)))] for columns in terms.values()]
+    chosen = _first_choice(np.column_stack(best), residual) if best else None
     if chosen is None:
         return SecondOpinion("none", 0.0)
     effect = list(terms)[chosen]
-    error = left - terms[effect] @ np.linalg.lstsq(terms[effect], left, rcond=1e-6)[0]
-    share = 1.0 - float(error @ error) / float(left @ left)
-    return SecondOpinion(effect if share > NOTHING else "none", share)
+    weights = np.linalg.lstsq(terms[effect], residual, rcond=settings.SINGULAR_FORCE)[0]
+    error = residual - terms[effect] @ weights
+    share = 1.0 - float(error @ error) / float(residual @ residual)
+    return SecondOpinion(effect if share > settings.CROSSCHECK_SHARE else "none", share)
 
 
-Pairs = list[tuple[Grid, Array]]
-
-
-def _left(model: Model, pairs: Pairs, travel: float) -> tuple[Array | None, Array]:
-    """What the base leaves of the force, and the columns of its parameters, as means over windows."""
-    target = kernel(model.effects, "motion")
-    p = target.vector(model.values)
-    left, own = list[Array](), list[Array]()
-    for grid, path in pairs:
+def _windows(model: Model, distance: float) -> Windows | None:
+    """The residual force of a model over windows; None where it has no solution along its motion."""
+    target = kernel(model.effects, "motion", model.data.catalogue)
+    p, free = target.vector(model.values), model.coordinates.free
+    residual, own = list[Array](), list[Array]()
+    for grid, path in zip(model.data.fitted, model.estimate.paths, strict=True):
         found = _imposed(target, model, grid, path, p)
         if found is None:
-            return None, np.empty((0, 0))
+            return None
         predicted, by = found
-        left.append(_weak(model, travel, grid, path, grid.force.u - predicted)[:, 0])
-        own.append(_weak(model, travel, grid, path, by[:, : len(p)][:, coordinates(model.effects, model.data).free]))
-    return np.concatenate(left), _unit(np.concatenate(own))
+        residual.append(_means(model, distance, grid, path, grid.force.u - predicted)[:, 0])
+        own.append(_means(model, distance, grid, path, by[:, : len(p)][:, free]))
+    return Windows(model, distance, np.concatenate(residual), _unit(np.concatenate(own)))
 
 
-def _terms(model: Model, effect: str, rhythms: Rhythms, pairs: Pairs, own: Array, travel: float) -> Iterator[Array]:
+def _terms(windows: Windows, effect: str, found: Rhythms) -> Iterator[Array]:
     """The forces of a little of an effect, one column per shape and strength, apart from the base's own columns."""
-    effects = in_order(*model.effects, effect)
-    target = kernel(effects, "motion")
-    at = [target.parameters.index(name) for name in strengths(effect)]
-    for shape in shapes(model, effect, rhythms):
-        p = target.vector(defaults(effect, model.data) | model.values | shape)
-        parts = list[Array]()
-        for grid, path in pairs:
-            found = _imposed(target, model, grid, path, p)
-            if found is None:
+    model, own = windows.model, windows.own
+    data = model.data
+    target = kernel(data.in_order(*model.effects, effect), "motion", data.catalogue)
+    at = [target.parameters.index(name) for name in strengths(data, effect)]
+    for shape in shapes(data, effect, found):
+        p, parts = target.vector(data.defaults(effect) | model.values | shape), list[Array]()
+        for grid, path in zip(data.fitted, model.estimate.paths, strict=True):
+            run = _imposed(target, model, grid, path, p)
+            if run is None:
                 break
-            parts.append(_weak(model, travel, grid, path, found[1][:, at]))
-        if len(parts) < len(pairs):
+            parts.append(windows.means(grid, path, run[1][:, at]))
+        if len(parts) < len(data.fitted):
             continue
         table = np.concatenate(parts)
         size = np.linalg.norm(table, axis=0)
         table = table - own @ np.linalg.lstsq(own, table, rcond=None)[0]
-        apart = np.linalg.norm(table, axis=0) > APART * size
+        apart = np.linalg.norm(table, axis=0) > settings.MIN_APART * size
         yield from _unit(table[:, apart]).T
 
 
@@ -132,16 +141,16 @@ def _imposed(target: Kernel, model: Model, grid: Grid, path: Array, p: Array) ->
     for i, state in enumerate(target.states):
         if not model.data.imposed and state in model.kernel.states:
             start[i] = path[0, model.kernel.states.index(state)]
-    found = target.run(grid.t, driven, p, start, h_max=1e-3, sensitivities=True)
+    found = target.run(grid.t, driven, p, start, h_max=settings.MEMORY_STEP, sensitivities=True)
     if found.jacobian is None or found.failed is not None:
         return None
     return found.outputs[:, 0], found.jacobian[:, 0, :]
 
 
-def _weak(model: Model, travel: float, grid: Grid, path: Array, values: Array) -> Array:
+def _means(model: Model, distance: float, grid: Grid, path: Array, values: Array) -> Array:
     """Means over windows in which the valve moves: at rest the bristle holds any force."""
     table, p = values.reshape(len(grid.t), -1), model.values
-    slides = np.abs(path[:, 1]) * WINDOW > travel * p["lugre.fc"] / p["lugre.sigma0"]
+    slides = np.abs(path[:, 1]) * WINDOW > distance * p["lugre.fc"] / p["lugre.sigma0"]
     sure = np.isfinite(table).all(axis=1) & slides
     return weak(np.where(sure[:, None], table, 0.0), sure, float(np.median(np.diff(grid.t))))
 
@@ -152,7 +161,7 @@ def _unit(table: Array) -> Array:
     return np.asarray(table[:, size > TINY] / size[size > TINY])
 
 
-def _first(library: Array, left: Array) -> int | None:
+def _first_choice(library: Array, residual: Array) -> int | None:
     """The column that pysindy's forward selection takes first. It orthogonalises all of the library, so a column that
     is nearly another one before it is not offered.
     """
@@ -160,9 +169,9 @@ def _first(library: Array, left: Array) -> int | None:
 
     offered = list[int]()
     for i in range(library.shape[1]):
-        if not offered or np.abs(library[:, offered].T @ library[:, i]).max() < SAME:
+        if not offered or np.abs(library[:, offered].T @ library[:, i]).max() < settings.SAME_FORCE:
             offered.append(i)
     optimizer = ps.FROLS(max_iter=1, normalize_columns=False)
-    optimizer.fit(library[:, offered], (left / max(float(np.linalg.norm(left)), TINY))[:, None])
+    optimizer.fit(library[:, offered], (residual / max(float(np.linalg.norm(residual)), TINY))[:, None])
     chosen = np.flatnonzero(np.asarray(optimizer.coef_).ravel())
     return offered[int(chosen[0])] if len(chosen) else None

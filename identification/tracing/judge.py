@@ -1,81 +1,94 @@
-"""Judgement of models on held-out recordings, and whether anything is left to explain."""
+"""A candidate judged: refitted to the fitted recordings, compared on those held out, and accepted or not."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
-import numpy as np
-from scipy.stats import norm
-from scipy.stats import t as student
-
-from identification.data.grid import Grid
-from identification.estimators.estimate import OUTLIER, Estimate
-from identification.estimators.least_squares import cauchy
-from recordings import Array
-
-BLOCK = 1.0
-"""Length of the blocks that are taken for independent [s]."""
-FEW = 3
-"""Blocks on which alone no gain may rest."""
-COMPLETE = 1.05
-"""Mean loss of the complete model at most: 1, and what linearisation leaves."""
-UNIT_SPREAD = 1.264
-"""Standard deviation of the loss of a unit normal innovation, in means of it."""
-OUTLIERS = 1e-3
-"""Share of outliers that it leaves at most."""
+from identification.estimators.estimate import Estimate
+from identification.tracing import settings
+from identification.tracing.comparison import Comparison, compare
+from identification.tracing.models.model import Model
+from identification.tracing.refine import CandidateFit, refitted
+from identification.tracing.screen import Score
 
 
 @dataclass(frozen=True)
-class Comparison:
-    """One model against another on the same grids. gain : fall of the cost; t : Student's t of it over blocks;
-    p_value : one-sided; elsewhere : fall of the cost beside the `FEW` blocks where it fell most.
+class Candidate:
+    """A candidate and what became of it.
+
+    effect : its id; gain : fall of the cost on the fitted recordings, by refit or, where refit is None, by score or on
+    chunks; values : its parameters by full name, SI units; refit : the model with it; held_out : the refit against the
+    model without it on the held-out recordings; accepted, why : the decision and its reason in words; doubtful :
+    accepted on the condition that as much is not gained by chance.
     """
 
+    effect: str
     gain: float
-    t: float
-    p_value: float
-    elsewhere: float
+    values: Mapping[str, float]
+    refit: Model | None = None
+    held_out: Comparison | None = None
+    accepted: bool = False
+    why: str = ""
+    doubtful: bool = False
 
 
-def compare(before: Estimate, after: Estimate, grids: tuple[Grid, ...]) -> Comparison:
-    """How much better the second estimate explains the position, block by block."""
-    gains = np.concatenate([_blocks(_robust(before, i) - _robust(after, i), grid) for i, grid in enumerate(grids)])
-    spread = float(np.std(gains, ddof=1)) or 1e-12
-    value = float(np.mean(gains)) / (spread / np.sqrt(len(gains)))
-    elsewhere = float(np.sort(gains)[:-FEW].sum())
-    return Comparison(float(gains.sum()), value, float(student.sf(value, len(gains) - 1)), elsewhere)
+NO_SOLUTION = "the refit has no solution"
 
 
-def _robust(estimate: Estimate, i: int) -> Array:
-    """Robust loss plus log variance of the innovations of one grid (n,)."""
-    line = estimate.linearised[i]
-    seen = np.isfinite(line.variances)
-    variances = np.where(seen, line.variances, 1.0)
-    loss = cauchy(np.where(seen, line.innovations, 0.0) / np.sqrt(variances), estimate.tuning)
-    return np.asarray((loss + np.log(variances)).sum(axis=1), float)
+def judge(base: Model, fit: CandidateFit) -> Candidate:
+    """A candidate refitted to the whole recordings and judged on those held out."""
+    effect, refit = fit.effect, refitted(base, fit)
+    if refit is None or refit.held_out is None or base.held_out is None:
+        return Candidate(effect, fit.gain, fit.score.values, why=NO_SOLUTION)
+    fitted = compare(base.estimate, refit.estimate, base.data.fitted)
+    held = compare(base.held_out, refit.held_out, base.data.held_out)
+    values = {name: value for name, value in refit.values.items() if name in fit.score.values}
+    shows, significant = fitted.gain > _min_gain(base, base.estimate), _is_significant(base, held)
+    clear = fitted.gain > settings.CLEAR_GAIN and held.p_value < settings.LENIENT_LEVEL and not base.data.imposed
+    explains = held.gain > _min_gain(base, base.held_out) - settings.MIN_GAIN and (significant or clear)
+    why = (
+        "gains too little on the fitted recordings" if not shows
+        else f"explains held-out data (t = {held.t:.1f})" if explains
+        else f"does not explain held-out data (t = {held.t:.1f})"
+    )  # fmt: skip
+    return Candidate(effect, fitted.gain, values, refit, held, shows and explains, why, doubtful=not significant)
 
 
-def _blocks(values: Array, grid: Grid) -> Array:
-    """Sums over blocks of time."""
-    block = np.floor((grid.t - grid.t[0]) / BLOCK).astype(int)
-    return np.asarray(np.bincount(block, values), float)
+def not_refitted(fit: CandidateFit) -> Candidate:
+    """A candidate whose fits did not make it worth a refit to the whole recordings."""
+    why = (
+        "others explain more" if fit.chunk_fits
+        else NO_SOLUTION if fit.base_path_refit is None
+        else "gains too little on the fitted recordings"
+    )  # fmt: skip
+    return Candidate(fit.effect, fit.gain, fit.score.values, why=why)
 
 
-@dataclass(frozen=True)
-class Whiteness:
-    """Whether innovations are noise of the size the recording has. loss : mean loss, 1 for a complete model."""
-
-    white: bool
-    p_value: float
-    loss: float
-    outliers: float
+def not_fitted(score: Score) -> Candidate:
+    """A candidate that is not on the shortlist."""
+    promises = score.gain > settings.MIN_SCORE
+    why = "others promise more" if promises else "hardly shows in the fitted recordings"
+    return Candidate(score.effect, score.gain, score.values, why=why)
 
 
-def whiteness(estimate: Estimate) -> Whiteness:
-    """Test of the position's innovations: their mean loss, of independent samples if the model is complete, and their
-    outliers.
+def judged_by_chance(c: Candidate, p: float) -> Candidate:
+    """An accepted candidate, given the probability that as much is gained by chance."""
+    if p > settings.NULL_LEVEL:
+        return replace(c, accepted=False, why=f"as much is gained where nothing is missing (p = {p:.2g})")
+    return replace(c, why=f"{c.why}, and as much is hardly gained by chance (p = {p:.2g})")
+
+
+def _is_significant(base: Model, held: Comparison) -> bool:
+    """Whether a held-out gain is one by itself. Blocks that differ by hundreds have no normal mean, so a gain that does
+    not rest on a few of them is one, too.
     """
-    p_value = float(norm.sf((estimate.loss - COMPLETE) / (UNIT_SPREAD / np.sqrt(estimate.samples))))
-    if estimate.outliers > OUTLIERS:
-        p_value = min(p_value, float(norm.sf(OUTLIER)))
-    return Whiteness(p_value > 0.01, p_value, estimate.loss, estimate.outliers)
+    level = settings.LENIENT_LEVEL if held.gain > settings.MIN_GAIN else settings.LEVEL
+    return held.p_value < level or (held.gain_elsewhere > settings.MIN_GAIN and not base.data.imposed)
+
+
+def _min_gain(base: Model, estimate: Estimate) -> float:
+    """The gain from which an effect counts, on the grids of an estimate of the base model."""
+    if not base.data.imposed:
+        return settings.MIN_GAIN
+    return settings.MIN_GAIN + settings.IMPOSED_SHARE * estimate.samples * max(estimate.loss - 1, 0.0)

@@ -1,14 +1,15 @@
 """Whether as much would be gained where nothing is missing: a parametric bootstrap of the acceptance of an effect.
 
-The held-out test knows what noise can do; it does not know descents that end beside the best model, after which any
+The held-out test knows what noise can do. It does not know descents that end beside the best model, after which any
 effect that leads on from there gains hundreds on all recordings. So where a gain is not beyond such doubt, the model
-without the effect is run on the smoothed force, noise is added to both channels, and on these twins, which lack
-nothing, model and effect are sought like on the recordings (Efron and Tibshirani, An Introduction to the Bootstrap,
-1993, ch. 16). What the effect gains there is what it gains by chance.
+without the effect is run on the smoothed force and noise is added to both channels. On these null replicates, which
+lack nothing, model and effect are fitted as on the recordings, and what the effect gains there it gains by chance
+(Efron and Tibshirani, An Introduction to the Bootstrap, 1993, ch. 16).
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,89 +17,98 @@ import numpy as np
 from identification.data.experiment import Experiment
 from identification.data.grid import with_smooth_force
 from identification.estimators.noise_aware.resolution import MOST_BETWEEN, SWING, swing
-from identification.tracing.base import first_model, settled, trial_data, white
-from identification.tracing.free_runs import as_fit
-from identification.tracing.model import Model, followed
-from identification.tracing.refine import Begun, begun, near, refitted
+from identification.tracing import settings
+from identification.tracing.comparison import is_white
+from identification.tracing.models.base import base_model, polished
+from identification.tracing.models.free_runs import as_fit
+from identification.tracing.models.model import Model
+from identification.tracing.models.search import best_on_chunks, continued, first_fits
+from identification.tracing.models.trial_data import trial_data
+from identification.tracing.refine import CandidateFit, fit_on_chunks, refit_on_base_paths, refitted
 from identification.tracing.screen import Score
 from identification.uncertainty.bootstrap import replicate
-from recordings import NegativeAnswer
+from recordings import NegativeAnswer, Progress, silent
 from simulator import BASE
 
-CLEAR, CLEAR_UNRESOLVED = 300.0, 2000.0
-"""Gain beyond doubt: in the studies of docs/trace.md effects gained up to 17 where nothing was missing. Where the nodes
-do not resolve a swing on the bristles, models end beside their best by up to 1000."""
-TWINS = 6
-"""Twins at most; fewer where they agree early."""
-BY_CHANCE = 0.05
-"""Level of the test, for all candidates of the catalogue together. It stands beside the held-out one."""
-LEAST = 5.0
-"""Gain by chance of a twin at least: about what candidates gain that were refitted where nothing is missing."""
 
-
-def chance(model: Model, refit: Model, effect: str, doubtful: bool) -> float | None:
-    """The probability that some candidate gains on a twin of a model as much as a refit with an effect gains on the
-    recordings, from as few twins as decide it; None where the gain is beyond doubt. doubtful : whatever it is.
+def null_probability(
+    model: Model, refit: Model, effect: str, doubtful: bool, progress: Progress = silent
+) -> float | None:
+    """The probability that some candidate gains on a null replicate of a model as much as a refit with an effect gains
+    on the recordings, from as few replicates as decide it; None where the gain is beyond doubt. doubtful : it is not,
+    however large.
     """
     if model.data.imposed:
         return None
-    if not doubtful and model.estimate.cost - refit.estimate.cost > _clear(model):
+    if not doubtful and model.cost - refit.cost > _clear_gain(model):
         return None
-    gain, values = surplus(model, refit, effect), {n: refit.values[n] for n in refit.values if n not in model.values}
-    rng, by_chance, many = np.random.default_rng(0), list[float](), len(model.data.candidates)
-    for left in reversed(range(TWINS)):
-        found = _gain_of_a_twin(model, effect, values, rng)
-        by_chance += [] if found is None else [max(LEAST, found)]
-        at_best = many * probability(gain, by_chance + [LEAST] * left)
-        if at_best > BY_CHANCE or many * probability(gain, by_chance) < BY_CHANCE:
+    gain, values = net_gain(model, refit, effect), {n: refit.values[n] for n in refit.values if n not in model.values}
+    rng, gains, many = np.random.default_rng(settings.NULL_SEED), list[float](), len(model.data.candidates)
+    replicates = settings.NULL_REPLICATES
+    for done in range(1, replicates + 1):
+        progress("null replicates", done - 1, replicates)
+        found = _gain_of_replicate(model, effect, values, rng)
+        gains += [] if found is None else [max(settings.NULL_GAIN, found)]
+        lowest = many * tail_probability(gain, gains + [settings.NULL_GAIN] * (replicates - done))
+        if lowest > settings.NULL_LEVEL or many * tail_probability(gain, gains) < settings.NULL_LEVEL:
             break
-    return min(1.0, many * probability(gain, by_chance))
+    progress("null replicates", replicates, replicates)
+    return min(1.0, many * tail_probability(gain, gains))
 
 
-def probability(gain: float, by_chance: list[float]) -> float:
+def tail_probability(gain: float, gains: Sequence[float]) -> float:
     """Probability that what is gained by chance exceeds `gain`, where it is exponentially distributed and so much was
-    gained on some twins: what is known of the mean is in it (a Pareto distribution, with the prior 1/mean).
+    gained on some null replicates. What is known of the mean is in it (a Pareto distribution, with the prior 1/mean).
     """
-    return float((1.0 + max(gain, 0.0) / sum(by_chance)) ** -len(by_chance)) if by_chance else 1.0
+    return float((1.0 + max(gain, 0.0) / sum(gains)) ** -len(gains)) if gains else 1.0
 
 
-def surplus(model: Model, refit: Model, effect: str) -> float:
+def net_gain(model: Model, refit: Model, effect: str) -> float:
     """What a refit gains by its effect: over the model without it, and over what the refit becomes without it."""
     without = refit.without(effect)
-    costs = [m.estimate.cost for m in (model, without) if m is not None]
-    return min(costs) - refit.estimate.cost
+    return min(m.cost for m in (model, without) if m is not None) - refit.cost
 
 
-def _clear(model: Model) -> float:
-    """Gain beyond doubt for recordings of such sampling."""
-    spacing = max(s.dt for e in model.data.recorded[0] for s in e.segments)
-    return CLEAR if swing(model.values) * spacing < SWING * MOST_BETWEEN else CLEAR_UNRESOLVED
+def _clear_gain(model: Model) -> float:
+    """The gain that is beyond doubt for recordings of such sampling."""
+    spacing = max(s.dt for e in model.data.experiments for s in e.segments)
+    resolved = swing(model.values) * spacing < SWING * MOST_BETWEEN
+    return settings.CLEAR_GAIN if resolved else settings.CLEAR_GAIN_UNRESOLVED
 
 
-def _gain_of_a_twin(model: Model, effect: str, values: dict[str, float], rng: np.random.Generator) -> float | None:
-    """What an effect gains on one twin of a model; None where the model is not found again at all."""
+def _gain_of_replicate(
+    model: Model, effect: str, values: Mapping[str, float], rng: np.random.Generator
+) -> float | None:
+    """What an effect gains on one null replicate of a model; None where the model is not found again at all."""
     data = model.data
-    pairs = zip(data.recorded, (data.fitted, data.held), strict=True)
-    fitted, held = (replicate(as_fit(model, with_smooth_force(*pair)), rng) for pair in pairs)
-    found = _sought(model, fitted, held)
+    pairs = ((data.experiments, data.fitted), (data.held_out_experiments, data.held_out))
+    fitted, held_out = (replicate(as_fit(model, with_smooth_force(*pair)), rng) for pair in pairs)
+    found = _found_again(model, fitted, held_out)
     if found is None:
         return None
     score = Score(effect, 0.0, values)
-    looked = Begun(score, (), 0.0) if white(found) else begun(found, found.sought(), score, from_here=True)
-    refit = refitted(found, replace(looked, near=near(found, score)))
-    return 0.0 if refit is None else surplus(found, refit, effect)
+    fit = (
+        CandidateFit(score, (), 0.0)
+        if is_white(found)
+        else fit_on_chunks(found, best_on_chunks(found), score, from_here=True)
+    )
+    refit = refitted(found, replace(fit, base_path_refit=refit_on_base_paths(found, score)))
+    return 0.0 if refit is None else net_gain(found, refit, effect)
 
 
-def _sought(model: Model, fitted: list[Experiment], held: list[Experiment]) -> Model | None:
+def _found_again(model: Model, fitted: list[Experiment], held_out: list[Experiment]) -> Model | None:
     """The same effects fitted to other recordings: a base model as at first, others from usual values of the base."""
-    given = model.data.given
+    given, catalogue = model.data.given, model.data.catalogue
     if model.effects == BASE:
         try:
-            return first_model(fitted, held, given)
+            return base_model(fitted, held_out, given, catalogue)
         except NegativeAnswer:
             return None
-    seen = trial_data(fitted, held, given).resolving(swing(model.values))
-    data = replace(model.data, fitted=seen.fitted, held=seen.held, recorded=seen.recorded)
-    ends = followed(replace(model, data=data).looks(from_here=False))
-    carried = ends[0].carried(data) if ends else None
-    return None if carried is None else settled(carried)
+    new = trial_data(fitted, held_out, given, catalogue).resolving(swing(model.values))
+    data = replace(
+        model.data, fitted=new.fitted, held_out=new.held_out, experiments=new.experiments,
+        held_out_experiments=new.held_out_experiments,
+    )  # fmt: skip
+    ends = continued(first_fits(replace(model, data=data), from_here=False))
+    refit = ends[0].refitted_to(data) if ends else None
+    return None if refit is None else polished(refit)

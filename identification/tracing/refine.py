@@ -1,89 +1,119 @@
-"""A candidate on its way: fitted to chunks of the recordings first, then refitted to the whole from where that led; and
-where the model without it leaves little, refitted along the paths of that."""
+"""A candidate fitted: on the base model's paths, on chunks of the recordings, and from there on all of them.
+
+Here and below "base model" is the model of the round, which has the effects that were accepted before.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from identification.estimators.estimate import Estimate, lean
 from identification.estimators.noise_aware.estimator import NoiseAware
-from identification.tracing.model import FINAL, IDLE, REFIT, RESTED, Model, apart, followed
-from identification.tracing.screen import Score, promised, strengths
-
-KEPT = 0.5
-"""Share of the best gain on chunks below which a candidate is given up, or another end of the same one."""
-PROSPECT = 30.0
-"""Gain, with what the next step promises, below which a refit along the paths of the model is given up: it never comes
-to twice as much."""
-AHEAD, SLOW = 4.0, 0.02
-"""How many times as much as the next step promises a refit may still gain, where a shape is not right yet, and share of
-what another gains that two steps must not stay below, where one does explain all."""
+from identification.tracing import settings
+from identification.tracing.models.model import Model
+from identification.tracing.models.search import continued, differ, first_fits
+from identification.tracing.scan import strengths
+from identification.tracing.screen import Score, newton_step
+from identification.tracing.settings import PATH_FREEDOM
 
 
 @dataclass(frozen=True)
-class Begun:
-    """A candidate fitted to chunks. ends : the best and others not far behind it, none without a solution; gain : fall
-    of the cost by the best of them; near : refitted to the whole along the paths of the model without it."""
+class CandidateFit:
+    """A candidate and its fits so far. chunk_fits : ends on chunks, the best and others not far behind it, empty where
+    none was asked for or all diverged; gain : fall of the cost on chunks by the best of them, else that of the score;
+    base_path_refit : its refit to whole recordings on the base model's paths, where there is one.
+    """
 
     score: Score
-    ends: tuple[Model, ...]
+    chunk_fits: tuple[Model, ...]
     gain: float
-    near: Model | None = None
+    base_path_refit: Model | None = None
+
+    @property
+    def effect(self) -> str:
+        """The effect's id."""
+        return self.score.effect
 
 
-def begun(model: Model, plain: Model | None, s: Score, from_here: bool) -> Begun:
-    """A candidate with its ends on chunks, held against the model without it there."""
-    ends = followed(model.looks(s.effect, values=s.values, from_here=from_here))
-    if plain is None or not ends:
-        return Begun(s, (), s.gain)
-    gain = [plain.estimate.cost - end.estimate.cost for end in ends]
+def gain_of(base: Model, refit: Model | None) -> float:
+    """What a refit gains over the model without an effect; 0 where there is none."""
+    return 0.0 if refit is None else base.cost - refit.cost
+
+
+def fit_on_chunks(base: Model, base_on_chunks: Model | None, score: Score, from_here: bool) -> CandidateFit:
+    """A candidate fitted to chunks, against the base model fitted to them. from_here : whether it also starts from the
+    parameters of the base model.
+    """
+    ends = continued(first_fits(base, score.effect, values=score.values, from_here=from_here))
+    if base_on_chunks is None or not ends:
+        return CandidateFit(score, (), score.gain)
+    gains = [gain_of(base_on_chunks, end) for end in ends]
     others = [
-        end for end, g in zip(ends[1:], gain[1:], strict=True) if g > KEPT * gain[0] and apart(s.effect, end, ends[0])
+        end
+        for end, gain in zip(ends[1:], gains[1:], strict=True)
+        if gain > settings.END_SHARE * gains[0] and differ(score.effect, end, ends[0])
     ]
-    return Begun(s, (ends[0], *others), gain[0])
+    return CandidateFit(score, (ends[0], *others), gains[0])
 
 
-def near(model: Model, s: Score, beside: float = 0.0) -> Model | None:
-    """A candidate refitted along the paths of the model without it, for as long as it may come to something, beside
-    another that gains so much. New paths of a complete model cost hundreds more or less, in which what a weak effect
-    gains is lost.
+def refit_on_base_paths(base: Model, score: Score, best_gain: float = 0.0) -> Model | None:
+    """A candidate refitted on the base model's paths, for as long as it may come to something beside another that gains
+    `best_gain`. New paths of a complete model cost hundreds more or less, in which what a weak effect gains is lost.
 
     Where it can it starts from nothing: at the strength that the score promises, paths may already lead elsewhere. If
     that does not come to what the score says, it starts there, too.
     """
-    sizes = strengths(s.effect)
-    neutral = {n: p.neutral for n, p in sizes.items() if p.neutral is not None and p.lower < p.neutral}
-    first = _along(model, s.effect, {**s.values, **neutral}, beside)
-    if not neutral or gain_of(model, first) > s.gain:
+    known = strengths(base.data, score.effect)
+    neutral = {n: p.neutral for n, p in known.items() if p.neutral is not None and p.lower < p.neutral}
+    first = _on_base_paths(base, score.effect, {**score.values, **neutral}, best_gain)
+    if not neutral or gain_of(base, first) > score.gain:
         return first
-    second = _along(model, s.effect, s.values, beside)
-    return first if gain_of(model, first) > gain_of(model, second) else second
+    second = _on_base_paths(base, score.effect, score.values, best_gain)
+    return first if gain_of(base, first) > gain_of(base, second) else second
 
 
-def _along(model: Model, effect: str, values: Mapping[str, float], beside: float) -> Model | None:
-    """A refit along the paths of the model from some values; None where they have no solution."""
-    found = model.with_effect(effect, values, steps=RESTED)
+def _on_base_paths(base: Model, effect: str, values: Mapping[str, float], best_gain: float) -> Model | None:
+    """A refit on the base model's paths from some values; None where they have no solution."""
+    found = base.with_effect(effect, values, steps=settings.PATH_STEPS)
     if found is None:
         return None
 
-    def vain(now: Estimate) -> bool:
-        left, gain = promised(now.normal)[1], model.estimate.cost - now.cost
-        return left < IDLE or gain + left < PROSPECT or gain + AHEAD * left < KEPT * beside
+    def hopeless(now: Estimate) -> bool:
+        promise, gain = newton_step(now.normal)[1], base.cost - now.cost
+        return (
+            promise < settings.IDLE_GAIN
+            or gain + promise < settings.HOPELESS_GAIN
+            or gain + settings.PROMISE_FACTOR * promise < settings.GAIN_SHARE * best_gain
+        )
 
-    work = NoiseAware(found.kernel, found.coordinates, found.data.fitted, FINAL, max(IDLE, SLOW * beside))
-    return replace(found, estimate=lean(work.descend(found.estimate, REFIT, vain)))
+    worth = max(settings.IDLE_GAIN, settings.SLOW_SHARE * best_gain)
+    work = NoiseAware(found.kernel, found.coordinates, found.data.fitted, PATH_FREEDOM, worth)
+    end = work.descend(found.estimate, settings.REFIT_STEPS, hopeless)
+    return replace(found, estimate=lean(end))
 
 
-def refitted(model: Model, b: Begun) -> Model | None:
-    """The best refit of a candidate to the whole recordings: on chunks a worse end may look better. The one along the
-    paths of the model is enough where it gains what chunks promise for the whole.
+def worth_refitting(base: Model, fits: Sequence[CandidateFit]) -> dict[str, CandidateFit]:
+    """Of fits to chunks, best first, those worth a refit to the whole recordings, by effect: not far behind the best,
+    and likely to gain enough there. Likewise those whose refit on the base model's paths gains enough by itself.
     """
-    enough = gain_of(model, b.near) * model.data.in_chunks > b.gain
-    refits = [b.near] if enough else [b.near, *(end.carried(model.data) for end in b.ends)]
-    return min((r for r in refits if r is not None), key=lambda r: r.estimate.cost, default=None)
+    imposed = base.data.imposed
+    share = settings.GAIN_SHARE_IMPOSED if imposed else settings.GAIN_SHARE
+    count = settings.REFITS_IMPOSED if imposed else settings.REFITS
+    on_chunks = [fit for fit in fits if fit.chunk_fits][:count]
+    likely = settings.CHUNK_GAIN_SHARE * settings.MIN_GAIN * base.data.chunk_share
+    least = max(share * on_chunks[0].gain, likely) if on_chunks else 0.0
+    best = max((gain_of(base, fit.base_path_refit) for fit in fits), default=0.0)
+    enough = max(settings.MIN_GAIN, share * best)
+    on_paths = {fit.effect: replace(fit, chunk_fits=()) for fit in fits if gain_of(base, fit.base_path_refit) > enough}
+    return on_paths | {fit.effect: fit for fit in on_chunks if fit.gain >= least}
 
 
-def gain_of(model: Model, refit: Model | None) -> float:
-    """What a refit gains over the model without an effect; 0 where there is none."""
-    return 0.0 if refit is None else model.estimate.cost - refit.estimate.cost
+def refitted(base: Model, fit: CandidateFit) -> Model | None:
+    """The best refit of a candidate to the whole recordings: on chunks a worse end may look better. The one on the base
+    model's paths is enough where it gains what chunks promise for the whole.
+    """
+    near = fit.base_path_refit
+    enough = gain_of(base, near) * base.data.chunk_share > fit.gain
+    refits = [near] if enough else [near, *(end.refitted_to(base.data) for end in fit.chunk_fits)]
+    return min((r for r in refits if r is not None), key=lambda r: r.cost, default=None)

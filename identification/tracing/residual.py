@@ -1,4 +1,4 @@
-"""What is left when tracing ends: how big, where, and what to measure next."""
+"""The residual when tracing ends: how large it is, where, and what to measure next."""
 
 from __future__ import annotations
 
@@ -7,18 +7,29 @@ from typing import Any
 
 import numpy as np
 
-from identification.tracing.algorithm import Tracing
-from identification.tracing.model import Model
+from identification.tracing import settings
+from identification.tracing.models.model import Model
+from identification.tracing.verdict import Selection
 from recordings import Array
 
-BINS = 12
-RESTING = 0.01
-"""Share of the root mean square velocity below which the valve rests."""
+QUANTITIES = {
+    "position": ("m", "slow sweeps through that range in both directions and at two speeds"),
+    "velocity": ("m/s", "sines of several amplitudes, so that such speeds occur at many positions"),
+    "direction": ("1", "slow sweeps in both directions at several speeds"),
+    "time": ("s", "the same test twice in a row and once more an hour later"),
+    "time since reversal": ("s", "small reversals in the middle of the stroke, slow and fast"),
+    "time at rest": ("s", "steps with rests of 1, 10 and 100 s between them"),
+    "force": ("N", "the same motion at two supply or process pressures"),
+}
+"""What the residual force may depend on: its unit, and what to record to see more of it."""
 
 
 @dataclass(frozen=True)
-class Remainder:
-    """A description of what no candidate explains. share : of the residual's square over the noise that is left."""
+class ResidualDescription:
+    """The residual force that no candidate explains, in words. description : how large; where : at which values of what
+    it is largest, and what to record next; share : of the base model's excess loss on the held-out recordings that the
+    final model still has.
+    """
 
     description: str
     where: str
@@ -31,8 +42,9 @@ class Remainder:
 
 @dataclass(frozen=True)
 class Quantity:
-    """What the force left may depend on. values : one per sample of all fitted recordings; unit; next : what to record
-    to see more of it."""
+    """What the residual force may depend on. values (n,) : one per sample of all fitted recordings, in `unit`; next :
+    what to record to see more of it.
+    """
 
     values: Array
     unit: str
@@ -40,51 +52,19 @@ class Quantity:
 
 
 def quantities(model: Model) -> dict[str, Quantity]:
-    """What an engineer would plot the force left over, by name."""
-    parts = [_courses(grid.t, path) for grid, path in zip(model.data.fitted, model.estimate.paths, strict=True)]
-    columns = dict(zip(parts[0], (np.concatenate([part[name] for part in parts]) for name in parts[0]), strict=True))
-    return {name: Quantity(values, *NEXT[name]) for name, values in columns.items()}
-
-
-NEXT = {
-    "position": ("m", "slow sweeps through that range in both directions and at two speeds"),
-    "velocity": ("m/s", "sines of several amplitudes, so that such speeds occur at many positions"),
-    "direction": ("1", "slow sweeps in both directions at several speeds"),
-    "time": ("s", "the same test twice in a row and once more an hour later"),
-    "time since reversal": ("s", "small reversals in the middle of the stroke, slow and fast"),
-    "time at rest": ("s", "steps with rests of 1, 10 and 100 s between them"),
-    "force": ("N", "the same motion at two supply or process pressures"),
-}
-
-
-def _courses(t: Array, path: Array) -> dict[str, Array]:
-    """The quantities of one recording."""
-    x, v, u = path[:, 0], path[:, 1], path[:, -2]
-    moving = np.abs(v) > RESTING * float(np.sqrt(np.mean(v**2)))
-    direction = _held(np.where(moving, np.sign(v), 0.0))
-    since = t - _held(np.where(np.append(True, np.diff(direction) != 0), t, 0.0))
-    began = _held(np.where(np.append(True, np.diff(moving.astype(int)) < 0), t, 0.0))
-    rest = np.where(~moving, t - began, 0.0)
-    ended = np.append(False, np.diff(moving.astype(int)) > 0)
-    last = _held(np.where(ended, np.append(0.0, rest[:-1]), 0.0))
+    """What an engineer would plot the residual force over, by name."""
+    parts = [_signals(grid.t, path) for grid, path in zip(model.data.fitted, model.estimate.paths, strict=True)]
     return {
-        "position": x, "velocity": v, "direction": direction, "time": t, "time since reversal": since,
-        "time at rest": np.where(moving, last, rest), "force": u,
+        name: Quantity(np.concatenate([part[name] for part in parts]), *of) for name, of in QUANTITIES.items()
     }  # fmt: skip
 
 
-def _held(values: Array) -> Array:
-    """Values (n,) with zeros replaced by the last that was not zero."""
-    place = np.maximum.accumulate(np.where(values != 0, np.arange(len(values)), 0))
-    return np.asarray(values[place], float)
-
-
-def remainder(found: Tracing) -> Remainder:
-    """Describe what is left of the force behind the final model: on the fitted recordings or, where they show nothing,
-    on those held out.
+def describe_residual(found: Selection) -> ResidualDescription:
+    """Describe the residual force of the final model: on the fitted recordings or, where they show nothing, on those
+    held out.
     """
-    model = found.final.at_held() if found.only_held else found.final
-    force = np.concatenate(model.force_left)
+    model = found.final.on_held_out() if found.only_held_out else found.final
+    force = np.concatenate(model.residual_force)
     std = np.concatenate([s.force.std for s in model.data.fitted])
     share = float(np.clip((found.after.loss - 1.0) / max(found.before.loss - 1.0, 1e-9), 0.0, 1.0))
     z2, known = (force / std) ** 2, quantities(model)
@@ -97,19 +77,43 @@ def remainder(found: Tracing) -> Remainder:
         f"a force of {rms:.3g} N rms beside the model's, {np.sqrt(z2.mean()):.2f} times its standard deviation"
     )
     where = f"it is strongest at {name} {low:.4g} to {high:.4g} {known[name].unit}"
-    if found.only_held:
+    if found.only_held_out:
         where += " of the held-out recordings, and does not show in the fitted ones; record more like them to fit to"
     else:
         where += f"; record {known[name].next}"
-    return Remainder(description, where, share)
+    return ResidualDescription(description, where, share)
+
+
+def _signals(t: Array, path: Array) -> dict[str, Array]:
+    """The quantities of one recording along its smoothed path."""
+    x, v, u = path[:, 0], path[:, 1], path[:, -2]
+    moving = np.abs(v) > settings.AT_REST * float(np.sqrt(np.mean(v**2)))
+    direction = _last_nonzero(np.where(moving, np.sign(v), 0.0))
+    reversal = _last_nonzero(np.where(np.append(True, np.diff(direction) != 0), t, 0.0))
+    stopped = _last_nonzero(np.where(np.append(True, np.diff(moving.astype(int)) < 0), t, 0.0))
+    rest = np.where(~moving, t - stopped, 0.0)
+    started = np.append(False, np.diff(moving.astype(int)) > 0)
+    last = _last_nonzero(np.where(started, np.append(0.0, rest[:-1]), 0.0))
+    return {
+        "position": x, "velocity": v, "direction": direction, "time": t, "time since reversal": t - reversal,
+        "time at rest": np.where(moving, last, rest), "force": u,
+    }  # fmt: skip
+
+
+def _last_nonzero(values: Array) -> Array:
+    """Values (n,) with zeros replaced by the last that was not zero."""
+    place = np.maximum.accumulate(np.where(values != 0, np.arange(len(values)), 0))
+    return np.asarray(values[place], float)
 
 
 def _dependence(values: Array, z2: Array) -> tuple[float, float, float]:
-    """How much what is left varies with a quantity: relative spread of its mean square over equally filled bins, and
-    the bin where it is largest."""
-    edges = np.quantile(values, np.linspace(0, 1, BINS + 1))
-    place = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, BINS - 1)
-    count = np.maximum(np.bincount(place, minlength=BINS), 1)
-    mean = np.bincount(place, z2, minlength=BINS) / count
+    """How much the residual varies with a quantity: relative spread of its mean square over equally filled bins, and
+    the limits of the bin where it is largest.
+    """
+    bins = settings.RESIDUAL_BINS
+    edges = np.quantile(values, np.linspace(0, 1, bins + 1))
+    place = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, bins - 1)
+    count = np.maximum(np.bincount(place, minlength=bins), 1)
+    mean = np.bincount(place, z2, minlength=bins) / count
     top = int(np.argmax(mean))
     return float(np.std(mean) / max(mean.mean(), 1e-12)), float(edges[top]), float(edges[top + 1])

@@ -1,82 +1,84 @@
-"""Which candidates of a round are looked at: refitted along the paths of a model, and sought on chunks along others."""
+"""Which candidates of a round are fitted, and how far: on the base model's paths, and to chunks of the recordings."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from identification.tracing.base import fit_left, white
-from identification.tracing.judge import COMPLETE
-from identification.tracing.model import Model
-from identification.tracing.null_bootstrap import CLEAR
-from identification.tracing.refine import KEPT, PROSPECT, Begun, begun, gain_of, near
+from identification.tracing import settings
+from identification.tracing.comparison import fitted_whiteness, is_white
+from identification.tracing.models.model import Model
+from identification.tracing.models.search import best_on_chunks, imitations
+from identification.tracing.refine import CandidateFit, fit_on_chunks, gain_of, refit_on_base_paths
 from identification.tracing.screen import Score
-
-TRIED = 8
-"""Candidates that are sought in a round, the best by score; where all are, those (and what a base model imitates) that
-are sought from here too."""
-PROMISING = 0.1
-"""Share of the best score below which a candidate is not sought; the second best always is."""
-SHOWN = 30.0
-"""Score below which it is not, either."""
-FAR_OFF = 1.4
-"""Mean loss from which scores are not to be trusted, and all candidates are sought."""
-NEAR, SEEN = 8, 8.0
-"""Candidates that are refitted along the paths of the model, the best by score, and their score at least."""
+from recordings import Progress, counted, silent
 
 Refits = Mapping[str, Model | None]
+"""Refits on the base model's paths, by effect."""
 
 
-def looked(model: Model, scores: Sequence[Score]) -> list[Begun]:
-    """The candidates that are worth a look, as far as it goes."""
-    close = [] if model.data.imposed else [s for s in scores[:NEAR] if s.gain > SEEN]
-    refits, all_of_it = _refits(model, close)
-    shown = _shown(model, scores, refits, all_of_it)
-    plain = model.sought() if shown else None
-    usual = [s.effect for s in scores[:TRIED]]
-    found = [begun(model, plain, s, from_here=s.effect in usual or imitated(model, s)) for s in shown]
-    found += [Begun(s, (), s.gain) for s in close if s not in shown]
-    return [replace(b, near=refits.get(b.score.effect)) for b in found]
+def shortlisted_fits(base: Model, scores: Sequence[Score], progress: Progress = silent) -> list[CandidateFit]:
+    """The candidates that are worth a fit, each fitted as far as it is worth. scores : best first."""
+    few = [s for s in scores[: settings.BASE_PATH_REFITS] if s.gain > settings.BASE_PATH_SCORE]
+    few = [] if base.data.imposed else few
+    refits, complete = _refits_on_base_paths(base, few, progress)
+    shortlist = _shortlist(base, scores, refits, complete)
+    base_on_chunks = best_on_chunks(base) if shortlist else None
+    usual = [s.effect for s in scores[: settings.CHUNK_FITS]]
+    fits = [
+        fit_on_chunks(base, base_on_chunks, s, from_here=s.effect in usual or is_imitated(base, s))
+        for s in counted(shortlist, "fits to chunks", progress)
+    ]
+    fits += [CandidateFit(s, (), s.gain) for s in few if s not in shortlist]
+    return [replace(fit, base_path_refit=refits.get(fit.effect)) for fit in fits]
 
 
-def imitated(model: Model, s: Score) -> bool:
+def is_imitated(base: Model, score: Score) -> bool:
     """Whether a model imitates an effect so well that its score says little and its own paths do not lead to it."""
-    return bool(model.imitations(s.effect))
+    return bool(imitations(base, score.effect))
 
 
-def _refits(model: Model, close: Sequence[Score]) -> tuple[Refits, Model | None]:
-    """Candidates refitted along the paths of the model, and the one that explains all that it leaves, where that is
-    much. Others are then of interest only that explain about as much: what it should not have explained shows in the
-    next round. Those that are imitated well imitate each other, and do not count.
+def _refits_on_base_paths(base: Model, few: Sequence[Score], progress: Progress) -> tuple[Refits, Model | None]:
+    """Candidates refitted on the base model's paths, and the one of them that is complete, where it gains much.
+
+    Others are then of interest only if they explain about as much: what it should not have explained shows in the next
+    round. Effects that the base model imitates well also imitate each other, and none of them ends the search.
     """
-    refits, all_of_it = dict[str, Model | None](), None
-    for s in close:
-        most = gain_of(model, all_of_it)
-        refits[s.effect] = refit = near(model, s, most)
-        if refit is None or gain_of(model, refit) < max(CLEAR, most) or imitated(model, s) or not fit_left(refit).white:
+    refits, complete = dict[str, Model | None](), None
+    for s in counted(few, "refits on the base model's paths", progress):
+        best_gain = gain_of(base, complete)
+        refits[s.effect] = refit = refit_on_base_paths(base, s, best_gain)
+        if refit is None or gain_of(base, refit) < max(settings.CLEAR_GAIN, best_gain):
             continue
-        refits[s.effect] = refit = refit if white(refit) else refit.refitted()
-        all_of_it = refit if white(refit) else all_of_it
-    return refits, all_of_it
+        if is_imitated(base, s) or not fitted_whiteness(refit).white:
+            continue
+        refits[s.effect] = refit = refit if is_white(refit) else refit.refitted()
+        complete = refit if is_white(refit) else complete
+    return refits, complete
 
 
-def _shown(model: Model, scores: Sequence[Score], refits: Refits, all_of_it: Model | None) -> list[Score]:
-    """The candidates that are sought on chunks. What can be refitted along the paths of a model that leaves nothing,
-    or of one that another explains, is sought only where that gains something, or about as much.
+def _shortlist(base: Model, scores: Sequence[Score], refits: Refits, complete: Model | None) -> list[Score]:
+    """The candidates that are fitted to chunks. Those that can be refitted on the paths of a complete base model, or
+    beside a complete candidate, are so only where that gains something, or about as much.
     """
-    gain = {s.effect: gain_of(model, refits.get(s.effect)) for s in scores}
-    promising = [s for i, s in enumerate(scores) if _promises(s, i, scores[0])]
-    left = model.data.imposed or not white(model)
-    if all_of_it is not None:
-        most = gain_of(model, all_of_it)
-        alike = [s for s in promising if max(s.gain, gain[s.effect]) > KEPT * most]  # a refit may have failed
-        little = model.estimate.loss - all_of_it.estimate.loss < COMPLETE - 1  # as much may still be left unseen
-        return [s for s in scores if s in alike or (left and little and imitated(model, s))]
-    if not left:
-        return [s for s in promising if imitated(model, s) or gain[s.effect] > PROSPECT]
-    return [s for s in scores if s in promising or imitated(model, s) or model.estimate.loss > FAR_OFF]
+    gain = {s.effect: gain_of(base, refits.get(s.effect)) for s in scores}
+    promising = [s for place, s in enumerate(scores) if _promises(s, place, scores[0])]
+    lacks = base.data.imposed or not is_white(base)
+    if complete is not None:
+        enough = settings.GAIN_SHARE * gain_of(base, complete)
+        alike = [s for s in promising if max(s.gain, gain[s.effect]) > enough]  # a refit may have failed
+        fall = base.estimate.loss - complete.estimate.loss
+        unclear = lacks and fall < settings.COMPLETE_LOSS - 1  # as much may still be missing unseen
+        return [s for s in scores if s in alike or (unclear and is_imitated(base, s))]
+    if not lacks:
+        return [s for s in promising if is_imitated(base, s) or gain[s.effect] > settings.HOPELESS_GAIN]
+    untrusted = base.estimate.loss > settings.UNTRUSTED_LOSS
+    return [s for s in scores if untrusted or s in promising or is_imitated(base, s)]
 
 
-def _promises(s: Score, place: int, best: Score) -> bool:
-    """Whether a candidate promises as much as to be sought on chunks. place : by score."""
-    return s.gain > SHOWN and (place < 2 or (place < TRIED and s.gain > PROMISING * best.gain))
+def _promises(score: Score, place: int, best: Score) -> bool:
+    """Whether a candidate promises as much as to be fitted to chunks. place : by score, from 0."""
+    if score.gain <= settings.MIN_SCORE:
+        return False
+    near = place < settings.CHUNK_FITS and score.gain > settings.SCORE_SHARE * best.gain
+    return near or place < settings.ALWAYS_FITTED

@@ -1,7 +1,7 @@
 """Of several effects together: whether another stands for one of them as well.
 
 While one effect is still missing, another that bends more may explain more than the right one. So once nothing is left
-to add, each effect is exchanged for those that were judged beside it.
+to add, each effect is swapped for those that were judged beside it.
 """
 
 from __future__ import annotations
@@ -9,12 +9,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Protocol
 
-from identification.tracing.model import Model
-from simulator import CATALOGUE
+from identification.tracing import settings
+from identification.tracing.models.model import Model
+from simulator import CATALOGUE, Catalogue
 
 
-class Judged(Protocol):
-    """A candidate that was refitted: its effect and the values of that effect's parameters."""
+class Rival(Protocol):
+    """A candidate that was judged beside an effect: its id, and the values of its parameters from which to start."""
 
     @property
     def effect(self) -> str: ...
@@ -22,28 +23,32 @@ class Judged(Protocol):
     def values(self) -> Mapping[str, float]: ...
 
 
-def exchanged(
-    model: Model, added: tuple[str, ...], beside: Mapping[str, Sequence[Judged]], alike: float
+def swapped(
+    model: Model,
+    added: tuple[str, ...],
+    rivals: Mapping[str, Sequence[Rival]],
+    margin: float = settings.MIN_GAIN,
+    catalogue: Catalogue = CATALOGUE,
 ) -> tuple[Model, tuple[str, ...], tuple[str, ...]]:
-    """The model and its effects with every effect exchanged for the simplest that costs at most `alike` more than the
-    best, and what cannot be told from the first of them. beside : by effect, the candidates that were judged with it.
+    """The model and its effects with every effect swapped for the simplest that costs at most `margin` more than the
+    best, and the effects that cannot be told from the first of them. rivals : by effect.
     """
     classes = []
     for effect in added:
-        others = {c.effect: c.values for c in beside.get(effect, ()) if c.effect not in added}
+        others = {r.effect: r.values for r in rivals.get(effect, ()) if r.effect not in added}
         models = {effect: model}
         for other, values in others.items():
-            found = model.exchanged(effect, other, values)
+            found = model.swapped(effect, other, values)
             if found is not None:
                 models[other] = found
-        least = min(m.estimate.cost for m in models.values())
-        near = [e for e, m in models.items() if m.estimate.cost < least + alike]
-        chosen = min(near, key=size)
+        least = min(m.cost for m in models.values())
+        alike = [e for e, m in models.items() if m.cost < least + margin]
+        chosen = min(alike, key=lambda e: free_parameters(e, catalogue))
         model, added = models[chosen], tuple(chosen if e == effect else e for e in added)
-        classes.append(tuple(e for e in near if e != chosen))
+        classes.append(tuple(e for e in alike if e != chosen))
     return model, added, classes[0]
 
 
-def size(effect: str) -> int:
+def free_parameters(effect: str, catalogue: Catalogue) -> int:
     """Number of free parameters of an effect."""
-    return sum(not p.known for p in CATALOGUE[effect].parameters)
+    return sum(not p.known for p in catalogue[effect].parameters)

@@ -19,7 +19,7 @@ from identification.data.smoothing import smooth
 from identification.estimators.fit import fit
 from identification.estimators.fitted import Fit
 from identification.estimators.noise_aware.fit import noise_aware_for
-from identification.uncertainty.covariance import Uncertainty, judged_by
+from identification.uncertainty.covariance import Uncertainty, status_and_note
 from recordings import Array, BadParameter, NegativeAnswer, Progress, silent
 
 FEWEST, MOST_FAILED = 5, 0.5
@@ -71,7 +71,7 @@ def with_bootstrap(found: Fit, known: Uncertainty, scatter: Bootstrap) -> Uncert
     n = len(off)
     widening = float(student.ppf(0.95, n) / norm.ppf(0.95))
     std = dict(zip(scatter.names, (widening * np.sqrt(np.mean(off**2, axis=0))).tolist(), strict=True))
-    status, note = judged_by(found, known.names, std, known.correlation, proven=True)
+    status, note = status_and_note(found, known.names, std, known.correlation, proven=True)
     return replace(known, std=std, status=status, note=note)
 
 

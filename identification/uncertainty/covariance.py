@@ -91,7 +91,7 @@ def uncertainty_of(fit: Fit) -> Uncertainty:
     scaled = matrix[:n, :n] / np.sqrt(np.outer(np.diag(matrix)[:n], np.diag(matrix)[:n]).clip(1e-300))
     eigen = np.linalg.eigvalsh(scaled)
     std = dict(zip(names, (spread * slope).tolist(), strict=True))
-    status, note = judged_by(fit, names, std, correlation)
+    status, note = status_and_note(fit, names, std, correlation)
     inflation = float(np.median(np.sqrt(np.diag(robust)[:n] / np.diag(classic)[:n])))
     return Uncertainty(
         names, std, correlation, float(np.sqrt(eigen[-1] / max(eigen[0], 1e-30))), status, note, inflation
@@ -147,7 +147,7 @@ def _innovation_covariances(problem: Problem, estimate: Estimate) -> tuple[Array
     return estimate.normal.matrix, np.asarray(classic, float), np.asarray(robust, float)
 
 
-def judged_by(
+def status_and_note(
     fit: Fit, names: tuple[str, ...], std: dict[str, float], correlation: Array, *, proven: bool = False
 ) -> tuple[dict[str, Status], dict[str, str]]:
     """Status and note of every free parameter, by name. proven : std does not rest on linearisation."""

@@ -24,9 +24,11 @@ STEEP = 10 * CHI2_90
 
 @dataclass(frozen=True)
 class Profile:
-    """values (n_points,) of the parameter in `unit` and rise (n_points,) of the cost in units of the residual variance,
-    corrected for a residual that is not white; lower, upper : 90 % interval, None where no end of it was found: the
-    profile stays below the limit, or the others cannot be refitted.
+    """How the cost rises beside the best value of one parameter.
+
+    name : of the parameter; values (n_points,) : of it, SI units, ascending; rise (n_points,) : of the cost, in units
+    of the residual variance, corrected for a residual that is not white; lower, upper : 90 % interval, None where no
+    end of it was found: the profile stays below the limit, or the others cannot be refitted.
     """
 
     name: str
@@ -37,8 +39,10 @@ class Profile:
 
 
 def profile(fit: Fit, known: Uncertainty, name: str, points: int = 7, reach: float = 3.0) -> Profile:
-    """Profile one parameter at `points` values on each side, up to `reach` standard deviations away.
+    """Profile one parameter of a fit by output error or with an imposed motion.
 
+    known : the uncertainty of the fit; name : the parameter, by full name; points : values on each side, up to `reach`
+    standard deviations away.
     Raises BadParameter for a name that is not a free parameter of the fit, and for a noise-aware fit.
     """
     if name not in known.names:

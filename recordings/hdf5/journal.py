@@ -30,10 +30,10 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from recordings.arrays import Array
+from recordings.atomic_files import appearing
 from recordings.errors import BadInput
-from recordings.files import appearing
 from recordings.hdf5.header import Header
-from recordings.hdf5.items import journal_path
+from recordings.hdf5.opening import journal_path
 from recordings.plant import Event, Plant
 from recordings.signal import SignalSpec
 

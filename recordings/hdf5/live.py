@@ -15,16 +15,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from recordings.arrays import Array
-from recordings.checks import TIME_REMEDY, time_fault
+from recordings.atomic_files import sync, writing
 from recordings.errors import BadInput
-from recordings.files import sync, writing
 from recordings.hdf5.disk import Disk, undisturbed
-from recordings.hdf5.format import append_events, append_samples, create_events, create_signal, write_header
 from recordings.hdf5.header import Header, Source
-from recordings.hdf5.items import check_vacant, journal_path
 from recordings.hdf5.journal import Chunk, Journal
+from recordings.hdf5.layout_writer import append_events, append_samples, create_events, create_signal, write_header
+from recordings.hdf5.opening import check_vacant, journal_path
 from recordings.hdf5.recover import recover
 from recordings.plant import Event, Plant
+from recordings.sample_checks import TIME_REMEDY, time_fault
 from recordings.signal import SignalSpec
 
 CHUNK_ROWS = 4096

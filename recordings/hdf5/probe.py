@@ -2,7 +2,7 @@
 
 The HDF5 library crashes the interpreter, never returns, or takes gigabytes of memory on some damaged files (one in
 six hundred random damages did when this was written, and its issue 1707 is one case). No exception can catch that, so
-what a file declares is looked at in a forked child before it is looked at here. That costs a few milliseconds.
+what a file declares is read in a forked child before it is read here. That costs a few milliseconds.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ _PATIENCE_S = 2
 _MOST_KILOBYTES = 1 << 19
 
 
-def probe(path: Path, look: Callable[[], object]) -> None:
-    """Run `look` in a child process and come back when it ended, however.
+def probe(path: Path, reading: Callable[[], object]) -> None:
+    """Run a reading of the file in a child process, and return when it has ended, in whatever way.
 
     Exceptions in the child are ignored: they will come again, and then with words.
 
@@ -39,7 +39,7 @@ def probe(path: Path, look: Callable[[], object]) -> None:
         except OSError:  # no memory or no process left for a child: most files are not damaged
             return
     if child == 0:
-        _look_and_vanish(look)
+        _read_and_exit(reading)
     _, status = os.waitpid(child, 0)
     if status:
         found = f"it is damaged so badly that the HDF5 library {_end(status)} on it"
@@ -53,7 +53,7 @@ def _end(status: int) -> str:
     return "never comes to an end" if os.WTERMSIG(status) in slow else "crashes"
 
 
-def _look_and_vanish(look: Callable[[], object]) -> None:
+def _read_and_exit(reading: Callable[[], object]) -> None:
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     try:
         faulthandler.disable()
@@ -61,7 +61,7 @@ def _look_and_vanish(look: Callable[[], object]) -> None:
         resource.setrlimit(resource.RLIMIT_CPU, (_PATIENCE_S, _PATIENCE_S + 1))
         signal.signal(signal.SIGALRM, signal.SIG_DFL)
         signal.alarm(10 * _PATIENCE_S)
-        look()
+        reading()
     finally:
         grown = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
         os._exit(int(grown > _MOST_KILOBYTES))

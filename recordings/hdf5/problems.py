@@ -1,7 +1,7 @@
-"""Where everything that can be wrong with a file arrives: raised at once when reading, collected when validating.
+"""What is wrong with a file: raised at once when reading, collected when validating.
 
-This is also the one edge at which what h5py throws on a damaged file becomes a `BadInput`. It throws almost anything,
-depending on which byte is wrong; nothing above this module catches those.
+Here, and nowhere else, what h5py raises on a damaged file becomes a `BadInput`. It raises almost anything, depending on
+which byte is wrong.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _H5PY_RAISES = (
 
 
 @contextmanager
-def edge(where: str) -> Iterator[None]:
+def h5py_errors(where: str) -> Iterator[None]:
     """Turn whatever h5py raises inside into a `BadInput` about `where`."""
     try:
         yield
@@ -62,7 +62,7 @@ class Problems:
     def within(self, where: str) -> Iterator[None]:
         """Note what goes wrong inside, which is left at that point."""
         try:
-            with edge(where):
+            with h5py_errors(where):
                 yield
         except BadInput as problem:
             self._note(problem)

@@ -9,15 +9,16 @@ from types import MappingProxyType, TracebackType
 import h5py
 
 from recordings.arrays import Array
-from recordings.checks import value_problem
 from recordings.errors import BadInput
 from recordings.hdf5.header import Header
-from recordings.hdf5.items import member, numbers_of, open_hdf5
-from recordings.hdf5.layout import Layout, layout_of
+from recordings.hdf5.items import member, numbers_of
+from recordings.hdf5.layout_reader import Layout, layout_of
+from recordings.hdf5.opening import open_hdf5
 from recordings.hdf5.probe import probe
-from recordings.hdf5.problems import Problems, edge
+from recordings.hdf5.problems import Problems, h5py_errors
 from recordings.plant import Event
 from recordings.recording import Recording
+from recordings.sample_checks import value_problem
 from recordings.signal import Signal, SignalSpec
 
 
@@ -140,15 +141,15 @@ def validate(path: str | Path) -> list[BadInput]:
 def opened(path: Path) -> h5py.File:
     """Open a file on whose declarations the HDF5 library is known to survive."""
 
-    def look() -> None:
+    def reading() -> None:
         with open_hdf5(path) as file:
             layout_of(file, str(path), Problems(keep_going=True))
 
-    probe(path, look)
+    probe(path, reading)
     return open_hdf5(path)
 
 
 def _values(file: h5py.File, name: str, path: str) -> Array:
     where = f"{path}: /signals/{name}"
-    with edge(where):
+    with h5py_errors(where):
         return numbers_of(member(file["signals"], name, h5py.Dataset, where))

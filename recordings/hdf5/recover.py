@@ -17,13 +17,14 @@ import h5py
 import numpy as np
 
 from recordings.arrays import Array
+from recordings.atomic_files import appearing, sync, writing
 from recordings.errors import BadInput
-from recordings.files import appearing, sync, writing
 from recordings.hdf5.disk import new_hdf5
-from recordings.hdf5.format import append_events, append_samples, create_events, create_signal, write_header
-from recordings.hdf5.items import journal_path, raw_attribute
+from recordings.hdf5.items import raw_attribute
 from recordings.hdf5.journal import Contents, read_journal
-from recordings.hdf5.layout import layout_of
+from recordings.hdf5.layout_reader import layout_of
+from recordings.hdf5.layout_writer import append_events, append_samples, create_events, create_signal, write_header
+from recordings.hdf5.opening import journal_path
 from recordings.hdf5.problems import Problems
 from recordings.hdf5.reader import open_recording, opened
 from recordings.plant import Event

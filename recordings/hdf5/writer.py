@@ -9,12 +9,13 @@ import h5py
 import numpy as np
 
 from recordings.arrays import Array
+from recordings.atomic_files import appearing
 from recordings.errors import BadInput
-from recordings.files import appearing
 from recordings.hdf5.disk import new_hdf5
-from recordings.hdf5.format import append_events, create_events, create_signal, write_header
-from recordings.hdf5.items import check_vacant, journal_path, member, open_hdf5, raw_attribute
-from recordings.hdf5.problems import edge
+from recordings.hdf5.items import member, raw_attribute
+from recordings.hdf5.layout_writer import append_events, create_events, create_signal, write_header
+from recordings.hdf5.opening import check_vacant, journal_path, open_hdf5
+from recordings.hdf5.problems import h5py_errors
 from recordings.recording import Recording
 from recordings.signal import text_problem
 
@@ -75,7 +76,7 @@ def read_truth(path: str | Path) -> dict[str, float | str | Array]:
         The file cannot be opened or is damaged there.
     """
     where = f"{path}: /truth"
-    with open_hdf5(Path(path)) as file, edge(where):
+    with open_hdf5(Path(path)) as file, h5py_errors(where):
         if "truth" not in file:
             return {}
         group = member(file, "truth", h5py.Group, where)

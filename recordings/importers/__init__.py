@@ -20,16 +20,16 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from recordings.atomic_files import writing
 from recordings.errors import BadInput
-from recordings.files import writing
 from recordings.hdf5.header import RESERVED
-from recordings.hdf5.items import being_written, check_vacant, journal_path
+from recordings.hdf5.opening import being_written, check_vacant, journal_path
 from recordings.hdf5.reader import read
 from recordings.hdf5.recover import Recovery, recover
 from recordings.hdf5.writer import write
 from recordings.importers.assemble import Imported, assemble, text_columns
 from recordings.importers.clock import first_date
-from recordings.importers.kind import kind_of
+from recordings.importers.file_kind import kind_of
 from recordings.importers.mapping import ImportMapping, load_mapping, mapping_names, mapping_of, with_changes
 from recordings.importers.matlab import read_mat, read_mat73
 from recordings.importers.parquet import read_parquet
@@ -44,7 +44,7 @@ __all__ = [
     "load_mapping",
     "mapping_names",
     "mapping_of",
-    "rescue",
+    "recover_to",
     "with_changes",
 ]
 
@@ -86,7 +86,7 @@ def _table(path: Path, mapping: ImportMapping) -> Table:
     return (read_mat if kind == "mat" else read_mat73)(path, variable)
 
 
-def rescue(path: str | Path, target: str | Path, *, overwrite: bool = False) -> Recovery:
+def recover_to(path: str | Path, target: str | Path, *, overwrite: bool = False) -> Recovery:
     """Copy a recording, put right from its journal if it was cut off while recording; the original is left alone.
 
     Raises
@@ -123,7 +123,7 @@ def import_to(
     *,
     overwrite: bool = False,
 ) -> tuple[str, ...]:
-    """Import a file into a recording, or rescue a recording that was cut off.
+    """Import a file into a recording, or recover a recording that was cut off.
 
     Parameters
     ----------
@@ -145,8 +145,7 @@ def import_to(
         raise BadInput(str(target), "it is the file to import", "choose another name for the recording")
     check_vacant(target, overwrite, parameter="overwrite")
     if kind_of(path) == "recording":
-        rescued = rescue(path, target, overwrite=overwrite)
-        return rescued.lost
+        return recover_to(path, target, overwrite=overwrite).lost
     mapping = load_mapping(name) if name else ImportMapping()
     imported = import_file(path, with_changes(mapping, changes or {}, "options"))
     write(target, imported.recording, overwrite=overwrite)

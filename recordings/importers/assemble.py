@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from recordings.arrays import Array
-from recordings.checks import holds_number
 from recordings.errors import BadInput
 from recordings.importers.clock import keep_rows, time_column
 from recordings.importers.formula import evaluate, names_in
@@ -18,8 +17,9 @@ from recordings.importers.mapping import ImportMapping, SignalSource
 from recordings.importers.table import Table
 from recordings.plant import Plant
 from recordings.recording import Recording
+from recordings.sample_checks import holds_number
 from recordings.signal import UNDERSTOOD, Role, Signal
-from recordings.units import convert, find_unit
+from recordings.stored_units import stored_signal
 
 _OPERATOR = re.compile(r"[-+*\[]")
 _GIVE_UNIT = "give it, such as mm, N, bar or %"
@@ -135,45 +135,10 @@ def _signal(name: str, source: SignalSource, raw: _Raw, values: Array, role: Rol
     if source.period is not None:
         there = np.isfinite(values)
         values[there] = np.unwrap(values[there], period=source.period)
-    target, factor, symbol = _target(name, raw.unit, plant)
-    with np.errstate(over="ignore"):
-        values = factor * _converted(values, raw.unit, target, where)
-    values[~np.isfinite(values)] = np.nan  # infinite is no measurement
-    scale = factor * _step(raw.unit, target, where)
-    return Signal(
-        name=name,
-        values=values,
-        unit=symbol,
-        role=role,
-        description=source.description,
-        resolution=None if source.resolution is None else source.resolution * scale,
-        noise_std=None if source.noise_std is None else source.noise_std * scale,
-    )
-
-
-def _target(name: str, symbol: str, plant: Plant) -> tuple[str, float, str]:
-    """The unit a signal is converted to, a factor after that, and the unit of the result.
-
-    Signals that the toolkit understands get their usual unit, so that any reader of the file can do without a table;
-    shares stay shares, except that of a position when the stroke is known.
-    """
-    found = find_unit(symbol)
-    share = found is not None and found.si == "1"
-    if share and name == "position" and plant.stroke_m is not None:
-        return "1", plant.stroke_m, "m"
-    if name in UNDERSTOOD and not (share and name in {"position", "setpoint", "drive"}):
-        return UNDERSTOOD[name], 1.0, UNDERSTOOD[name]
-    usual = found.symbol if found else symbol
-    return usual, 1.0, usual
-
-
-def _converted(values: Array, source: str, target: str, where: str) -> Array:
-    return values if source == target else convert(values, source, target, where)
-
-
-def _step(source: str, target: str, where: str) -> float:
-    """How large one step in `source` is in `target`; units with an offset have steps too."""
-    return 1.0 if source == target else convert(1.0, source, target, where) - convert(0.0, source, target, where)
+    return stored_signal(
+        name, values, raw.unit, role, plant.stroke_m, where,
+        description=source.description, resolution=source.resolution, noise_std=source.noise_std,
+    )  # fmt: skip
 
 
 def _usual_role(name: str, names: set[str]) -> Role:

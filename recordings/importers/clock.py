@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from recordings.arrays import Array
-from recordings.checks import time_fault
 from recordings.errors import BadInput
 from recordings.importers.mapping import Clock, FileLayout
 from recordings.importers.table import Table
+from recordings.sample_checks import time_fault
 from recordings.units import convert
 
 Rows = NDArray[np.intp]

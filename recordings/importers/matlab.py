@@ -10,11 +10,13 @@ import h5py
 import numpy as np
 
 from recordings.arrays import Array
+from recordings.column_headers import named_columns
 from recordings.errors import BadInput
-from recordings.hdf5.items import check_size, is_plain, open_hdf5
+from recordings.hdf5.items import check_size, is_plain
+from recordings.hdf5.opening import open_hdf5
 from recordings.hdf5.probe import probe
-from recordings.hdf5.problems import edge
-from recordings.importers.table import Table, named_columns
+from recordings.hdf5.problems import h5py_errors
+from recordings.importers.table import Table
 
 Variables = dict[str, Array]
 
@@ -45,7 +47,7 @@ def read_mat(path: Path, variable: str | None = None) -> Table:
 def read_mat73(path: Path, variable: str | None = None) -> Table:
     """Read a MATLAB file of version 7.3, or any HDF5 file with datasets at its root or a group below; as `read_mat`."""
     probe(path, lambda: _list_hdf5(path))
-    with open_hdf5(path) as file, edge(str(path)):
+    with open_hdf5(path) as file, h5py_errors(str(path)):
         variables = {}
         for name, dataset in _datasets(file):
             check_size(dataset, f"{path}: {name}")

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from recordings.arrays import Array
+from recordings.column_headers import named_columns
 from recordings.errors import BadInput
-from recordings.importers.table import BadCell, Table, named_columns
+from recordings.importers.table import BadCell, Table
 
 
 def read_parquet(path: Path) -> Table:

@@ -18,9 +18,11 @@ from pathlib import Path
 import numpy as np
 
 from recordings.arrays import Array
+from recordings.column_headers import named_columns
 from recordings.errors import BadInput
 from recordings.importers.mapping import FileLayout
-from recordings.importers.sniff import (
+from recordings.importers.table import BadCell, Table
+from recordings.importers.text_dialect import (
     WHITESPACE,
     guess_separator,
     looks_like_names,
@@ -28,7 +30,6 @@ from recordings.importers.sniff import (
     number_like,
     split_row,
 )
-from recordings.importers.table import BadCell, Table, named_columns
 
 _BLOCK_ROWS = 20_000
 _SAMPLE_LINES = 60

@@ -8,8 +8,8 @@
 (11, True)
 """
 
+from simulator.damadics.actuator.actuator import COLUMN, FORMS, Actuator, Form, State
 from simulator.damadics.actuator.inputs import INPUTS
-from simulator.damadics.actuator.machine import COLUMN, FORMS, Actuator, Form, State
 from simulator.damadics.actuator.outputs import SIGNALS
 from simulator.damadics.actuator.parameters import STEP, Parameters
 from simulator.damadics.faults import FAULTS, LEVELS, Fault, FaultKind, limited, strengths

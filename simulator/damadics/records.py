@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from recordings import Array, Event, Plant, Recording, Role, Signal
-from simulator.damadics.actuator.machine import COLUMN, Actuator
+from simulator.damadics.actuator.actuator import COLUMN, Actuator
 from simulator.damadics.actuator.parameters import Parameters
 from simulator.damadics.faults import STEPS_PER_SECOND, Fault, strengths
 from simulator.damadics.noise import CHANNELS, Noise

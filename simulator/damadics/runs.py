@@ -2,29 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from recordings import BadInput, Recording
+from recordings import BadInput, Progress, Recording, silent
 from simulator.damadics import records
+from simulator.damadics.actuator.actuator import Actuator, Form
 from simulator.damadics.actuator.inputs import INPUTS
-from simulator.damadics.actuator.machine import Actuator, Form
 from simulator.damadics.actuator.parameters import Parameters
 from simulator.damadics.faults import STEPS_PER_SECOND, strengths
 from simulator.damadics.noise import Noise
 from simulator.damadics.records import Samples, Truth
 from simulator.damadics.scenarios import Scenario, scenario
 from simulator.damadics.transmitters import measured
+from simulator.effect import Catalogue
+from simulator.effects import CATALOGUE
 
 BLOCK = 20_000
 """Steps simulated at a time."""
 
 MOST_SAMPLES = 5_000_000
 """A longer record is refused: it would not fit the memory of a small machine."""
-
-Progress = Callable[[float], None]
 
 
 def run_scenario(
@@ -38,13 +38,14 @@ def run_scenario(
     effects: Mapping[str, Mapping[str, float]] | None = None,
     parameters: Parameters | None = None,
     doc_sign: bool = False,
-    progress: Progress | None = None,
+    catalogue: Catalogue = CATALOGUE,
+    progress: Progress = silent,
 ) -> tuple[Recording, Truth]:
     """Simulate a scenario of `SCENARIOS`. Returns the recording and the truth behind it.
 
     noise : whether the benchmark's noise of this seed is on, or noise of your own; duration, sample [s] : the
     scenario's where not given, samples a multiple of 2.5 ms; form, effects, parameters, doc_sign : as in `Actuator`;
-    progress : told the share that is done.
+    catalogue : where the effects are looked up; progress : called with the steps that are done, and with all of them.
 
     Raises `BadInput` for an unknown scenario and for values that cannot be.
 
@@ -52,7 +53,7 @@ def run_scenario(
     >>> recording.time[-1], recording["position"].unit, truth["scenario"]
     (np.float64(3.0), 'm', 'chapter5-f4')
     """
-    actuator = Actuator(form, parameters or Parameters(), effects or {}, doc_sign)
+    actuator = Actuator(form, parameters or Parameters(), effects or {}, doc_sign, catalogue)
     chosen = Noise(seed) if noise is True else noise or None
     return run(scenario(name), actuator, chosen, duration=duration, sample=sample, progress=progress)
 
@@ -64,15 +65,14 @@ def run(
     *,
     duration: float | None = None,
     sample: float | None = None,
-    progress: Progress | None = None,
+    progress: Progress = silent,
 ) -> tuple[Recording, Truth]:
     """As `run_scenario`, for a scenario and an actuator of your own."""
     plan = _plan(what, duration, sample)
     blocks = []
     for first, block in _blocks(what, actuator, noise, plan):
         blocks.append(block)
-        if progress is not None:
-            progress(min(1.0, (first + BLOCK) / (plan.steps + 1)))
+        progress("simulation", min(first + BLOCK, plan.steps + 1), plan.steps + 1)
     samples = Samples.joined(blocks)
     return records.recording(what, actuator, noise, samples), records.truth(what, actuator, noise, samples)
 

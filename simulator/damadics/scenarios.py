@@ -13,7 +13,7 @@ from types import MappingProxyType
 from recordings import BadInput
 from simulator.damadics import stimuli
 from simulator.damadics.faults import FAULTS, Fault, FaultKind
-from simulator.damadics.names import nearest
+from simulator.damadics.nearest_names import nearest
 from simulator.damadics.stimuli import Stimulus
 
 SWITCH_ON, ONSET, HORIZON = 300.0, 900.0, 600.0

@@ -7,11 +7,13 @@ import os
 import signal
 import subprocess
 import sys
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
+import typer
 
-from bristle.cli.app import COMMANDS
+from bristle.cli.app import COMMANDS, application
 from recordings import BadInput, NegativeAnswer
 
 HOUSE = Path(__file__).resolve().parents[2]
@@ -39,6 +41,37 @@ def test_the_help_lists_every_command(console):
     ending = console("--help")
     assert ending.code == 0
     assert all(name in ending.out for name in COMMANDS)
+
+
+def test_bare_it_says_what_there_is(console):
+    assert console() == console("--help")
+    assert console().code == 0
+
+
+@pytest.mark.parametrize("arguments", [(), *((name,) for name in sorted(COMMANDS))])
+def test_a_short_option_asks_for_help_too(console, arguments):
+    assert console(*arguments, "-h") == console(*arguments, "--help")
+
+
+def test_the_version_is_one_line(console):
+    ending = console("--version")
+    assert (ending.code, ending.out, ending.err) == (0, f"bristle {version('bristle')}\n", [])
+
+
+def options() -> list[tuple[str, str]]:
+    """Command and help text of every option and argument."""
+    commands = typer.main.get_command(application()).commands
+    return [(name, one.help) for name, command in commands.items() for one in command.params if one.help]
+
+
+@pytest.mark.parametrize(("name", "text"), options())
+def test_the_help_of_an_option_is_printed_as_it_is_written(console, monkeypatch, name, text):
+    monkeypatch.setenv("COLUMNS", "400")  # so that no text is broken into lines
+    assert text in console(name, "--help").out
+
+
+def test_some_help_has_units_in_brackets():
+    assert sum("[m2]" in text for _, text in options()) >= 2
 
 
 @pytest.mark.parametrize(
@@ -117,7 +150,7 @@ def test_ctrl_c_ends_a_fit_with_130_and_one_line(tmp_path):
 SWALLOWED = """
 import signal, sys, time, weakref
 import identification
-from bristle import main
+from bristle.cli import main
 
 class Kept: ...
 

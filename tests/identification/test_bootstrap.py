@@ -25,7 +25,7 @@ def found(trials: int) -> Identification:
     return result
 
 
-def test_the_scatter_of_twins_is_that_of_the_linearised_model_where_the_force_is_exact():
+def test_the_scatter_of_replicates_is_that_of_the_linearised_model_where_the_force_is_exact():
     plain, scattered = found(0), found(TRIALS)
     ratios = [scattered.uncertainty.std[n] / plain.uncertainty.std[n] for n in plain.uncertainty.names]
     assert 0.5 < np.median(ratios) < 1.7
@@ -34,7 +34,7 @@ def test_the_scatter_of_twins_is_that_of_the_linearised_model_where_the_force_is
     assert plain.model.quality["bootstrap"] is None
 
 
-def test_intervals_of_twins_hold_the_fit_and_differ_from_the_plain_ones():
+def test_intervals_of_replicates_hold_the_fit_and_differ_from_the_plain_ones():
     plain, scattered = found(0), found(TRIALS)
     assert scattered.uncertainty.std != plain.uncertainty.std
     assert all(s > 0 for s in scattered.uncertainty.std.values())

@@ -66,5 +66,5 @@ def test_it_can_be_held_within_its_bounds():
 
 
 def test_without_its_catalogue_it_is_unknown():
-    with pytest.raises(KeyError, match="no effect named 'hardening'"):
+    with pytest.raises(BadParameter, match="effects hardening: there is no such effect; there are inertia"):
         identify([recorded()], effects=EFFECTS)

@@ -13,9 +13,9 @@ from traced_valves import recorded, traced
 from bristle.cli.app import run
 from identification import trace
 from identification.data.experiment import experiment
-from identification.tracing.base import split
-from identification.tracing.judge import Whiteness
-from identification.tracing.residual import remainder
+from identification.tracing.comparison import Whiteness
+from identification.tracing.models.trial_data import divided
+from identification.tracing.residual import describe_residual
 from recordings import Recording, Signal, write
 from simulator import BASE, CATALOGUE, ValveModel
 
@@ -24,29 +24,29 @@ def test_a_complete_model_lacks_nothing():
     found = traced(None)
     assert found.verdict == "none"
     assert found.effects_added == ()
-    assert found.tracing.after.white
+    assert found.selection.after.white
     assert not any(c.accepted for c in found.candidates)
 
 
 def test_what_only_held_out_recordings_show_is_said_so():
     found = traced(None)
-    assert not found.tracing.only_held
-    seen = replace(found.tracing, verdict="unlisted", after=Whiteness(False, 0.0, 1.3, 0.0))
-    assert seen.only_held
-    left = remainder(seen)
-    assert "of the held-out recordings, and does not show in the fitted ones" in left.where
-    said = replace(found, tracing=seen, left=left).sentences()
+    assert not found.selection.only_held_out
+    seen = replace(found.selection, verdict="unlisted", after=Whiteness(False, 0.0, 1.3, 0.0))
+    assert seen.only_held_out
+    residual = describe_residual(seen)
+    assert "of the held-out recordings, and does not show in the fitted ones" in residual.where
+    said = replace(found, selection=seen, residual=residual).sentences()
     assert said[0] == "Something is missing, and the recordings that were fitted do not show what."
 
 
 def test_where_no_name_is_given_the_answer_says_what_comes_nearest():
     found = traced("hardening_spring", k3=3e6)
-    said = replace(found, tracing=replace(found.tracing, verdict="unlisted", added=(), same_class=())).sentences()
+    said = replace(found, selection=replace(found.selection, verdict="unlisted", added=(), same_class=())).sentences()
     assert said[0] == "Something is missing, and it is none of the effects known here."
     assert said[1].startswith("hardening_spring comes nearest (the spring stiffens along the stroke")
     assert "too much is left" in said[1]
     complete = traced(None)
-    nothing = replace(complete, tracing=replace(complete.tracing, verdict="unlisted")).sentences()
+    nothing = replace(complete, selection=replace(complete.selection, verdict="unlisted")).sentences()
     assert not any("comes nearest" in line for line in nothing)
 
 
@@ -56,7 +56,7 @@ def test_recordings_of_an_exact_force_lack_nothing(capsys: pytest.CaptureFixture
 
 
 def test_sparse_regression_chooses_the_stiffening_spring_too():
-    opinion = traced("hardening_spring", k3=3e6).opinion
+    opinion = traced("hardening_spring", k3=3e6).second_opinion
     assert opinion is not None
     assert (opinion.effect, opinion.share > 0.5) == ("hardening_spring", True)
 
@@ -85,7 +85,7 @@ def test_a_stiffening_spring_is_named_and_measured():
 def test_what_a_base_model_imitates_is_named(effect: str, values: dict[str, float]):
     found = traced(effect, **values)
     assert found.verdict == effect
-    assert found.tracing.after.loss < 1.2
+    assert found.selection.after.loss < 1.2
 
 
 def test_the_files_follow_the_contract(tmp_path: Path):
@@ -145,7 +145,7 @@ def test_what_is_held_out_of_a_recording_holds_positions():
     signals = [replace(whole[n], values=half) if n == "position" else whole[n] for n in whole]
     seen = experiment(Recording.of(signals, source="simulated", title="half"))
     for e in (experiment(whole), seen):
-        counts = [sum(int(s.seen.sum()) for one in part for s in one.segments) for part in split([e])]
+        counts = [sum(int(s.seen.sum()) for one in part for s in one.segments) for part in divided([e])]
         assert counts[1] / sum(counts) == pytest.approx(0.25, abs=0.01)
 
 

@@ -6,9 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from sample_effects import Drag
 from scipy import stats
 
 from recordings import read, read_truth, write
+from simulator import CATALOGUE
 from simulator.damadics import (
     CHANNELS,
     COLUMN,
@@ -143,9 +145,19 @@ def test_a_fault_that_goes_leaves_two_events():
     assert [(event.time, event.kind) for event in recording.events] == [(10.0, "fault"), (20.0, "fault_end")]
 
 
-def test_progress_is_told_and_ends_at_one():
-    told = []
-    run_scenario("healthy", duration=160.0, progress=told.append)
-    assert told == sorted(told)
-    assert len(told) == 4
-    assert told[-1] == 1.0
+def test_progress_is_reported_and_ends_with_all_steps():
+    reports = []
+    run_scenario("healthy", duration=160.0, progress=lambda *report: reports.append(report))
+    assert {stage for stage, _, _ in reports} == {"simulation"}
+    shares = [done / total for _, done, total in reports]
+    assert shares == sorted(shares)
+    assert len(shares) == 4
+    assert shares[-1] == 1.0
+
+
+def test_an_effect_of_ones_own_acts_in_a_scenario():
+    own = {"catalogue": CATALOGUE.extended(Drag()), "duration": 5.0}
+    without, braked = (
+        run_scenario("chapter5-healthy", "lugre", effects={"sample_drag": {"c": c}}, **own)[0] for c in (0.0, 1e6)
+    )
+    assert not np.array_equal(without["position"].values, braked["position"].values)

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
+
+if TYPE_CHECKING:
+    from identification import Estimator
+    from simulator import Causality
 
 
 def command(
@@ -29,7 +33,8 @@ def command(
         str, typer.Option(help="'auto', 'output-error' (exact force) or 'noise-aware' (noisy force).")
     ] = "auto",
     bootstrap: Annotated[
-        int, typer.Option(help="Intervals from this many refits of simulated twins (0: from the linearised model).")
+        int,
+        typer.Option(help="Intervals from so many refits of simulated recordings (0: by linearisation)."),
     ] = 0,
     crosscheck: Annotated[bool, typer.Option(help="Cross-check with pysindy.")] = True,
 ) -> None:
@@ -37,39 +42,29 @@ def command(
 
     Example: bristle fit bundled:mixed --out model.json --report fit.html
     """
-    from bristle.cli.console import assignments, load, print_identification, stdout, working, writable
-    from bristle.cli.fitting import (
-        checked_causality,
-        checked_estimator,
-        counted,
-        free_parameters,
-        print_profiles,
-        with_area,
-        without_effects,
-    )
-    from identification import Outcome, identify
-    from recordings import NegativeAnswer
+    import bristle as br
+    from bristle.cli.console import assignments, print_identification, shown_on, stdout, working, writable
+    from bristle.cli.fitting import print_profiles, profiled
+    from identification import without_effects
 
     for path in (out, report):
         writable(path)
-    held = without_effects(without or []) | assignments(given or [], "--given")
-    profiled = free_parameters(profile or [], held)
-    read, others = (with_area(load(paths), area) for paths in (recordings, holdout or []))
+    held = without_effects(without or ()) | assignments(given or [], "--given")
+    wanted = profiled(profile or (), held)
     with working("fitting") as status:
-        found = identify(
-            read, holdout=others, given=held, causality=checked_causality(causality), hold=hold, check=crosscheck,
-            estimator=checked_estimator(estimator), bootstrap=bootstrap, progress=counted(status),
+        found = br.fit(
+            recordings, holdout=holdout or (), given=held, causality=cast("Causality | None", causality), area=area,
+            hold=hold, estimator=cast("Estimator", estimator), bootstrap=bootstrap, crosscheck=crosscheck,
+            progress=shown_on(status),
         )  # fmt: skip
     console = stdout()
     print_identification(console, found, crosscheck=crosscheck)
-    print_profiles(console, found, profiled)
+    print_profiles(console, found, wanted)
     if out:
-        found.model.write(out)
+        found.write(out)
     if report:
-        from identification.report import write_report
-
-        write_report(report, found)
-    if found.fit.outcome is not Outcome.CONVERGED:
-        raise NegativeAnswer(found.fit.outcome.value)
+        found.report(report)
+    if not found.converged:
+        raise br.NegativeAnswer(found.fit.outcome.value)
     if found.crosscheck and not found.crosscheck.agrees:
-        raise NegativeAnswer(found.crosscheck.sentence)
+        raise br.NegativeAnswer(found.crosscheck.sentence)

@@ -46,17 +46,17 @@ def command(
 
     Example: bristle simulate --to f7.h5 --scenario f7-abrupt-medium --friction lugre --noise
     """
-    from bristle.cli import simulating
     from bristle.cli.console import assignments, writable
+    from bristle.cli.simulating import actuator
+    from bristle.door.valves import sensed, simulated
     from recordings import write
-    from simulator import Sensors
 
     writable(to)
     if scenario is not None:
-        recording, truth = simulating.actuator(scenario, friction, noise, seed, duration, sample)
+        recording, truth = actuator(scenario, friction, noise, seed, duration, sample)
     else:
         changed = assignments(given or [], "--given")
-        sensors = Sensors(rate, position_noise, force_noise, position_step, force_step)
-        recording, truth = simulating.valve(excite, valve, changed, stroke, sensors, seed)
+        sensors = sensed(rate, position_noise, force_noise, position_step, force_step)
+        recording, truth = simulated(excite, given=changed, model=valve, seed=seed, stroke=stroke, sensors=sensors)
     write(to, recording, truth)
     print(f"{to}: {len(recording)} samples, {recording.time[-1]:.6g} s")

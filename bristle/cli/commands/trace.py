@@ -25,17 +25,23 @@ def command(
 
     Example: bristle trace bundled:step bundled:sine --holdout bundled:mixed --out trace.json --model-out model.json
     """
-    from bristle.cli.console import assignments, load, stdout, working, writable
-    from bristle.cli.fitting import with_area, without_effects
+    import bristle as br
+    from bristle.cli.console import assignments, shown_on, stdout, working, writable
     from bristle.cli.tracing import candidate_table, error_lines
-    from identification import trace
 
     for path in (out, model_out, report):
         writable(path)
-    held = without_effects(without or []) | assignments(given or [], "--given")
-    read, others = (with_area(load(paths), area) for paths in (recordings, holdout or []))
-    with working("tracing"):
-        found = trace(read, holdout=others, given=held, hold=hold)
+    held = assignments(given or [], "--given")
+    with working("tracing") as status:
+        found = br.trace(
+            recordings,
+            holdout=holdout or (),
+            given=held,
+            without=without or (),
+            area=area,
+            hold=hold,
+            progress=shown_on(status),
+        )
     console = stdout()
     console.print(f"verdict: {found.verdict}")
     for sentence in found.sentences():
@@ -48,6 +54,4 @@ def command(
     if model_out:
         found.model.write(model_out)
     if report:
-        from identification.report import write_trace_report
-
-        write_trace_report(report, found)
+        found.report(report)

@@ -6,10 +6,9 @@ from pathlib import Path
 
 from rich.console import Console
 
-from bristle.cli.console import load, parameter_table, print_crosscheck, print_errors
+from bristle.cli.console import parameter_table, print_crosscheck, print_errors
 from identification import identify
-from identification.report import write_report
-from recordings import NegativeAnswer, bundled_path, read_truth
+from recordings import NegativeAnswer, bundled, bundled_path, read_truth
 
 NAMES = ("step", "sine")
 
@@ -17,12 +16,12 @@ NAMES = ("step", "sine")
 def fit_stage(out: Path, console: Console) -> None:
     """Fit, cross-check, model and report. Raises NegativeAnswer when the cross-check does not agree."""
     console.print(f"Fitting bundled recordings {' and '.join(NAMES)}; 'mixed' is held out to judge. No start values.")
-    found = identify(load([f"bundled:{n}" for n in NAMES]), holdout=load(["bundled:mixed"]))
+    found = identify([bundled(name) for name in NAMES], holdout=[bundled("mixed")])
     truth = {k: float(v) for k, v in read_truth(bundled_path("step")).items() if k in found.model.parameters}
     console.print(parameter_table(found, truth))
     print_errors(console, found.model)
     print_crosscheck(console, found.crosscheck)
-    found.model.write(out / "model.json")
-    write_report(out / "report.html", found)
+    found.write(out / "model.json")
+    found.report(out / "report.html")
     if not found.crosscheck or not found.crosscheck.agrees:
         raise NegativeAnswer("the cross-check does not confirm the fit")

@@ -9,11 +9,9 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
-from bristle.cli.console import load
 from bristle.cli.tracing import candidate_table
 from identification import Trace, trace
-from identification.report import write_trace_report
-from recordings import NegativeAnswer, Recording
+from recordings import NegativeAnswer, Recording, read
 
 
 def trace_stage(recorded: Sequence[Path], out: Path, console: Console) -> Path:
@@ -21,7 +19,7 @@ def trace_stage(recorded: Sequence[Path], out: Path, console: Console) -> Path:
 
     Raises NegativeAnswer when none is found, or it does not explain the held-out recording better.
     """
-    *fitted, held = [_to_the_nanosecond(one) for one in load([str(path) for path in recorded])]
+    *fitted, held = [_to_the_nanosecond(one) for one in map(read, recorded)]
     console.print("Tracing: the model of spring and friction is fitted, and what it leaves is tested for every effect.")
     found = trace(fitted, holdout=[held])
     console.print(candidate_table(found))
@@ -29,7 +27,7 @@ def trace_stage(recorded: Sequence[Path], out: Path, console: Console) -> Path:
         console.print(sentence)
     found.write(out / "trace.json")
     found.model.write(out / "traced.json")
-    write_trace_report(out / "trace.html", found)
+    found.report(out / "trace.html")
     if not found.effects_added:
         raise NegativeAnswer(f"tracing ended with '{found.verdict}': no effect was named")
     before, after = (held_out_mm(found, side) for side in ("before", "after"))

@@ -9,10 +9,9 @@ from the model, which keeps the problem smooth; that freedom is then taken away.
 
 from __future__ import annotations
 
-import copy
+import functools
 from collections.abc import Callable, Sequence
-from dataclasses import replace
-from typing import Self
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,7 +19,8 @@ from identification.data.grid import Grid
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.estimate import OUTLIER, TUNING, Estimate, Innovations
 from identification.estimators.least_squares import Normal, cauchy, move, weighted
-from identification.estimators.noise_aware.linearised_model import PathFreedom, correction, first_path, linearise
+from identification.estimators.noise_aware.linearised_model import PathFreedom, first_path
+from identification.estimators.noise_aware.predictor import KALMAN_SMOOTHER, Predictor
 from identification.estimators.priors import prior
 from identification.parallel import each
 from recordings import Array
@@ -56,36 +56,39 @@ STRICT_STEPS = 3
 Stages = Sequence[tuple[PathFreedom, int]]
 
 
+@dataclass(frozen=True)
 class NoiseAware:
     """The fit of one kernel of an uncertain force to some grids (a `PathEstimator`).
 
     kernel : with causality ``uncertain force``; coordinates : what is free; freedom : of the paths; worth : fall of the
-    cost below which two steps in a row are the last of a descent.
+    cost below which two steps in a row are the last of a descent; predictor : gives innovations and the next paths.
     """
 
-    def __init__(
-        self, kernel: Kernel, coordinates: Coordinates, grids: Sequence[Grid], freedom: PathFreedom = STRICT,
-        worth: float = 0.0,
-    ) -> None:  # fmt: skip
-        self.kernel, self.coordinates, self.grids = kernel, coordinates, tuple(grids)
-        self.freedom, self.worth = freedom, worth
-        self.names = coordinates.free_names
-        self.positions = sum(int(np.isfinite(s.y).sum()) for s in grids)
-        self.dense = self.positions > DENSE * sum(float(s.t[-1] - s.t[0]) for s in grids)
+    kernel: Kernel
+    coordinates: Coordinates
+    grids: Sequence[Grid]
+    freedom: PathFreedom = STRICT
+    worth: float = 0.0
+    predictor: Predictor = KALMAN_SMOOTHER
 
-    def with_freedom(self, freedom: PathFreedom) -> Self:
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The free parameters, in the order of theta."""
+        return self.coordinates.free_names
+
+    @functools.cached_property
+    def positions(self) -> int:
+        """Number of measured positions."""
+        return sum(int(np.isfinite(s.y).sum()) for s in self.grids)
+
+    @functools.cached_property
+    def dense(self) -> bool:
+        """Whether positions are so close that resting paths can be waited for (`DENSE`)."""
+        return self.positions > DENSE * sum(float(s.t[-1] - s.t[0]) for s in self.grids)
+
+    def with_freedom(self, freedom: PathFreedom) -> NoiseAware:
         """The same fit with another freedom of the paths."""
-        other = copy.copy(self)
-        other.freedom = freedom
-        return other
-
-    def line(self, grid: Grid, p: Array, path: Array) -> Innovations | None:
-        """A grid filtered along a path (n, n_states) at parameters p; None where the model has no solution."""
-        return linearise(self.kernel, self.coordinates, grid, p, path, self.freedom)
-
-    def toward(self, line: Innovations, move: Array) -> Array:
-        """The way (n, n_states) from a path to the one about which it is linearised next."""
-        return correction(line, move)
+        return replace(self, freedom=freedom)
 
     def start(self, theta: Array, steps: int = NEW_PATH) -> Estimate | None:
         """The estimate at fixed parameters theta (m,), along new paths that start on the smoothed motion and take so
@@ -105,10 +108,10 @@ class NoiseAware:
         def one(i: int) -> tuple[Array, Innovations] | None:
             path = paths[i]
             for further in range(steps, -1, -1):
-                line = self.line(self.grids[i], p, path)
+                line = self.predictor.line(self.kernel, self.coordinates, self.grids[i], p, path, self.freedom)
                 if line is None or not further:
                     break
-                path = path + self.freedom.share * self.toward(line, still)
+                path = path + self.freedom.share * self.predictor.toward(line, still)
             return None if line is None else (path, line)
 
         found = [f for f in each(one, range(len(self.grids))) if f is not None]
@@ -185,8 +188,10 @@ class NoiseAware:
         still, share = np.zeros(len(step)), self.freedom.share
 
         def moved(i: int) -> Array:
-            line, way = now.linearised[i], self.toward(now.linearised[i], step)
-            return now.paths[i] + (way - (1 - share) * self.toward(line, still) if step.any() else share * way)
+            line, way = now.linearised[i], self.predictor.toward(now.linearised[i], step)
+            return now.paths[i] + (
+                way - (1 - share) * self.predictor.toward(line, still) if step.any() else share * way
+            )
 
         return each(moved, range(len(self.grids)))
 

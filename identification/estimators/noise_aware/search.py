@@ -8,6 +8,7 @@ recording with different freedom of the path, and only the best end is carried t
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -57,7 +58,7 @@ MASSES = (0.2, 30.0)
 
 def on_chunks(whole: NoiseAware) -> NoiseAware:
     """The same fit to chunks of its grids."""
-    return type(whole)(whole.kernel, whole.coordinates, chunks(whole.grids))
+    return replace(whole, grids=chunks(whole.grids))
 
 
 def best_on_chunks(

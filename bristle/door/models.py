@@ -1,0 +1,136 @@
+"""A model of a valve from recordings of it: `bristle fit` and `bristle trace` as calls."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import get_args
+
+import identification
+from bristle.door.sources import Source, read_all
+from identification import Estimator, Identification, Trace, with_area, without_effects
+from recordings import BadParameter, Progress, silent
+from simulator import CATALOGUE, Catalogue, Causality
+
+CAUSALITIES = ("force", "motion")
+"""What may drive the model: the recorded force, or the recorded motion."""
+
+
+def fit(
+    recordings: Source | Iterable[Source],
+    *,
+    holdout: Source | Iterable[Source] = (),
+    given: Mapping[str, float] | None = None,
+    without: Iterable[str] = (),
+    causality: Causality | None = None,
+    area: float | None = None,
+    hold: bool = False,
+    estimator: Estimator = "auto",
+    bootstrap: int = 0,
+    crosscheck: bool = True,
+    catalogue: Catalogue = CATALOGUE,
+    progress: Progress = silent,
+) -> Identification:
+    """Fit LuGre friction and spring of a valve to recordings of it. No starting values are needed.
+
+    Parameters
+    ----------
+    recordings : recording, path or ``bundled:NAME``, or several of them
+        Fitted together. Each holds time, position, and force (or pressure, with an area).
+    holdout : the same
+        Recordings that only judge the fit.
+    given : mapping, optional
+        Parameters to hold, by full name, in SI units: ``{"mass.m": 2.1}``.
+    without : names, optional
+        ``["spring"]`` for a plant without one.
+    causality : {"force", "motion"}, optional
+        What drives the model. The roles of the recorded signals decide otherwise.
+    area : float, optional
+        Area of the diaphragm [m2], to turn pressure into force.
+    hold : bool, optional
+        Whether the force is held between samples, as the output of a converter is.
+    estimator : {"auto", "output-error", "noise-aware"}, optional
+        "output-error" takes the force as exact, "noise-aware" as noisy.
+    bootstrap : int, optional
+        Number of refits of simulated recordings for the intervals; 0 takes them from the linearised model.
+    crosscheck : bool, optional
+        Whether the parameters are compared with those of a sparse regression.
+    catalogue : Catalogue, optional
+        Where effects are looked up; ``CATALOGUE.extended`` adds your own.
+    progress : callable, optional
+        ``progress(stage, done, total)``, called now and then; a total of 0 says that nobody knows.
+
+    Returns
+    -------
+    Identification
+        The model with its uncertainties, and its free runs. `values`, `model`, `write`, `report`, `plot`.
+
+    Raises
+    ------
+    BadInput
+        A recording or a parameter cannot be used.
+    NegativeAnswer
+        No values came out: the valve does not move, for example.
+
+    >>> import bristle as br
+    >>> recording = br.simulate("mixed:10", given={"spring.K": 4e4}, rate=500, position_noise=2e-6, seed=3)
+    >>> found = br.fit(recording, crosscheck=False)
+    >>> found.converged, round(found.values["spring.K"] / 4e4, 3)
+    (True, 1.0)
+    """
+    _check("causality", causality, (None, *CAUSALITIES))
+    _check("estimator", estimator, get_args(Estimator))
+    held = without_effects(without) | dict(given or {})
+    fitted, judging = (with_area(read_all(some), area) for some in (recordings, holdout))
+    return identification.identify(
+        fitted, holdout=judging, given=held, causality=causality, hold=hold, check=crosscheck, estimator=estimator,
+        bootstrap=bootstrap, catalogue=catalogue, progress=progress,
+    )  # fmt: skip
+
+
+def trace(
+    recordings: Source | Iterable[Source],
+    *,
+    holdout: Source | Iterable[Source] = (),
+    given: Mapping[str, float] | None = None,
+    without: Iterable[str] = (),
+    area: float | None = None,
+    hold: bool = False,
+    catalogue: Catalogue = CATALOGUE,
+    progress: Progress = silent,
+) -> Trace:
+    """Find the effect that a valve shows and the model of friction and spring lacks, or say that nothing is missing.
+
+    Parameters
+    ----------
+    recordings, given, without, area, hold, progress
+        As for `fit`.
+    catalogue : Catalogue, optional
+        The effects that are tried; ``br.CATALOGUE.extended(MyEffect())`` adds your own.
+    holdout : recording, path or ``bundled:NAME``, or several of them
+        Recordings that only judge; without any, the last quarter of each recording does.
+
+    Returns
+    -------
+    Trace
+        The verdict, every candidate, and the errors before and after. `verdict`, `values`, `model`, `write`, `report`,
+        `plot`.
+
+    Raises
+    ------
+    BadInput, NegativeAnswer
+        As for `fit`.
+
+    >>> import bristle as br
+    >>> recording = br.simulate("mixed:20", position_noise=3e-6, force_noise=0.1, seed=3)
+    >>> br.trace(recording).verdict
+    'none'
+    """
+    held = without_effects(without) | dict(given or {})
+    fitted, judging = (with_area(read_all(some), area) for some in (recordings, holdout))
+    return identification.trace(fitted, holdout=judging, given=held, hold=hold, catalogue=catalogue, progress=progress)
+
+
+def _check(parameter: str, value: object, allowed: tuple[object, ...]) -> None:
+    if value not in allowed:
+        words = ", ".join(str(one) for one in allowed if one is not None)
+        raise BadParameter(parameter, value, "it is not one of those there are", f"there are {words}")

@@ -1,0 +1,54 @@
+"""Recordings, from wherever they come."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+
+from recordings import BadInput, Recording, bundled, bundled_names
+from recordings import read as read_file
+
+BUNDLED = "bundled:"
+"""What a source begins with that names a recording that ships with the toolkit."""
+
+Source = Recording | str | os.PathLike[str]
+"""A recording, its file, or ``bundled:NAME``."""
+
+
+def read(source: Source) -> Recording:
+    """Read a recording.
+
+    Parameters
+    ----------
+    source : str or path
+        A recording file (.h5), or ``bundled:NAME`` for one that ships with the toolkit: ``bundled:step``,
+        ``bundled:sine`` or ``bundled:mixed``. A recording is returned as it is.
+
+    Raises
+    ------
+    BadInput
+        There is no such file, or it is no valid recording. `bristle import` makes recordings of other files.
+
+    >>> import bristle as br
+    >>> recording = br.read("bundled:step")
+    >>> list(recording), len(recording)
+    (['time', 'force', 'position'], 10001)
+    >>> recording.si("position").values.max() < recording.plant.stroke_m
+    np.True_
+    """
+    if isinstance(source, Recording):
+        return source
+    path = os.fspath(source)
+    if not path.startswith(BUNDLED):
+        return read_file(path)
+    name = path.removeprefix(BUNDLED)
+    if name not in bundled_names():
+        raise BadInput(path, "there is no such bundled recording", f"there are {', '.join(bundled_names())}")
+    return bundled(name)
+
+
+def read_all(sources: Source | Iterable[Source]) -> list[Recording]:
+    """One recording or several, each as `read` takes it."""
+    if isinstance(sources, Recording | str | os.PathLike):
+        return [read(sources)]
+    return [read(source) for source in sources]

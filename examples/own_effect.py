@@ -1,0 +1,66 @@
+"""An effect of your own: written once, then simulated, fitted and traced like those of the toolkit.
+
+    python examples/own_effect.py [FOLDER]
+
+The effect here is a magnet that pulls the stem towards the closed end of the stroke. Nothing of the toolkit is
+changed: a catalogue that has the effect is handed to the functions that are to know it.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import bristle as br
+from simulator import Expression, Quantities
+
+PULL = 120.0
+"""Force of the magnet at the closed end [N]."""
+
+
+class Magnet(br.Effect):
+    """A pull that falls off with the square of the distance: G / (1 + x / D)^2."""
+
+    id = "magnet"
+    site = br.Site.FORCE
+    sentence = "A magnet pulls the stem towards the closed end"
+    check = "whether the stem is magnetised"
+    parameters = (
+        br.Parameter("G", "N", "pull at the closed end", scale=50.0, neutral=0.0),
+        br.Parameter("D", "m", "distance at which a quarter of it is left", scale=3e-3, lower=1e-3, upper=2e-2),
+    )
+
+    def force(
+        self, q: Quantities, p: Mapping[str, Expression], s: Mapping[str, Expression], ds: Mapping[str, Expression]
+    ) -> Any:
+        """The force against the motion [N], as every effect on the force returns it."""
+        return p["G"] / (1.0 + q.x / p["D"]) ** 2
+
+
+OURS = br.CATALOGUE.extended(Magnet())
+GIVEN = {"magnet.G": PULL, "magnet.D": 3e-3}
+
+
+def main(folder: Path) -> None:
+    """Simulate a valve with the magnet, find the magnet by a trace, and write answer and report to a folder."""
+    fitted, judging = (
+        br.simulate(
+            course, effects=["magnet"], catalogue=OURS, given=GIVEN, rate=250, seed=3,
+            position_noise=5e-6, force_noise=0.2,
+        )
+        for course in ("staircase:12,sine:8", "mixed:12")
+    )  # fmt: skip
+
+    found = br.trace(fitted, holdout=judging, catalogue=OURS)
+    print(found)
+    print(f"pull: {found.values.get('magnet.G', 0.0):.1f} N; it was simulated with {PULL:.1f} N")
+
+    found.write(folder / "magnet-trace.json")
+    found.model.write(folder / "magnet-model.json")
+    print(f"wrote magnet-trace.json and magnet-model.json to {folder}")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1] if len(sys.argv) > 1 else "."))

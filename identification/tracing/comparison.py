@@ -1,0 +1,95 @@
+"""Two models compared on the same recordings, and the test whether the innovations of one are noise."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import norm
+from scipy.stats import t as student
+
+from identification.data.grid import Grid
+from identification.estimators.estimate import OUTLIER, Estimate
+from identification.estimators.least_squares import cauchy
+from identification.tracing import settings
+from identification.tracing.models.model import Model
+from recordings import Array
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """One model against another on the same grids. gain : fall of the cost; t : Student's t of it over blocks of time;
+    p_value : one-sided; gain_elsewhere : fall of the cost without the few blocks where it is largest.
+    """
+
+    gain: float
+    t: float
+    p_value: float
+    gain_elsewhere: float
+
+
+def compare(before: Estimate, after: Estimate, grids: tuple[Grid, ...]) -> Comparison:
+    """How much better the second estimate explains the position, block by block."""
+    gains = np.concatenate([_blocks(_costs(before, i) - _costs(after, i), grid) for i, grid in enumerate(grids)])
+    spread = float(np.std(gains, ddof=1)) or 1e-12
+    value = float(np.mean(gains)) / (spread / np.sqrt(len(gains)))
+    elsewhere = float(np.sort(gains)[: -settings.LEFT_OUT_BLOCKS].sum())
+    return Comparison(float(gains.sum()), value, float(student.sf(value, len(gains) - 1)), elsewhere)
+
+
+def _costs(estimate: Estimate, i: int) -> Array:
+    """Robust loss plus log variance of the innovations of one grid (n,)."""
+    line = estimate.linearised[i]
+    seen = np.isfinite(line.variances)
+    variances = np.where(seen, line.variances, 1.0)
+    loss = cauchy(np.where(seen, line.innovations, 0.0) / np.sqrt(variances), estimate.tuning)
+    return np.asarray((loss + np.log(variances)).sum(axis=1), float)
+
+
+def _blocks(values: Array, grid: Grid) -> Array:
+    """Sums over blocks of time."""
+    block = np.floor((grid.t - grid.t[0]) / settings.BLOCK).astype(int)
+    return np.asarray(np.bincount(block, values), float)
+
+
+@dataclass(frozen=True)
+class Whiteness:
+    """Whether innovations are noise of the size that the recording has. white : they are; p_value : of that;
+    loss : their mean loss, 1 for a complete model; outliers : share of those that are far off.
+    """
+
+    white: bool
+    p_value: float
+    loss: float
+    outliers: float
+
+    @property
+    def excess(self) -> float:
+        """Loss above that of a complete model; negative where the model is complete."""
+        return self.loss - settings.COMPLETE_LOSS
+
+
+def whiteness(estimate: Estimate) -> Whiteness:
+    """Test of the position's innovations: their mean loss, of independent samples if the model is complete, and their
+    outliers.
+    """
+    spread = settings.LOSS_SPREAD / np.sqrt(estimate.samples)
+    p_value = float(norm.sf((estimate.loss - settings.COMPLETE_LOSS) / spread))
+    if estimate.outliers > settings.MAX_OUTLIERS:
+        p_value = min(p_value, float(norm.sf(OUTLIER)))
+    return Whiteness(p_value > settings.WHITE_LEVEL, p_value, estimate.loss, estimate.outliers)
+
+
+def fitted_whiteness(model: Model) -> Whiteness:
+    """The test on the fitted grids."""
+    return whiteness(model.estimate)
+
+
+def held_out_whiteness(model: Model) -> Whiteness:
+    """The test on the held-out grids; failed where the model has no solution on them."""
+    return whiteness(model.held_out) if model.held_out is not None else Whiteness(False, 0.0, float("inf"), 1.0)
+
+
+def is_white(model: Model) -> bool:
+    """Whether nothing but noise is in the innovations, on fitted and held-out grids."""
+    return fitted_whiteness(model).white and held_out_whiteness(model).white

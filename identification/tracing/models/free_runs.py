@@ -1,0 +1,95 @@
+"""A traced model as the rest of the toolkit knows it: a fit with free runs, uncertainties and its `model.json`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from identification.data.experiment import Experiment, imposed
+from identification.data.grid import with_smooth_force
+from identification.estimators.fitted import FREE_STEP, Fit, fit_of, fit_of_free_runs
+from identification.estimators.output_error.homotopy import Minimum
+from identification.estimators.output_error.problem import Problem, Setting
+from identification.result import Identification, error_of, free_runs, valve_model
+from identification.sparse_regression import crosscheck
+from identification.tracing.models.model import Model
+from identification.tracing.models.trial_data import TrialData
+from identification.uncertainty.covariance import uncertainty_of
+from recordings import Recording
+from simulator import kernel
+
+
+def free_run_experiments(data: TrialData) -> tuple[list[Experiment], list[Experiment]]:
+    """The fitted and the held-out experiments as free runs need them: with a smoothed force, or an imposed motion."""
+    if data.imposed:
+        return [imposed(e) for e in data.experiments], [imposed(e) for e in data.held_out_experiments]
+    fitted = with_smooth_force(data.experiments, data.fitted)
+    return list(fitted), list(with_smooth_force(data.held_out_experiments, data.held_out))
+
+
+def as_fit(model: Model, experiments: Sequence[Experiment]) -> Fit:
+    """The model as a fit to experiments, whose force is smoothed unless it is what the model predicts."""
+    valve = kernel(model.effects, "motion" if model.data.imposed else "force", model.data.catalogue)
+    problem, estimate = Problem(valve, model.coordinates, experiments), model.estimate
+    if model.data.imposed:
+        unknowns = problem.start(estimate.theta)
+        minimum = Minimum(unknowns, estimate.normal, Setting(0.0), 0, estimate.settled)
+        return fit_of_free_runs(valve, model.coordinates, problem, minimum)
+    minimum = Minimum(problem.start(estimate.theta), estimate.normal, Setting(FREE_STEP), 0, estimate.settled)
+    return fit_of(estimate, problem, minimum)
+
+
+def identification_of(
+    model: Model, recordings: Sequence[Recording], experiments: Sequence[Experiment], held_out: Sequence[Experiment]
+) -> Identification:
+    """The model with its free runs on the fitted and the held-out experiments, as after a fit."""
+    fit = as_fit(model.with_path_steps(0), experiments)  # with the derivatives, which models that are kept do without
+    runs, others = free_runs(fit, experiments, fitted=False), free_runs(fit, held_out, fitted=False)
+    known = uncertainty_of(fit)
+    check = crosscheck(fit, experiments, known.std)
+    quality: dict[str, object] = {"crosscheck": None if check is None else check.sentence}
+    stored = valve_model(fit, known, recordings, experiments, {"fit": runs, "holdout": others}, quality)
+    return Identification(fit, known, stored, runs, others, check, ())
+
+
+def holdout_rmse(model: Model, experiments: Sequence[Experiment], held_out: Sequence[Experiment]) -> float:
+    """Free-run error of a model on held-out experiments [m], [N] where the force is predicted; NaN when it diverges."""
+    error = error_of(free_runs(as_fit(model, experiments), held_out, fitted=False)) or {}
+    return error.get("rmse_N" if model.data.imposed else "rmse_m", float("nan"))
+
+
+def free_run_errors(base: Model, final: Model, before: Identification, after: Identification) -> dict[str, Any]:
+    """The free-run errors of two models with their identifications, and the noise floors, as `trace.json` has them."""
+    data, errors = base.data, dict[str, Any]()
+    for side, model, found in (("before", base, before), ("after", final, after)):
+        errors[side] = {
+            "fit": _error(model, error_of(found.trajectories), data.experiments),
+            "holdout": _error(model, error_of(found.holdout), data.held_out_experiments),
+        }
+    errors["noise_floor_m"] = float(np.sqrt(np.mean([e.noise_position**2 for e in data.experiments])))
+    if data.imposed:
+        errors["noise_floor_N"] = float(np.sqrt(np.mean([np.mean(s.force.std**2) for s in data.fitted])))
+    return errors
+
+
+def _error(model: Model, error: dict[str, float] | None, experiments: Sequence[Experiment]) -> dict[str, float] | None:
+    """A free-run error; where it is the force's, the position's beside it, with the plain names of the contract."""
+    if not model.data.imposed or error is None:
+        return error
+    position = _position_error(model, experiments)
+    return {"rmse_N": error["rmse_N"], "nrmse_N": error.get("nrmse", 0.0)} | position
+
+
+def _position_error(model: Model, experiments: Sequence[Experiment]) -> dict[str, float]:
+    """Free-run error of the position where the force drives a plant whose force is what the model predicts; nothing
+    where a rig imposes the motion, or where the free run diverges.
+    """
+    if not experiments or experiments[0].causality == "motion":
+        return {}
+    valve = kernel(model.effects, "force", model.data.catalogue)
+    problem = Problem(valve, model.coordinates, experiments)
+    minimum = Minimum(problem.start(model.estimate.theta), model.estimate.normal, Setting(FREE_STEP), 0, True)
+    fit = fit_of_free_runs(valve, model.coordinates, problem, minimum)
+    return (error_of(free_runs(fit, experiments, fitted=False)) or {}) if fit.problem is not None else {}

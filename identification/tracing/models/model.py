@@ -1,0 +1,159 @@
+"""A model under trial: some effects, their fit to the fitted recordings, and the models one step away from it."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from identification.data.grid import Grid
+from identification.estimators.coordinates import Coordinates
+from identification.estimators.estimate import Estimate, lean
+from identification.estimators.noise_aware.estimator import NoiseAware
+from identification.estimators.noise_aware.linearised_model import PathFreedom
+from identification.tracing import settings
+from identification.tracing.models.trial_data import TrialData, estimate_along
+from identification.tracing.settings import PATH_FREEDOM
+from recordings import Array
+from simulator import Kernel
+
+
+@dataclass(frozen=True)
+class Model:
+    """Effects with their estimate on the fitted grids. effects : ids in the order of the catalogue."""
+
+    effects: tuple[str, ...]
+    data: TrialData
+    estimate: Estimate
+
+    @property
+    def kernel(self) -> Kernel:
+        """The kernel of these effects."""
+        return self.data.kernel(self.effects)
+
+    @property
+    def coordinates(self) -> Coordinates:
+        """The coordinates of the free parameters."""
+        return self.data.coordinates(self.effects)
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Parameter values by full name, SI units."""
+        return self.coordinates.values(self.estimate.theta)
+
+    @property
+    def cost(self) -> float:
+        """The cost of the estimate on the fitted grids."""
+        return self.estimate.cost
+
+    @property
+    def residual_force(self) -> list[Array]:
+        """What the model had to add to the force as recorded, per fitted grid (n,) [N]."""
+        pairs = zip(self.estimate.paths, self.data.fitted, strict=True)
+        return [path[:, -2] - grid.force.u for path, grid in pairs]
+
+    @functools.cached_property
+    def cost_at_rest(self) -> float:
+        """The cost after as many steps of the paths as trials of other models take."""
+        return self.with_path_steps(settings.PATH_STEPS).cost
+
+    @functools.cached_property
+    def held_out(self) -> Estimate | None:
+        """The estimate on the held-out grids: the paths alone, at the fitted parameters. None without a solution."""
+        judge = replace(self.data, fitted=self.data.held_out).estimator(self.effects)
+        if not isinstance(judge, NoiseAware):
+            only = judge.start(self.estimate.theta)
+            return None if only is None else lean(only)
+        found = judge.start(self.estimate.theta, settings.HELD_OUT_STEPS)
+        for _ in range(settings.HELD_OUT_ROUNDS - 1):
+            if found is None:
+                break
+            before, found = found, judge.along(found.theta, found.paths, settings.HELD_OUT_STEPS) or found
+            if found.cost > before.cost - settings.HELD_OUT_FALL:
+                break
+        return None if found is None else lean(found)
+
+    def on_held_out(self) -> Model:
+        """The same model with the held-out grids as the fitted ones, where it has a solution on them."""
+        if self.held_out is None:
+            return self
+        return replace(self, data=replace(self.data, fitted=self.data.held_out), estimate=self.held_out)
+
+    def on_chunks(self) -> Model:
+        """The same model on chunks of its grids."""
+        data, places = self.data.on_chunks()
+        paths = [np.ascontiguousarray(self.estimate.paths[i][at]) for i, at in places]
+        estimate = estimate_along(data.estimator(self.effects), self.estimate.theta, paths, 0)
+        return self if estimate is None else Model(self.effects, data, estimate)
+
+    def with_path_steps(self, steps: int) -> Model:
+        """The same parameters after further steps of the paths."""
+        work = self.data.estimator(self.effects)
+        estimate = estimate_along(work, self.estimate.theta, self.estimate.paths, steps)
+        return self if estimate is None else Model(self.effects, self.data, estimate)
+
+    def refitted(self) -> Model:
+        """The same effects after further steps."""
+        return self.descended(PATH_FREEDOM, settings.REFIT_STEPS)
+
+    def descended(self, freedom: PathFreedom, steps: int) -> Model:
+        """The same effects after so many further steps, or until two of them change little."""
+        work = self.data.estimator(self.effects, freedom, settings.IDLE_GAIN)
+        now = estimate_along(work, self.estimate.theta, self.estimate.paths, 0)
+        return self if now is None else replace(self, estimate=lean(work.descend(now, steps)))
+
+    def refitted_to(self, data: TrialData) -> Model | None:
+        """These parameters fitted on to other data, on new paths. None where that diverges."""
+        work = data.estimator(self.effects, worth=settings.IDLE_GAIN)
+        end = work.fit(self.estimate.theta, settings.REFIT_STEPS)
+        return None if end is None else Model(self.effects, data, lean(end))
+
+    def with_effect(self, effect: str, values: Mapping[str, float], steps: int = 0) -> Model | None:
+        """This model and one more effect at some values of its parameters (by full name, the others at their defaults),
+        on the paths of this model, with its memory run along them. None where that has no solution.
+
+        steps : of the paths after that.
+        """
+        effects = self.data.in_order(*self.effects, effect)
+        target, here = self.data.kernel(effects), self.kernel
+        p = target.vector(self.data.defaults(effect) | self.values | dict(values))
+        pairs = zip(self.data.fitted, self.estimate.paths, strict=True)
+        found = self.estimate.paths if self.data.imposed else [_extended(here, target, *pair, p) for pair in pairs]
+        paths = [path for path in found if path is not None]
+        if len(paths) < len(found):
+            return None
+        theta = self.data.coordinates(effects).theta(p)
+        estimate = estimate_along(self.data.estimator(effects), theta, paths, steps)
+        return None if estimate is None else Model(effects, self.data, estimate)
+
+    def without(self, effect: str) -> Model | None:
+        """The other effects of this model, refitted on its paths. None where that has no solution."""
+        effects = tuple(e for e in self.effects if e != effect)
+        target = self.data.kernel(effects)
+        theta = self.data.coordinates(effects).theta_of(self.values)
+        kept = [] if self.data.imposed else [self.kernel.states.index(name) for name in target.states]
+        paths = [np.ascontiguousarray(path[:, kept]) for path in self.estimate.paths]
+        found = estimate_along(self.data.estimator(effects), theta, paths, settings.PATH_STEPS)
+        return None if found is None else Model(effects, self.data, found).refitted()
+
+    def swapped(self, effect: str, other: str, values: Mapping[str, float]) -> Model | None:
+        """This model with another effect, at some starting values, in the place of one. None where it diverges."""
+        effects = self.data.in_order(*(e for e in self.effects if e != effect), other)
+        work = self.data.estimator(effects, worth=settings.IDLE_GAIN)
+        known = self.data.defaults(other) | self.values | dict(values)
+        start = work.coordinates.theta(work.kernel.vector(known))
+        end = work.fit(start, settings.REFIT_STEPS)
+        return None if end is None else Model(effects, self.data, lean(end)).refitted()
+
+
+def _extended(here: Kernel, target: Kernel, grid: Grid, path: Array, p: Array) -> Array | None:
+    """A path of `here` as one of `target`: what `here` does not have runs along it. None without a solution."""
+    wide = np.zeros((len(path), len(target.states)))
+    wide[:, : len(target.states) - 2] = target.start(path[0, 0], path[0, 1], path[0, -2])
+    shared = [target.states.index(name) for name in here.states]
+    wide[:, shared] = path
+    run = target.shoot(grid.t, grid.force.u, p, wide, h_max=settings.MEMORY_STEP, carry=True)
+    wide[:, shared] = path
+    return None if run.failed is not None or not np.isfinite(wide).all() else wide

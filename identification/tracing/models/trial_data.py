@@ -1,0 +1,166 @@
+"""What all models of a trace are tried on: recordings to fit, recordings held out, and what is known beforehand."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from identification.data.chunks import regular
+from identification.data.experiment import Experiment, Segment
+from identification.data.grid import Grid, grids
+from identification.estimators.coordinates import Coordinates
+from identification.estimators.estimate import Estimate
+from identification.estimators.imposed_motion.estimator import ImposedMotion
+from identification.estimators.noise_aware.estimator import NoiseAware
+from identification.estimators.noise_aware.linearised_model import PathFreedom
+from identification.estimators.noise_aware.resolution import resolving
+from identification.estimators.path_estimator import PathEstimator
+from identification.tracing import settings
+from recordings import Array
+from simulator import Catalogue, Kernel, kernel
+
+Place = tuple[int, slice]
+"""Where a chunk is: the number of its grid, and the nodes of it."""
+
+
+@dataclass(frozen=True)
+class TrialData:
+    """What all models of a trace are tried on.
+
+    experiments, held_out_experiments : the recordings to fit and those held out; fitted, held_out : the grids of their
+    segments; given : parameters that are held, by full name, SI units; travel : lowest and highest position seen [m];
+    force_std : standard deviation of the force [N]; catalogue : the effects that exist; candidates : those of them that
+    can show in what is predicted; imposed : whether the motion is, and the force is predicted; max_stiffness : bound on
+    the stiffness of the bristles [N/m], max_mass : on the mass [kg], since either can swallow what is missing.
+    """
+
+    experiments: tuple[Experiment, ...]
+    held_out_experiments: tuple[Experiment, ...]
+    fitted: tuple[Grid, ...]
+    held_out: tuple[Grid, ...]
+    given: Mapping[str, float]
+    travel: tuple[float, float]
+    force_std: float
+    catalogue: Catalogue
+    candidates: tuple[str, ...]
+    imposed: bool = False
+    max_stiffness: float = float("inf")
+    max_mass: float = float("inf")
+
+    @property
+    def stroke(self) -> float:
+        """Length of the travel [m]."""
+        return self.travel[1] - self.travel[0]
+
+    @property
+    def samples(self) -> int:
+        """Number of nodes of the fitted grids."""
+        return sum(len(grid.t) for grid in self.fitted)
+
+    @property
+    def chunk_share(self) -> float:
+        """Share of those nodes that lies in chunks."""
+        return self.on_chunks()[0].samples / self.samples
+
+    def on_chunks(self) -> tuple[TrialData, list[Place]]:
+        """The same with chunks of the fitted grids, and where each is: enough for a first fit."""
+        if self.imposed:  # memory would have to be found anew in every chunk, and the whole costs little
+            return self, [(i, slice(0, len(grid.t))) for i, grid in enumerate(self.fitted)]
+        places = [(i, at) for i, grid in enumerate(self.fitted) for at in _chunks(grid)]
+        return replace(self, fitted=tuple(self.fitted[i].part(at.start, at.stop) for i, at in places)), places
+
+    def resolving(self, omega: float) -> TrialData:
+        """The same with nodes close enough for a swing of omega [rad/s], within reason."""
+        return replace(
+            self, fitted=tuple(resolving(self.fitted, omega)), held_out=tuple(resolving(self.held_out, omega))
+        )
+
+    def in_order(self, *effects: str) -> tuple[str, ...]:
+        """Effects in the order of the catalogue."""
+        return tuple(e for e in self.catalogue.ids if e in effects)
+
+    def defaults(self, effect: str) -> dict[str, float]:
+        """Neutral strengths, typical shapes and known constants of an effect, by full name."""
+        found, one = {}, self.catalogue[effect]
+        for parameter in one.parameters:
+            value = parameter.scale if parameter.neutral is None else parameter.neutral
+            found[one.parameter_name(parameter.symbol)] = self.stroke if parameter.known else value
+        return found
+
+    def kernel(self, effects: tuple[str, ...]) -> Kernel:
+        """The kernel of some effects by which they are fitted."""
+        return kernel(effects, "motion" if self.imposed else "uncertain force", self.catalogue)
+
+    def coordinates(self, effects: tuple[str, ...]) -> Coordinates:
+        """The coordinates of some effects: known constants and given parameters are held."""
+        target = self.kernel(effects)
+        known = {name: self.stroke for name, p in self.catalogue.parameters(effects).items() if p.known}
+        given = {name: value for name, value in self.given.items() if name in target.parameters}
+        free = Coordinates.of(target, known | given, self.force_std)
+        bounds = {"lugre.sigma0": self.max_stiffness, "mass.m": self.max_mass}
+        return replace(
+            free, upper=np.minimum(free.upper, np.array([bounds.get(name, np.inf) for name in free.names]))
+        )  # fmt: skip
+
+    def estimator(
+        self, effects: tuple[str, ...], freedom: PathFreedom = settings.PATH_FREEDOM, worth: float = 0.0
+    ) -> PathEstimator:
+        """The fit of some effects to the fitted grids. freedom, worth : of `NoiseAware`, which alone has paths."""
+        target, free = self.kernel(effects), self.coordinates(effects)
+        if self.imposed:
+            return ImposedMotion(target, free, self.fitted)
+        return NoiseAware(target, free, self.fitted, freedom, worth)
+
+
+def estimate_along(work: PathEstimator, theta: Array, paths: Sequence[Array], steps: int) -> Estimate | None:
+    """The estimate at fixed parameters theta (m,) along paths, one (n, n_states) for every grid, after so many steps of
+    them; where the motion is imposed, paths follow from the parameters. None where the model diverges.
+    """
+    return work.along(theta, paths, steps) if isinstance(work, NoiseAware) else work.start(theta)
+
+
+def trial_data(
+    experiments: Sequence[Experiment],
+    held_out: Sequence[Experiment],
+    given: Mapping[str, float],
+    catalogue: Catalogue,
+) -> TrialData:
+    """The data of some experiments, whose force drives."""
+    fitted = grids(experiments)
+    x = np.concatenate([grid.motion[:, 0] for grid in fitted])
+    force = np.concatenate([grid.force.u for grid in fitted])
+    return TrialData(
+        tuple(experiments), tuple(held_out), tuple(fitted), tuple(grids(held_out)), dict(given),
+        (float(x.min()), float(x.max())), float(np.std(force)), catalogue, catalogue.ids,
+    )  # fmt: skip
+
+
+def divided(experiments: Sequence[Experiment]) -> tuple[list[Experiment], list[Experiment]]:
+    """The first part of every experiment to fit, the last to hold out, by the positions that they hold."""
+    pairs = [_divided(e) for e in experiments]
+    return [first for first, _ in pairs], [last for _, last in pairs]
+
+
+def _divided(e: Experiment) -> tuple[Experiment, Experiment]:
+    """The two parts of one experiment; segments too short to be smoothed are dropped."""
+    first, last = list[Segment](), list[Segment]()
+    wanted = (1 - settings.HELD_OUT_SHARE) * sum(int(s.seen.sum()) for s in e.segments)
+    for s in e.segments:
+        edge = int(np.searchsorted(np.cumsum(s.seen), wanted, side="right"))
+        wanted -= int(s.seen.sum())
+        if edge > settings.MIN_PART_SAMPLES:
+            first.append(s.part(0, edge))
+        if len(s.t) - edge > settings.MIN_PART_SAMPLES:
+            last.append(s.part(edge, len(s.t)))
+    return e.with_segments(tuple(first)), e.with_segments(tuple(last))
+
+
+def _chunks(grid: Grid) -> list[slice]:
+    """Chunks spread over a grid; all of a short one."""
+    dt = (grid.t[-1] - grid.t[0]) / (len(grid.t) - 1)
+    length, distance = round(settings.CHUNK_LENGTH / dt), round(settings.CHUNK_DISTANCE / dt)
+    if len(grid.t) < 2 * distance or length < settings.CHUNK_NODES:
+        return [slice(0, len(grid.t))]
+    return regular(len(grid.t), length, distance)

@@ -1,0 +1,53 @@
+"""Tracing of weak effects: named though the base model is complete but for them, unless as much is gained by chance."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from traced_valves import traced
+
+from identification.tracing.null_bootstrap import null_probability, tail_probability
+from identification.tracing.refine import refit_on_base_paths
+from identification.tracing.screen import screen
+from identification.tracing.settings import NULL_GAIN, NULL_LEVEL
+
+TRIALS = 4000
+
+
+def test_a_weak_effect_is_named_though_the_base_model_leaves_only_noise():
+    found = traced("friction_drift", r=3e-4)
+    assert found.selection.before.white
+    assert found.verdict == "friction_drift"
+    assert "hardly gained by chance" in found.candidates[0].why
+
+
+def test_what_an_effect_gains_of_a_complete_model_is_gained_on_null_replicates():
+    base = traced(None).selection.base
+    drift = next(s for s in screen(base) if s.effect == "friction_drift")
+    refit = refit_on_base_paths(base, drift)
+    assert refit is not None
+    p = null_probability(base, refit, "friction_drift", doubtful=True)
+    assert p is not None
+    assert p > NULL_LEVEL
+
+
+def test_a_gain_beyond_doubt_needs_no_null_replicates():
+    base = traced(None).selection.base
+    better = replace(base, estimate=replace(base.estimate, cost=base.estimate.cost - 1e4))
+    assert null_probability(base, better, "hardening_spring", doubtful=False) is None
+
+
+def test_the_probability_of_a_gain_holds_for_gains_of_one_distribution():
+    rng = np.random.default_rng(5)
+    for replicates in (1, 3, 6):
+        gains = rng.exponential(3 * NULL_GAIN, (TRIALS, replicates + 1))
+        p = [tail_probability(row[0], row[1:].tolist()) for row in gains]
+        for level in (0.5, 0.05):
+            assert abs(np.mean(np.array(p) < level) - level) < 4 * np.sqrt(level * (1 - level) / TRIALS)
+
+
+def test_many_null_replicates_give_the_probability_of_their_mean():
+    assert abs(tail_probability(30.0, [10.0] * 10000) - np.exp(-3)) < 1e-3
+    assert tail_probability(-5.0, [10.0]) == 1.0
+    assert tail_probability(1e6, []) == 1.0
