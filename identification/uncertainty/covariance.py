@@ -29,7 +29,7 @@ COLLINEAR = 0.999
 """Correlation above which two parameters are reported as collinear."""
 WIDER, WIDEST = 1.5, {"lugre.sigma2": 1.8}
 """Factors on the standard deviations of a noise-aware fit: the linearised model promises a little too much. Chosen on
-sixteen seeded valves; the coverage on others is in docs/identification.md."""
+sixteen seeded valves; the coverage on others is in docs/studies/identification.md."""
 SLOW, SLOW_FACTOR, SLOW_FACTOR_EXACT = 6e-3, 1.6, 1.3
 """Spacing [s] above which what the force does between samples is guessed, and the factors that this costs where the
 force is noisy and where its samples are exact."""
