@@ -9,12 +9,10 @@ changed: a catalogue that has the effect is handed to the functions that are to 
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import bristle as br
-from simulator import Expression, Quantities
 
 PULL = 120.0
 """Force of the magnet at the closed end [N]."""
@@ -32,10 +30,8 @@ class Magnet(br.Effect):
         br.Parameter("D", "m", "distance at which a quarter of it is left", scale=3e-3, lower=1e-3, upper=2e-2),
     )
 
-    def force(
-        self, q: Quantities, p: Mapping[str, Expression], s: Mapping[str, Expression], ds: Mapping[str, Expression]
-    ) -> Any:
-        """The force against the motion [N], as every effect on the force returns it."""
+    def force(self, q: Any, p: Any, s: Any, ds: Any) -> Any:
+        """The force against the motion [N], of the position q.x [m] and the parameters p, as expressions."""
         return p["G"] / (1.0 + q.x / p["D"]) ** 2
 
 

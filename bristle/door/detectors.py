@@ -70,10 +70,12 @@ def watch(recording: Source, detector_of_valve: Watch) -> Watched:
         A signal is missing that the detector was learned with.
 
     >>> import bristle as br
-    >>> healthy = br.simulate("sine:60,mixed:60", rate=50, position_noise=5e-6, seed=3)
-    >>> worn = br.simulate("sine:60", given={"lugre.fc": 600, "lugre.fs": 700}, rate=50, position_noise=5e-6, seed=3)
-    >>> seen = br.watch(worn, br.learn(healthy, false_alarms=1000.0))
-    >>> len(seen.alarms) > 0, seen.load.shape
-    (True, (3001,))
+    >>> model = br.fit(br.simulate("mixed:10", position_noise=2e-6, seed=3), crosscheck=False).model
+    >>> healthy = br.simulate("mixed:60", rate=100, position_noise=5e-6, seed=3)
+    >>> found = br.learn(healthy, model, false_alarms=1000.0)
+    >>> more = {"lugre.fc": 1.5 * model.values["lugre.fc"], "lugre.fs": 1.5 * model.values["lugre.fs"]}
+    >>> worn = br.simulate("mixed:20", given=more, rate=100, position_noise=5e-6, seed=3)
+    >>> len(br.watch(healthy, found).alarms), len(br.watch(worn, found).alarms) > 0
+    (0, True)
     """
     return detector.watch_recording(detector_of_valve, read(recording))

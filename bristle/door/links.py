@@ -22,7 +22,7 @@ from hil import (
     valves_of,
 )
 from recordings import Plant
-from simulator.damadics import Fault
+from simulator.damadics import Fault, Stimulus
 
 
 def serve(
@@ -33,6 +33,7 @@ def serve(
     units: int = 1,
     speed: float | None = 1.0,
     scenario: str | None = None,
+    stimulus: Stimulus | None = None,
     friction: str = "play",
     faults: Iterable[Fault] = (),
     settings: Mapping[str, float] | None = None,
@@ -55,6 +56,9 @@ def serve(
         Times real time; None for lock-step.
     scenario : str, optional
         Of the benchmark: ``healthy``, ``f4-incipient`` ... Without one, the set point is constant.
+    stimulus : callable, optional
+        What the process does, instead of the scenario's: from times (n,) [s] to columns (n, 5): share of closing that
+        is asked for, pressures before and behind the valve [Pa], temperature [degC], supply pressure [Pa, relative].
     friction : {"play", "lugre"}, optional
         That of the benchmark, or friction as a force.
     faults : sequence of simulator.damadics.Fault, optional
@@ -86,7 +90,8 @@ def serve(
     addresses = [listen] if isinstance(listen, str) else listen
     plants = {
         unit: actuator(
-            scenario, friction, faults, settings or {}, effects or {}, noise=noise, seed=seed + unit - 1
+            scenario, friction, faults, settings or {}, effects or {}, stimulus=stimulus, noise=noise,
+            seed=seed + unit - 1,
         )
         for unit in range(1, units + 1)
     }  # fmt: skip

@@ -22,6 +22,7 @@ def actuator(
     settings: Mapping[str, float],
     effects: Sizes,
     *,
+    stimulus: Stimulus | None = None,
     effects_on: bool = True,
     noise: bool = False,
     seed: int = 0,
@@ -31,13 +32,13 @@ def actuator(
         if effect in BASE:
             found = "it belongs to every actuator"
             raise BadParameter("effects", effect, found, "change it by settings: lugre.fc, spring_rate, mass")
-    stimulus, own = _course(name)
+    course, own = _course(name)
     rest = dict(settings)
     of_friction = {item.split(".")[1]: rest.pop(item) for item in ActuatorPlant.friction if item in rest}
     inputs = {item: rest.pop(item) for item in ActuatorPlant.inputs if item in rest}
     setup = ActuatorSetup(
-        form=_form(friction), stimulus=stimulus, inputs=inputs, faults=(*own, *faults), noise=noise, seed=seed,
-        parameters=_parameters(rest), friction=of_friction, hidden=effects, hidden_on=effects_on,
+        form=_form(friction), stimulus=stimulus or course, inputs=inputs, faults=(*own, *faults), noise=noise,
+        seed=seed, parameters=_parameters(rest), friction=of_friction, hidden=effects, hidden_on=effects_on,
     )  # fmt: skip
     return ActuatorPlant(setup)
 

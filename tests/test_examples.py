@@ -1,0 +1,42 @@
+"""Every example runs as its first lines say, in a process of its own, and leaves the files that it names."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+HOUSE = Path(__file__).resolve().parents[1]
+
+WRITTEN = {
+    "fit_arrays": ("model.json", "report.html"),
+    "trace_effect": ("trace.json", "traced.json", "trace.html"),
+    "own_effect": ("magnet-trace.json", "magnet-model.json"),
+    "record_and_watch": ("healthy.h5", "broken.h5", "watched.html"),
+    "own_detector": ("evaluation.md", "evaluation.html"),
+}
+SAID = {
+    "fit_arrays": "converged",
+    "trace_effect": "play: 0.2",
+    "own_effect": "magnet",
+    "record_and_watch": "0 alarms",
+    "own_detector": "flow     found in 1 of 1",
+}
+
+
+def test_every_example_is_run():
+    assert {path.stem for path in (HOUSE / "examples").glob("*.py")} == set(WRITTEN) == set(SAID)
+
+
+@pytest.mark.parametrize("name", WRITTEN)
+def test_an_example_runs(name, tmp_path):
+    command = [sys.executable, str(HOUSE / "examples" / f"{name}.py"), str(tmp_path)]
+    environment = os.environ | {"PYTHONPATH": str(HOUSE), "OPENBLAS_NUM_THREADS": "1"}
+    done = subprocess.run(command, cwd=tmp_path, env=environment, text=True, capture_output=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert SAID[name] in done.stdout
+    for file in WRITTEN[name]:
+        assert (tmp_path / file).stat().st_size > 0
