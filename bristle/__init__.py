@@ -13,6 +13,7 @@ Arrays in, arrays out; a path or ``bundled:NAME`` stands for a recording whereve
 `simulate`              a recording of a simulated valve
 `fit`                   friction and spring of a valve, from recordings
 `trace`                 the effect that a valve shows and the model of friction and spring lacks
+`learn`, `watch`        a fault detector for one valve, and what it sees in a recording
 `record`, `serve`       live recording, and a simulated valve behind Modbus: both are context managers
 `CATALOGUE`, `Effect`   the effects that can be simulated, fitted and traced, and how to write one
 ======================  ================================================================================
@@ -42,6 +43,8 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from bristle.door.detectors import learn as learn
+    from bristle.door.detectors import watch as watch
     from bristle.door.links import record as record
     from bristle.door.links import serve as serve
     from bristle.door.models import fit as fit
@@ -69,6 +72,7 @@ if TYPE_CHECKING:
     __version__: str
 
 PLACES = {
+    "bristle.door.detectors": ("learn", "watch"),
     "bristle.door.links": ("record", "serve"),
     "bristle.door.models": ("fit", "trace"),
     "bristle.door.valves": ("simulate",),

@@ -1,4 +1,4 @@
-"""The two observers of the source as far as it states them; what it leaves open is fitted, and said so.
+"""The two observers of the source as far as it states them; what it leaves open is fitted, and marked as such.
 
 A reconstruction, not a confirmation: two published times are met with two free constants.
 """

@@ -19,7 +19,7 @@ from recordings.hdf5.writer import read_truth, write
 from recordings.library import bundled, bundled_names, bundled_path
 from recordings.plant import Event, Plant
 from recordings.plots import picture
-from recordings.progress import Progress, counted, silent
+from recordings.progress import Progress, silent, tracked
 from recordings.recording import Recording
 from recordings.signal import ROLES, UNDERSTOOD, Role, Signal, SignalSpec
 from recordings.units import UNITS, Unit, convert, find_unit, unit
@@ -52,7 +52,6 @@ __all__ = [
     "bundled_names",
     "bundled_path",
     "convert",
-    "counted",
     "describe",
     "find_unit",
     "open_recording",
@@ -62,6 +61,7 @@ __all__ = [
     "recover",
     "save_text",
     "silent",
+    "tracked",
     "unit",
     "validate",
     "write",

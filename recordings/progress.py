@@ -16,7 +16,7 @@ def silent(stage: str, done: int, total: int) -> None:
     """Reports nothing: the default."""
 
 
-def counted(items: Sequence[T], stage: str, progress: Progress) -> Iterator[T]:
+def tracked(items: Sequence[T], stage: str, progress: Progress) -> Iterator[T]:
     """The items one by one, with progress before the first and after each."""
     progress(stage, 0, len(items))
     for done, item in enumerate(items, 1):

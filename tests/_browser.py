@@ -35,6 +35,30 @@ def chromium() -> tuple[str, str] | None:
     return (browser, driver) if browser and driver else None
 
 
+OVERLAPPING = """
+    (() => {
+        const words = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT), seen = [];
+        while (words.nextNode()) {
+            const node = words.currentNode;
+            if (!node.data.trim() || node.parentElement.closest("script, style, noscript")) continue;
+            const range = document.createRange();
+            range.selectNodeContents(node);
+            for (const r of range.getClientRects()) if (r.width > 1 && r.height > 1) seen.push([r, node]);
+        }
+        const found = [];
+        seen.forEach(([a, one], i) => seen.slice(i + 1).forEach(([b, other]) => {
+            const across = Math.min(a.right, b.right) - Math.max(a.left, b.left);
+            const down = Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top);
+            if (one !== other && across > 1 && down > 0.4 * Math.min(a.height, b.height)) {
+                found.push(one.data.trim() + " | " + other.data.trim());
+            }
+        }));
+        return found;
+    })()
+"""
+"""Pairs of texts of a page that lie over each other."""
+
+
 class Browser:
     """One browser with one page. Use as a context manager; starting it raises RuntimeError with the driver's words."""
 
@@ -89,6 +113,10 @@ class Browser:
         self.devtools(
             "Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False
         )
+
+    def overlapping(self) -> list[str]:
+        """Pairs of texts that lie over each other; letters inside of drawings do not count."""
+        return list(self.run(f"return {OVERLAPPING.strip()};"))
 
     def devtools(self, command: str, **parameters: Any) -> Any:
         """Send a command of the DevTools protocol."""

@@ -31,8 +31,7 @@ from simulator import ValveModel
 @dataclass(frozen=True)
 class Wishes:
     """The options of both commands. model : file; learn_s [s]; calibrate : recordings of a healthy valve; state : file
-    to resume from and to save to; false_alarms : a month; events : file, None for stdout; fresh : whether learning anew
-    was asked for.
+    to resume from and to save to; false_alarms : a month; events : file, None for stdout.
     """
 
     model: Path

@@ -38,7 +38,7 @@ def calibrate(blocks: Array, rate_per_h: float, block_s: int = BLOCK_S, starts: 
     Every channel gets an equal share of the rate; then the threshold on the largest share of a level is set for the
     whole rate. Both by the Gumbel distribution of largest values, and never below what was seen. Blocks that follow a
     start, each (n_starts, n_channels) of a kind of start and a time after it, are distributions of their own, however
-    rare they are among the others: the rate is kept in all, and the highest level counts.
+    rare they are among the others: the rate holds in all, and the highest level counts.
     Raises BadInput for less than 15 blocks.
     """
     if len(blocks) < _LEAST_BLOCKS:
@@ -72,9 +72,9 @@ def raised(alarm: NDArray[np.bool_], settle: int = 0) -> int:
 
 def largest(channels: Array, settle_s: int, block_s: int = BLOCK_S) -> Array:
     """Largest sizes of channels (n, n_channels), one row a second, in blocks from `settle_s` on."""
-    kept = np.nan_to_num(np.abs(channels[settle_s:]))
-    whole = len(kept) // block_s * block_s
-    return kept[:whole].reshape(-1, block_s, kept.shape[1]).max(axis=1)
+    settled = np.nan_to_num(np.abs(channels[settle_s:]))
+    whole = len(settled) // block_s * block_s
+    return settled[:whole].reshape(-1, block_s, settled.shape[1]).max(axis=1)
 
 
 def _gumbel(blocks: Array, rate_per_h: float, block_s: int) -> Array:

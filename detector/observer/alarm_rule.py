@@ -15,7 +15,7 @@ ABSOLUTE, PRINTED = 0.0, 1.0
 class AlarmRule:
     """When a residual above the threshold becomes an alarm.
 
-    consecutive : samples running above it; latch : an alarm stays until the state is started anew; settle_s : no
+    consecutive : samples in a row above it; latch : an alarm stays until the state is restarted; settle_s : no
     alarm before this long [s] after the start and after every gap, during which the count does not run either;
     residual : ``"absolute"``, or ``"printed"`` for Sections 5.2 and 5.3, which compare xi2 with its sign and so miss
     every fault that makes it negative.

@@ -34,7 +34,7 @@ and what was computed for it."""
 
 
 class FleetDecisions(NamedTuple):
-    """What is said of one sample of each valve: xi2, rho [span/s], alarm, verdict, each (n_valves,)."""
+    """The decisions on one sample of each valve: xi2, rho [span/s], alarm, verdict, each (n_valves,)."""
 
     xi2: Array
     rho: Array

@@ -78,7 +78,7 @@ class ObserverState:
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """What the observer says of one sample. When the sample was passed over, the numbers are those before it.
+    """What the observer says of one sample. When the sample was skipped, the numbers are those before it.
 
     time_s [s]; xi2 : the residual [velocity]; rho : the threshold [velocity]; phi : Phi of (4.17) [acceleration];
     exceeded : whether the residual of this sample is above the threshold; alarm : whether there is an alarm now;
@@ -132,12 +132,12 @@ class Decisions:
     def past(self, name: str) -> Array:
         """The course of xi1, xi2, e1, b1, alpha1, alpha4 or alpha5 after each sample, of a run with ``history=True``.
 
-        Raises BadInput for another name, or when the history was not kept.
+        Raises BadInput for another name, or when the run had no history.
         """
         places = _ESTIMATES | {"xi1": kernel.XI1, "xi2": kernel.XI2}
         if name not in places or self.history is None:
             raise BadInput(
-                f"history of {name}", "it was not kept", f"run with history=True, and name one of {sorted(places)}"
+                f"history of {name}", "the run had none", f"run with history=True, and name one of {sorted(places)}"
             )
         return self.history[:, places[name]]
 

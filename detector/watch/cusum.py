@@ -1,7 +1,7 @@
 """Sequential tests on the innovation: has a parameter changed, and which one?
 
-One CUSUM for each direction of change and each sign: the running log-likelihood ratio of a change by a given size,
-started anew whenever it speaks for no change (Page 1954; Basseville and Nikiforov 1993, section 2.2). What no direction
+One CUSUM for each direction of change and each sign: the running log-likelihood ratio of a change by a given size, set
+to zero whenever it speaks against a change (Page 1954; Basseville and Nikiforov 1993, section 2.2). What no direction
 explains shows in the energy of the innovation. In rest no parameter shows, so that the sums stand still.
 """
 

@@ -41,7 +41,7 @@ class FlowRelation:
     limit: float = _LIMIT
 
     def departure(self, moment: Measurement) -> float:
-        """How far the flow is from what belongs to the opening, in standard deviations; NaN where none can be told.
+        """How far the flow is from what belongs to the opening, in standard deviations; NaN where that is not known.
 
         A blind transmitter says that the flow is at least so large, which is too much where less belongs.
         """

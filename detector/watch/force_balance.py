@@ -79,7 +79,7 @@ class BalanceTest:
         )  # fmt: skip
 
     def kind(self, filter: ModelFilter, balance: Balance) -> str | None:
-        """The one of `DIRECTIONS` that explains what is left; None when none does, or several do."""
+        """The one of `DIRECTIONS` that explains the unexplained force; None when none does, or several do."""
         least = max(2.0 * self.usual, (0.2 * filter.values["lugre.fc"]) ** 2)
         if balance.weight < LEAST or balance.energy < least * balance.weight:
             return None

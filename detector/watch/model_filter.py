@@ -126,7 +126,7 @@ class ModelFilter:
         )
 
     def step(self, before: FilterState, moment: Measurement) -> tuple[FilterState, Innovation]:
-        """One sample. The filter starts anew where the model has no solution."""
+        """One sample. The filter restarts where the model has no solution."""
         load, force = self._shares(moment), self.net_force(moment)
         run = self._kernel.run(
             np.array([before.time_s, moment.time_s]), np.array([before.force, force]), self._p, before.state,
@@ -146,7 +146,7 @@ class ModelFilter:
         return after._replace(means=means), seen._replace(resting=self._rests(means))
 
     def _rests(self, means: Array) -> bool:
-        """Whether fast and slow means agree within the noise that is left in the fast ones."""
+        """Whether fast and slow means agree within the noise of the fast ones."""
         left = RESTING * sqrt(min(0.5 * self.dt_s / self.smoothing_s, 1.0))
         position, force = abs(float(means[0] - means[1])), abs(float(means[2] - means[3]))
         return position < left * self.position_noise and force < left * self.force_noise

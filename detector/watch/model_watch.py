@@ -47,7 +47,7 @@ class ModelWatch:
     high: float
 
     def step(self, before: ModelState | None, moment: Measurement, fresh: bool, alarmed: bool) -> ModelState | None:
-        """One sample. fresh : start anew here, as beyond the learned positions; the evidence for a kind is kept then.
+        """One sample. fresh : restart the filter here, as beyond the learned positions; the evidence for a kind stays.
         None until the force is known.
         """
         if not np.isfinite(self.filter.force(moment)):

@@ -75,23 +75,23 @@ class Watch:
 
     def step(self, state: WatchState, moment: Measurement) -> tuple[WatchState, Judgement]:
         """One measurement."""
-        observer, said = self.calibration.step(state.observer, moment)
-        if not said.verdict.used:
+        observer, decision = self.calibration.step(state.observer, moment)
+        if not decision.verdict.used:
             return replace(state, observer=observer), Judgement(
-                moment.time_s, state.alarm, False, False, False, state.kind, OBSERVER, said.xi2, said.rho, 0.0,
-                said.verdict,
+                moment.time_s, state.alarm, False, False, False, state.kind, OBSERVER, decision.xi2, decision.rho, 0.0,
+                decision.verdict,
             )  # fmt: skip
-        fresh = said.verdict is not Verdict.USED
+        fresh = decision.verdict is not Verdict.USED
         model = self.model.step(state.model, moment, fresh, state.alarm) if self.model else None
         levels = tuple(level.step(s, moment) for level, s in zip(self.levels, state.levels, strict=True))
         flow = self.flow.step(state.flow, moment) if self.flow else state.flow
         scores = self._scores(model, levels, flow)
         last = state.observer
-        ratio = min(abs(said.xi2) / max(said.rho, 1e-300), abs(last.xi2) / max(last.rho, 1e-300))  # two running
-        scores[OBSERVER] = max(ratio, 1.0 + 1e-9) if said.alarm else min(ratio, 1.0)
+        ratio = min(abs(decision.xi2) / max(decision.rho, 1e-300), abs(last.xi2) / max(last.rho, 1e-300))  # two running
+        scores[OBSERVER] = max(ratio, 1.0 + 1e-9) if decision.alarm else min(ratio, 1.0)
         seen = replace(state, observer=observer, model=model, levels=levels, flow=flow)
         after = self._alarmed(seen, moment.time_s, scores)
-        return after, self._judged(state, after, scores, said)
+        return after, self._judged(state, after, scores, decision)
 
     def _scores(
         self, model: ModelState | None, levels: tuple[float, ...], flow: tuple[float, float]
@@ -124,15 +124,27 @@ class Watch:
         found = self.model.kind(model) if self.model and model and by_model else None
         return found if found in KINDS else None
 
-    def _judged(self, before: WatchState, after: WatchState, scores: Mapping[str, float], said: Decision) -> Judgement:
+    def _judged(
+        self, before: WatchState, after: WatchState, scores: Mapping[str, float], decision: Decision
+    ) -> Judgement:
         test = max(scores, key=lambda name: scores[name])
         span = abs(self.calibration.position_span)
-        pair = (abs(said.xi2) * span, said.rho * span) if test == OBSERVER else (scores[test], 1.0)
+        pair = (abs(decision.xi2) * span, decision.rho * span) if test == OBSERVER else (scores[test], 1.0)
         began, ended = after.alarm and not before.alarm, before.alarm and not after.alarm
         renamed = after.alarm and before.alarm and after.kind != before.kind
-        gap = after.last_s - before.last_s if said.verdict is Verdict.GAP else 0.0
+        gap = after.last_s - before.last_s if decision.verdict is Verdict.GAP else 0.0
         return Judgement(
-            after.last_s, after.alarm, began, ended, renamed, after.kind, test, *pair, scores[test], said.verdict, gap
+            after.last_s,
+            after.alarm,
+            began,
+            ended,
+            renamed,
+            after.kind,
+            test,
+            *pair,
+            scores[test],
+            decision.verdict,
+            gap,
         )
 
     def as_dict(self) -> dict[str, Any]:

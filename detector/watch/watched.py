@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from detector.measurements import Measurements
+from detector.watch import pictures
 from detector.watch.judgement import Judgement
 from detector.watch.learning import learn
 from detector.watch.watch import Watch
-from recordings import Array, Recording
+from recordings import Array, Recording, save_text
 from simulator import ValveModel
 
 
@@ -64,6 +68,17 @@ class Watched:
     def __repr__(self) -> str:
         count = len(self.alarms)
         return f"<Watched: {len(self.judgements)} samples, {count} {'alarm' if count == 1 else 'alarms'}>"
+
+    def _repr_html_(self) -> str:
+        return pictures.table(self)
+
+    def plot(self) -> Any:
+        """The largest score over time, with its limit and the alarms, as a bokeh figure."""
+        return pictures.picture(self)
+
+    def report(self, path: str | os.PathLike[str]) -> None:
+        """Write one self-contained HTML page. Raises BadInput when it cannot be written."""
+        save_text(Path(path), pictures.page(self))
 
     def _column(self, name: str) -> Array:
         return np.array([getattr(one, name) for one in self.judgements], float)

@@ -63,19 +63,22 @@ class ValveWatch:
         if self.watch is None or self.state is None:
             raise RuntimeError(f"{self.valve} is judged before it is learned")
         self._samples += 1
-        self.state, said = self.watch.step(self.state, moment)
-        self._load = said.load if said.verdict.used else self._load
-        kind = "alarm" if said.began or said.renamed else "cleared" if said.ended else None
-        if kind is not None:
-            fault, text = (said.kind, _text(said)) if kind == "alarm" else (None, "nothing above its limit any more")
-            return MonitorEvent(
-                moment.time_s, wall, self.valve, "alarm" if kind == "alarm" else "cleared", text, fault, said.residual,
-                said.threshold,
-            )  # fmt: skip
-        if said.verdict is Verdict.GAP and said.gap_s:
-            text = f"no usable sample for {said.gap_s:.3g} s; the detector starts its errors anew"
+        self.state, judgement = self.watch.step(self.state, moment)
+        self._load = judgement.load if judgement.verdict.used else self._load
+        if judgement.changed:
+            return self._change(judgement, wall)
+        if judgement.verdict is Verdict.GAP and judgement.gap_s:
+            text = f"no usable sample for {judgement.gap_s:.3g} s; the detector starts its errors anew"
             return MonitorEvent(moment.time_s, wall, self.valve, "gap", text)
         return None
+
+    def _change(self, judgement: Judgement, wall: float) -> MonitorEvent:
+        """The event of an alarm that began, ended, or got another kind."""
+        numbers = (judgement.residual, judgement.threshold)
+        if judgement.ended:
+            text = "nothing above its limit any more"
+            return MonitorEvent(judgement.time_s, wall, self.valve, "cleared", text, None, *numbers)
+        return MonitorEvent(judgement.time_s, wall, self.valve, "alarm", _text(judgement), judgement.kind, *numbers)
 
     @property
     def status(self) -> ValveStatus:
@@ -95,6 +98,7 @@ _WORDS = {
 }  # fmt: skip
 
 
-def _text(said: Judgement) -> str:
-    again = "now named: " if said.renamed else ""
-    return f"{again}{_WORDS[said.kind]}; test '{said.test}' at {said.residual:.3g}, limit {said.threshold:.3g}"
+def _text(judgement: Judgement) -> str:
+    again = "now named: " if judgement.renamed else ""
+    numbers = f"test '{judgement.test}' at {judgement.residual:.3g}, limit {judgement.threshold:.3g}"
+    return f"{again}{_WORDS[judgement.kind]}; {numbers}"

@@ -55,7 +55,7 @@ class Episodes:
         """The events that a sample causes."""
         if not self._open and sample.good:
             return []
-        begun: dict[str, list[str]] = defaultdict(list)
+        started: dict[str, list[str]] = defaultdict(list)
         for name, reading in sample.readings.items():
             if reading.good:
                 continue
@@ -64,8 +64,8 @@ class Episodes:
                 self._open[name].last_bad = sample.time
             else:
                 self._open[name] = _Episode(sample.time)
-                begun[f"{reading.quality}: {reading.reason}"].append(name)
-        texts = [f"{', '.join(names)}: {reason}" for reason, names in begun.items()]
+                started[f"{reading.quality}: {reading.reason}"].append(name)
+        texts = [f"{', '.join(names)}: {reason}" for reason, names in started.items()]
         return [
             LinkEvent(sample.time, sample.wall, sample.valve, "bad_value", text) for text in texts + self._over(sample)
         ]

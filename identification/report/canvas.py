@@ -17,6 +17,8 @@ INK = "#1c2127"
 WIDE, NARROW = 4.5, 1.2
 """Measured wide and light below, simulated narrow and strong on top: told apart in black and white, too."""
 
+BAND = 2.576
+"""Half width of the band that holds 99 % of normal noise, in standard deviations."""
 OVERSHOOT = 1.0
 """How far the axes go beyond the measured signal for the sake of a simulated one, in ranges of the measured."""
 
@@ -53,6 +55,13 @@ def robust_range(main: Array, others: Sequence[Array], overshoot: float = OVERSH
     top = min(high + reach, max([high, *(float(e[1]) for e in ends)]))
     margin = 0.05 * (top - bottom)
     return bottom - margin, top + margin
+
+
+def shade(plot: Any, half: float) -> None:
+    """A grey band from minus to plus `half`, in the unit of the axis: where noise lies."""
+    from bokeh.models import BoxAnnotation
+
+    plot.add_layout(BoxAnnotation(bottom=-half, top=half, fill_color=NEUTRAL, fill_alpha=0.25, line_color=None))
 
 
 def unprinted(toolbar: Any) -> None:

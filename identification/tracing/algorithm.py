@@ -37,7 +37,7 @@ from identification.tracing.screen import screen
 from identification.tracing.shortlist import shortlisted_fits
 from identification.tracing.swap import swapped
 from identification.tracing.verdict import Selection, concluded
-from recordings import BadInput, NegativeAnswer, Progress, Recording, counted, silent
+from recordings import BadInput, NegativeAnswer, Progress, Recording, silent, tracked
 from simulator import BASE, CATALOGUE, Catalogue, kernel
 
 Rounds = list[tuple[Candidate, ...]]
@@ -102,7 +102,7 @@ def candidates_of_round(model: Model, progress: Progress = silent) -> tuple[Cand
     fits = shortlisted_fits(model, scores, progress)
     fits.sort(key=lambda fit: -fit.gain if fit.chunk_fits else np.inf)
     chosen = worth_refitting(model, fits)
-    refits = {e: judge(model, fit) for e, fit in counted(list(chosen.items()), "refits and hold-out", progress)}
+    refits = {e: judge(model, fit) for e, fit in tracked(list(chosen.items()), "refits and hold-out", progress)}
     judged = [refits.get(fit.effect) or not_refitted(fit) for fit in fits]
     others = [not_fitted(s) for s in scores if all(fit.score is not s for fit in fits)]
     return (*ranked(judged, model.data.catalogue), *others)

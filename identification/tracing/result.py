@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +25,7 @@ from identification.tracing.models.free_runs import (
 )
 from identification.tracing.residual import ResidualDescription, describe_residual
 from identification.tracing.verdict import Selection
-from recordings import Progress, Recording, counted, save_text, silent
+from recordings import Progress, Recording, save_text, silent, tracked
 from simulator import CATALOGUE, Catalogue, ValveModel
 
 
@@ -106,8 +106,27 @@ class Trace:
         return float((before - after) / gap) if gap > 0 else 0.0
 
     def as_json(self) -> dict[str, Any]:
-        """The content of `trace.json`."""
-        return answer.as_json(self)
+        """The content of `trace.json`; numbers may still be other than finite."""
+        found = self.selection
+        base = {
+            name: {"value": value.value, "std": value.std, "unit": value.unit, "status": value.status}
+            for name, value in self.base.model.parameters.items()
+        }
+        return {
+            "format": "valve-trace", "version": 1,
+            "base": {"effects": list(found.base.effects), "parameters": base},
+            "residual": {
+                "white": found.before.white, "p_value": found.before.p_value,
+                "noise_floor_m": self.error["noise_floor_m"],
+            },
+            "candidates": [answer.candidate_row(c, self.holdout_rmse, self.unit) for c in found.candidates],
+            "verdict": found.verdict, "effects_added": list(found.added), "same_class": list(found.same_class),
+            "unlisted": None if self.residual is None else self.residual.as_json(),
+            "error": dict(self.error),
+            "residual_after": {"white": found.after.white, "p_value": found.after.p_value},
+            "crosscheck": answer.crosscheck_rows(self.final.crosscheck),
+            "second_opinion": None if self.second_opinion is None else asdict(self.second_opinion),
+        }  # fmt: skip
 
     def write(self, path: str | os.PathLike[str]) -> None:
         """Write `trace.json`, all or nothing. Raises BadInput when it cannot be written."""
@@ -127,7 +146,7 @@ class Trace:
 
     def sentences(self) -> list[str]:
         """The answer in words."""
-        return answer.sentences(self)
+        return answer.sentences(self.selection, self.residual, self.second_opinion, self.closed)
 
 
 def trace(
@@ -152,11 +171,11 @@ def trace(
     found = select(recordings, holdout=holdout, given=given, hold=hold, catalogue=catalogue, progress=progress)
     fitted, held_out = free_run_experiments(found.base.data)
     models = [found.base] if found.final is found.base else [found.base, found.final]
-    runs = [identification_of(m, recordings, fitted, held_out) for m in counted(models, "free runs", progress)]
+    runs = [identification_of(m, recordings, fitted, held_out) for m in tracked(models, "free runs", progress)]
     base, final = runs[0], runs[-1]
     residual = None if found.after.white and found.verdict != "unlisted" else describe_residual(found)
     refits = [(c.effect, c.refit) for c in found.candidates if c.refit is not None]
-    rmse = {e: holdout_rmse(m, fitted, held_out) for e, m in counted(refits, "free runs of candidates", progress)}
+    rmse = {e: holdout_rmse(m, fitted, held_out) for e, m in tracked(refits, "free runs of candidates", progress)}
     progress("cross-check", 0, 1)
     opinion = None if found.verdict == "none" else second_opinion(found.base)
     progress("cross-check", 1, 1)

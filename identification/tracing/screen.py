@@ -17,7 +17,7 @@ from identification.estimators.least_squares import Normal
 from identification.tracing import settings
 from identification.tracing.models.model import Model
 from identification.tracing.scan import Rhythms, rhythms, shapes, sizes, strengths
-from recordings import Array, Progress, counted, silent
+from recordings import Array, Progress, silent, tracked
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ def screen(model: Model, progress: Progress = silent) -> list[Score]:
     candidates = [e for e in model.data.candidates if e not in model.effects]
     found, small = rhythms(model), model.on_chunks()
     share = model.data.samples / small.data.samples
-    scores = [best_score(small, effect, found) for effect in counted(candidates, "score test", progress)]
+    scores = [best_score(small, effect, found) for effect in tracked(candidates, "score test", progress)]
     return sorted((replace(s, gain=s.gain * share) for s in scores if s is not None), key=lambda s: -s.gain)
 
 

@@ -11,7 +11,7 @@ from identification.tracing.models.model import Model
 from identification.tracing.models.search import best_on_chunks, imitations
 from identification.tracing.refine import CandidateFit, fit_on_chunks, gain_of, refit_on_base_paths
 from identification.tracing.screen import Score
-from recordings import Progress, counted, silent
+from recordings import Progress, silent, tracked
 
 Refits = Mapping[str, Model | None]
 """Refits on the base model's paths, by effect."""
@@ -27,7 +27,7 @@ def shortlisted_fits(base: Model, scores: Sequence[Score], progress: Progress = 
     usual = [s.effect for s in scores[: settings.CHUNK_FITS]]
     fits = [
         fit_on_chunks(base, base_on_chunks, s, from_here=s.effect in usual or is_imitated(base, s))
-        for s in counted(shortlist, "fits to chunks", progress)
+        for s in tracked(shortlist, "fits to chunks", progress)
     ]
     fits += [CandidateFit(s, (), s.gain) for s in few if s not in shortlist]
     return [replace(fit, base_path_refit=refits.get(fit.effect)) for fit in fits]
@@ -45,7 +45,7 @@ def _refits_on_base_paths(base: Model, few: Sequence[Score], progress: Progress)
     round. Effects that the base model imitates well also imitate each other, and none of them ends the search.
     """
     refits, complete = dict[str, Model | None](), None
-    for s in counted(few, "refits on the base model's paths", progress):
+    for s in tracked(few, "refits on the base model's paths", progress):
         best_gain = gain_of(base, complete)
         refits[s.effect] = refit = refit_on_base_paths(base, s, best_gain)
         if refit is None or gain_of(base, refit) < max(settings.CLEAR_GAIN, best_gain):

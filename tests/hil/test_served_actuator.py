@@ -91,7 +91,7 @@ def test_an_ordered_fault_comes_on_top_of_those_of_the_scenario():
         ({"fault": 4, "fault_from": 9.0, "fault_until": 3.0}, "stops after it starts"),
         ({"lugre.fc": 200.0}, "form 'lugre'"),
         ({"lugre": 1, "lugre.fc": -1.0}, "fc is -1"),
-        ({"hidden_effect": 1}, "--effect"),
+        ({"hidden_effect": 1}, "set the plant up with an effect"),
     ],
 )
 def test_an_impossible_order_changes_nothing(changes, words):

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
+import traced_valves
 
-from identification import Trajectory
+from identification import Trace, Trajectory, trace
+from identification.tracing.comparison import Whiteness
+from identification.tracing.residual import describe_residual
 from recordings import Recording
 from simulator import Excitation, Sensors, random_valve, simulate
 
@@ -36,3 +40,42 @@ def long_run(one: Trajectory, samples: int = 200_000) -> Trajectory:
         one, t=np.arange(samples) / 500.0, position=stretched(one.position), velocity=stretched(one.velocity),
         force=stretched(one.force) + rng.normal(0, 1, samples), measured=measured, simulated=stretched(one.simulated),
     )  # fmt: skip
+
+
+IDLE = "Bokeh.documents.length > 0 && Bokeh.documents.every(d => d.is_idle)"
+"""Everything in view is drawn."""
+LARGER = Whiteness(False, 0.0, 1.3, 0.0)
+"""Errors on held-out recordings that are larger than noise."""
+ANSWERS = {
+    "none": "Nothing is missing: on recording, which was not fitted, the model's errors are no larger than noise.",
+    "named": "The model lacked one effect, hardening spring: the spring stiffens along the stroke",
+    "class": "The model lacked one effect, hardening spring",
+    "unlisted": "Something is missing, but only the held-out recordings show it.",
+    "imposed": "The model lacked",
+}
+"""Answers of traces by name, and with what their pages begin."""
+
+
+def answered(name: str) -> Trace:
+    """A trace with that answer."""
+    if name == "imposed":
+        return _imposed()
+    found = (
+        traced_valves.traced(None) if name in ("none", "unlisted") else traced_valves.traced("hardening_spring", k3=3e6)
+    )
+    if name == "class":
+        return replace(found, selection=replace(found.selection, same_class=("flow_force",)))
+    if name == "unlisted":
+        seen = replace(found.selection, verdict="unlisted", before=LARGER, after=LARGER)
+        return replace(found, selection=seen, residual=describe_residual(seen))
+    return found
+
+
+@cache
+def _imposed() -> Trace:
+    """A trace of a valve with a stiffening spring whose motion a rig imposes."""
+    recordings = []
+    for one in traced_valves.recorded("hardening_spring", {"hardening_spring.k3": 3e6}):
+        roles = replace(one["position"], role="input"), replace(one["force"], role="output")
+        recordings.append(Recording.of([one["time"], *roles], title="rig"))
+    return trace(recordings[:2], holdout=recordings[2:])

@@ -17,12 +17,12 @@ SHARED = {"parallel"}
 
 
 def parts_imported(path: Path) -> set[str]:
-    """The parts of the room, and modules beside them, that a module imports from."""
-    names = [
-        node.module
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
-        if isinstance(node, ast.ImportFrom) and node.module
-    ]
+    """The parts of the room, and modules beside them, that a module imports from when it is loaded.
+
+    A result reaches for its report only when it is asked for one, inside the method.
+    """
+    body = ast.parse(path.read_text(encoding="utf-8")).body
+    names = [node.module for node in body if isinstance(node, ast.ImportFrom) and node.module]
     return {name.split(".")[1] for name in names if name.startswith("identification.")}
 
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from _page import Page, as_number
 from report_samples import HOSTILE_TAG, HOSTILE_TITLE, long_run
+from test_own_effect import found as own_effect_fit
 
 from identification import Identification, Outcome
 from identification.report import figures, write_report
@@ -215,3 +216,10 @@ def test_a_notebook_gets_the_main_pictures_of_a_fit_with_units(name, request):
     for plot in shown.values():
         assert re.search(r"\[.+\]$", plot.xaxis[0].axis_label)
         assert re.search(r"\[.+\]$", plot.yaxis[0].axis_label)
+
+
+def test_an_effect_of_ones_own_gets_its_sentence_and_its_check(report):
+    said = report(own_effect_fit(0.0)).sections["meaning"]
+    assert "the spring hardens along the stroke" in said
+    assert "cubic stiffness: " in said
+    assert "coils that touch" in said

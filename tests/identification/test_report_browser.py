@@ -8,14 +8,13 @@ from pathlib import Path
 
 import pytest
 from _browser import Browser
-from report_samples import SPIKE, long_run
+from report_samples import IDLE, SPIKE, long_run
 
 from identification import Identification
 
 pytestmark = pytest.mark.browser
 
 FITS = ("valve_fit", "rig_fit", "drive_fit", "ramp_fit", "short_fit")
-IDLE = "Bokeh.documents.length > 0 && Bokeh.documents.every(d => d.is_idle)"
 INKED = """
     (() => {
         const canvases = [];
@@ -99,9 +98,20 @@ def test_dark_pages_get_light_letters_and_narrow_pages_do_not_overflow(rig_fit, 
         text = "getComputedStyle(document.body).color"
         seen[scheme] = browser.run(f"{MODELS} return [figures[0].below[0].axis_label_text_color, {text}];")
         assert browser.run("return document.documentElement.scrollWidth;") == width
+        assert browser.overlapping() == []
     for scheme, (letters, body) in seen.items():
         assert letters == {"light": "#1c2127", "dark": "#e4e8ec"}[scheme]
         assert body == {"light": "rgb(28, 33, 39)", "dark": "rgb(228, 232, 236)"}[scheme]
+
+
+@pytest.mark.parametrize("width", [1400, 800, 400])
+def test_tables_show_every_column_at_every_width(width, valve_fit, opened, browser):
+    opened(valve_fit, width)
+    hidden = "[...document.querySelectorAll('.wide')].filter(e => e.scrollWidth > e.clientWidth + 1).length"
+    assert browser.run(f"return {hidden};") == 0
+    assert browser.overlapping() == []
+    badges = "[...document.querySelectorAll('#parameters td .badge')].map(e => e.getBoundingClientRect().right)"
+    assert max(browser.run(f"return {badges};")) < width
 
 
 def test_thinning_a_long_recording_keeps_its_extremes_and_its_gap(drive_fit, opened, browser):

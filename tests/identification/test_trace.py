@@ -113,7 +113,7 @@ def test_the_report_is_one_page_with_the_story(tmp_path: Path):
 
     write_trace_report(tmp_path / "trace.html", traced("hardening_spring", k3=3e6))
     text = (tmp_path / "trace.html").read_text()
-    assert "What the model lacked" in text
+    assert "The model lacked one effect, hardening spring" in text
     assert "hardening_spring" in text
     assert "<script src" not in text
 

@@ -24,14 +24,14 @@ class Card:
     rests_on: tuple[str, ...] = ()
 
 
-def cards(identification: Identification, judged: Verdict) -> list[Card]:
-    """All cards; a figure that rests on a weak parameter is a warning."""
+def cards(identification: Identification, judged: Verdict | None) -> list[Card]:
+    """All cards; a figure that rests on a weak parameter is a warning. judged : None where it is said elsewhere."""
     weak = {n for n, p in identification.model.parameters.items() if p.status in ("weak", "at_bound")}
     valve = [
         Card(c.label, c.value, f"{c.below}; weakly known", "warn") if weak & set(c.rests_on) else c
         for c in _valve(key_figures(identification))
     ]
-    return [*valve, _residual(judged), _crosscheck(identification)]
+    return [*valve, *([] if judged is None else [_residual(judged)]), _crosscheck(identification)]
 
 
 def _valve(f: KeyFigures) -> Iterator[Card]:

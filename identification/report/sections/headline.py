@@ -20,25 +20,25 @@ WIDEST = 5
 """Cards in a row at most."""
 
 
-def headline(identification: Identification) -> Section:
-    """The headline section."""
+def headline(identification: Identification, *, traced: bool = False) -> Section:
+    """The headline section; on the page of a trace, which judges the model itself, only the valve and its figures."""
     weak = [n for n, p in identification.model.parameters.items() if p.status in ("weak", "at_bound")]
     valve, judged = _valve(key_figures(identification), weak), verdict(identification)
-    trust = [_trust(identification, judged), _second_opinion(identification)]
-    if identification.fit.outcome is Outcome.NOT_EXPLAINED:
+    trust = [] if traced else [_trust(identification, judged), _second_opinion(identification)]
+    if identification.fit.outcome is Outcome.NOT_EXPLAINED and not traced:
         sentences = [*trust, f"What the values would mean if it did: {valve[0].lower()}{valve[1:]}"]
     else:
         sentences = [valve, *trust]
-    shown = cards(identification, judged)
+    shown = cards(identification, None if traced else judged)
     words = {
-        "mood": page_mood(identification),
+        "mood": "" if traced else page_mood(identification),
         "sentences": [s for s in sentences if s],
         "cards": shown,
         "across": math.ceil(len(shown) / math.ceil(len(shown) / WIDEST)),
         "weak": weak,
         "advice": identification.advice,
     }
-    return Section("headline", "What was found", words)
+    return Section("headline", "The valve, by the model that came out" if traced else "What was found", words)
 
 
 def _valve(f: KeyFigures, weak: Sequence[str]) -> str:

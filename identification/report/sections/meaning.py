@@ -9,11 +9,10 @@ import numpy as np
 
 from identification.report.runs import runs
 from identification.report.section import Section
-from identification.report.sections.parameters import meaning as in_the_catalogue
 from identification.report.wording.key_figures import KeyFigures, key_figures
 from identification.report.wording.numbers import number, percent, small_words
 from identification.result import Identification
-from simulator import CATALOGUE
+from simulator import Parameter
 
 
 @dataclass(frozen=True)
@@ -30,18 +29,20 @@ def meaning(identification: Identification) -> Section:
     model = identification.model
     speeds = [np.nanmax(np.abs(r.trajectory.velocity), initial=0.0) for r in runs(identification)]
     facts = Facts(model.values, key_figures(identification), float(max(speeds)))
-    effects = []
-    for effect in CATALOGUE.pick(tuple(e for e in model.effects if e in CATALOGUE)):
+    catalogue, effects = identification.fit.kernel.catalogue, []
+    for effect in catalogue.pick(tuple(e for e in model.effects if e in catalogue)):
         names = [n for n in effect.parameter_names() if n in model.parameters]
-        words = [(n, model.parameters[n].status, _sentence(n, model.parameters[n].unit, facts)) for n in names]
+        declared = {effect.parameter_name(p.symbol): p for p in effect.parameters}
+        words = [(n, model.parameters[n].status, _sentence(n, declared[n], facts)) for n in names]
         effects.append({"id": effect.id, "sentence": effect.sentence, "check": effect.check, "parameters": words})
     return Section("meaning", "What the numbers mean for a valve", {"effects": effects})
 
 
-def _sentence(name: str, unit: str, facts: Facts) -> str:
+def _sentence(name: str, declared: Parameter, facts: Facts) -> str:
     if name in SENTENCES:
         return SENTENCES[name](facts)
-    return f"{in_the_catalogue(name) or name}: {number(facts.p[name])} {unit if unit != '1' else ''}".strip() + "."
+    unit = "" if declared.unit == "1" else f" {declared.unit}"
+    return f"{declared.meaning}: {number(facts.p[name])}{unit}."
 
 
 def _mass(f: Facts) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 from identification.report.section import Section
 from identification.report.wording.numbers import interval, number, percent, with_std
 from identification.result import Identification
-from simulator import CATALOGUE, Value
+from simulator import Value
 
 LEAST, MOST = 1e-6, 1e1
 """Relative standard deviations at the two ends of a bar."""
@@ -21,8 +21,9 @@ ILL_CONDITIONED = 1e3
 def parameters(identification: Identification) -> Section:
     """The parameter section."""
     model, known = identification.model, identification.uncertainty
+    declared = identification.fit.kernel.catalogue.parameters(model.effects)
     words = {
-        "rows": [_row(name, value) for name, value in model.parameters.items()],
+        "rows": [_row(name, value, declared[name].meaning) for name, value in model.parameters.items()],
         "marks": [(_place(at), label) for at, label in MARKS],
         "threshold": _place(WEAK),
         "pairs": [(a, b, number(c, 4)) for a, b, c in known.pairs()],
@@ -33,12 +34,12 @@ def parameters(identification: Identification) -> Section:
     return Section("parameters", "Parameters", words)
 
 
-def _row(name: str, value: Value) -> dict[str, Any]:
+def _row(name: str, value: Value, meaning: str) -> dict[str, Any]:
     shown, std = with_std(value.value, value.std)
     relative = abs(value.std / value.value) if value.std and value.value else None
     positive = value.lower is not None and value.lower >= 0
     return {
-        "name": name, "meaning": meaning(name), "value": shown, "std": std, "unit": value.unit,
+        "name": name, "meaning": meaning, "value": shown, "std": std, "unit": value.unit,
         "interval": None if value.std is None else interval(value.value, value.std, positive),
         "status": value.status, "status_words": WORDS[value.status], "note": value.note or "",
         "bar": None if relative is None else _place(relative),
@@ -50,12 +51,3 @@ def _place(relative: float) -> float:
     """Where a relative standard deviation is on a bar, in percent of its length."""
     inside = min(max(relative, LEAST), MOST)
     return round(100 * math.log10(inside / LEAST) / math.log10(MOST / LEAST), 1)
-
-
-def meaning(name: str) -> str:
-    """The catalogue's words for a parameter by full name."""
-    for effect in CATALOGUE.effects:
-        for parameter in effect.parameters:
-            if effect.parameter_name(parameter.symbol) == name:
-                return parameter.meaning
-    return ""

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from identification.report.canvas import ALARM, INK, NEUTRAL, RESIDUAL, canvas, finish_legend, inked
+from identification.report.canvas import ALARM, BAND, INK, RESIDUAL, canvas, finish_legend, inked, shade
 from identification.report.runs import Run, runs
 from identification.report.section import Section
 from identification.report.wording.numbers import number, percent
@@ -17,8 +17,6 @@ from recordings import Array
 
 LAGS = 120
 """Lags shown, at most a quarter of the shortest recording."""
-BAND = 2.576
-"""Half width of the 99 % band, in standard deviations of an autocorrelation of white noise."""
 BINS = 81
 MANY = 0.05
 """Share of lags outside the band above which the residual is called structured; white noise has 0.01."""
@@ -101,12 +99,10 @@ def _histogram(errors: Array) -> Any:
 
 
 def _correlogram(correlation: Array, band: float, step: float, label: str) -> Any:
-    from bokeh.models import BoxAnnotation
-
     lag = step * np.arange(1, len(correlation) + 1)
     reach = max(1.3 * float(np.abs(correlation).max(initial=0.0)), 3 * band)
     plot = canvas(label, "autocorrelation [1]", 300, y_range=(-min(reach, 1.05), min(reach, 1.05)))
-    plot.add_layout(BoxAnnotation(bottom=-band, top=band, fill_color=NEUTRAL, fill_alpha=0.25, line_color=None))
+    shade(plot, band)
     outside = np.abs(correlation) > band
     for some, colour, name in ((~outside, RESIDUAL, "inside the 99 % band"), (outside, ALARM, "outside")):
         if some.any():

@@ -7,16 +7,17 @@ from typing import Any
 import numpy as np
 
 from identification.report.canvas import (
+    BAND,
     INK,
     MEASURED,
     NARROW,
-    NEUTRAL,
     RESIDUAL,
     WIDE,
     canvas,
     finish_legend,
     inked,
     robust_range,
+    shade,
     unprinted,
 )
 from identification.report.decimate import extremes
@@ -31,8 +32,6 @@ MOST_POINTS = 60_000
 FEWEST_POINTS = 3_000
 OPEN = 2
 """Blocks that are open at first: the first fitted and the first held-out recording, or the first two."""
-BAND = 2.576
-"""Half width of the band that holds 99 % of the noise, in standard deviations."""
 
 
 def signals(identification: Identification) -> Section:
@@ -88,12 +87,11 @@ def _signal(run: Run, source: Any) -> Any:
 def _drawn(run: Run, most: int, scale: tuple[float, str]) -> Any:
     """Three plots over one time axis: signal, residual, input."""
     from bokeh.layouts import gridplot
-    from bokeh.models import BoxAnnotation
 
     source, tr = _source(run, most, scale[0]), run.trajectory
     top = _signal(run, source)
     middle, band = canvas("", f"residual [{scale[1]}]", 170, x_range=top.x_range), BAND * scale[0] * tr.noise
-    middle.add_layout(BoxAnnotation(bottom=-band, top=band, fill_color=NEUTRAL, fill_alpha=0.25, line_color=None))
+    shade(middle, band)
     middle.line("t", "error", source=source, color=RESIDUAL, line_width=1.2)
     driving = "force [N]" if tr.unit == "m" else "position [mm]"
     bottom = canvas("time [s]", driving, 170, x_range=top.x_range)

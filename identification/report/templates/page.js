@@ -21,7 +21,9 @@
     if (model.type === "Grid") return { grid_line_color: ink.grid };
     if (model.type === "Legend") return { label_text_color: ink.text, ncols: narrow.matches ? 2 : 4 };
     if (model.tags.includes("ink")) {
-      return model.type === "Line" ? { line_color: ink.text } : { fill_color: ink.text, hatch_color: ink.text };
+      const wanted = {};
+      for (const name of ["line_color", "fill_color", "hatch_color"]) if (name in model.properties) wanted[name] = ink.text;
+      return wanted;
     }
     return null;
   }

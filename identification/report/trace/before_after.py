@@ -8,47 +8,45 @@ from typing import Any
 import numpy as np
 
 from identification.report.canvas import (
+    BAND,
     BEFORE,
     INK,
     MEASURED,
     NARROW,
-    NEUTRAL,
     WIDE,
     canvas,
     finish_legend,
     inked,
     robust_range,
+    shade,
+    unprinted,
 )
 from identification.report.decimate import extremes
-from identification.report.runs import DRAWN, Run, error_unit, output_name, rms
+from identification.report.runs import DRAWN, Run, error_unit, output_name, rms, runs
 from identification.result import Trajectory
 from identification.tracing.result import Trace
 from recordings import Array
 
 MOST_POINTS = 20_000
-BAND = 2.576
-"""Half width of the band that holds 99 % of the noise, in standard deviations."""
-FAR = 50.0
-"""The errors are drawn up to this many widths of that band."""
+CLOSE = 0.1
+"""Length of the close view, in lengths of the recording."""
 
 
 @dataclass(frozen=True)
 class BeforeAfter:
-    """One recording with the free runs of the model before and after; `after` is None where nothing was added."""
+    """One recording with the free runs of the model before and after; `after` is None where nothing was added.
+    scale : factor and unit of the errors.
+    """
 
     role: str
     before: Run
     after: Run | None
+    scale: tuple[float, str]
 
     @property
     def name(self) -> str:
         """What the recording is called."""
         return self.before.trajectory.name
-
-    @property
-    def unit(self) -> tuple[float, str]:
-        """Factor and unit of the errors."""
-        return error_unit(tuple(r for r in (self.before, self.after) if r is not None))
 
 
 def before_after(trace: Trace) -> BeforeAfter:
@@ -61,7 +59,7 @@ def before_after(trace: Trace) -> BeforeAfter:
     )
     worst = max(range(len(pairs)), key=lambda i: np.nan_to_num(_missed(pairs[i][0]), nan=np.inf))
     first, last = (Run(t, worst + 1, "held out" if held else "fitted") for t in pairs[worst])
-    return BeforeAfter(first.role, first, last if trace.effects_added else None)
+    return BeforeAfter(first.role, first, last if trace.effects_added else None, error_unit(runs(trace.final)))
 
 
 def _missed(run: Trajectory) -> float:
@@ -87,18 +85,49 @@ def overlay(shown: BeforeAfter) -> Any:
     return plot
 
 
+def stacked(shown: BeforeAfter) -> Any:
+    """Signals and errors over one time axis."""
+    from bokeh.layouts import gridplot
+
+    signal, error = overlay(shown), errors(shown)
+    error.x_range, signal.xaxis.axis_label = signal.x_range, ""
+    error.legend.visible = False
+    grid = gridplot(
+        [[signal], [error]], sizing_mode="stretch_width", toolbar_location="above", toolbar_options={"logo": None}
+    )
+    unprinted(grid.toolbar)
+    return grid
+
+
+def close_view(shown: BeforeAfter) -> Any:
+    """Signals in the part of the recording in which the models differ most."""
+    plot = overlay(shown)
+    run = shown.before.trajectory
+    other = run.measured if shown.after is None else shown.after.trajectory.simulated
+    t, missed = run.t, np.nan_to_num((run.simulated - other) ** 2)
+    width = max(int(CLOSE * len(t)), 2)
+    total = np.concatenate([[0.0], np.cumsum(missed)])
+    first = int(np.argmax(total[width:] - total[:-width]))
+    part = slice(first, first + width)
+    plot.x_range.start, plot.x_range.end = float(np.nanmin(t[part])), float(np.nanmax(t[part]))
+    every = [run.measured[part], *(one.trajectory.simulated[part] for one, _, _ in _curves(shown))]
+    factor = DRAWN[run.unit][0]
+    low, high = robust_range(factor * every[0], [factor * one for one in every[1:]])
+    plot.y_range.start, plot.y_range.end = low, high
+    return plot
+
+
 def errors(shown: BeforeAfter) -> Any:
     """The errors of both models over time, with the band of the noise."""
-    from bokeh.models import BoxAnnotation
-
-    run, (factor, unit) = shown.before.trajectory, shown.unit
+    run, (factor, unit) = shown.before.trajectory, shown.scale
     curves = _curves(shown)
     kept = extremes([one.error for one, _, _ in curves], MOST_POINTS)
     band = BAND * factor * run.noise
-    limits = robust_range(np.array([-band, band]), [factor * one.error for one, _, _ in curves], FAR)
-    plot = canvas("time [s]", f"measured − model [{unit}]", 220, y_range=limits)
+    most = factor * float(np.ptp(run.measured[np.isfinite(run.measured)])) / (2 * band or 1.0)
+    limits = robust_range(np.array([-band, band]), [factor * one.error for one, _, _ in curves], most)
+    plot = canvas("time [s]", f"measured − model [{unit}]", 230, y_range=limits)
     plot.x_range.range_padding = 0.01
-    plot.add_layout(BoxAnnotation(bottom=-band, top=band, fill_color=NEUTRAL, fill_alpha=0.25, line_color=None))
+    shade(plot, band)
     for one, colour, name in curves:
         line = plot.line(run.t[kept], _drawn(factor * one.error, kept), color=colour, line_width=1, legend_label=name)
         if colour == INK:

@@ -1,0 +1,79 @@
+"""A fault detector for one valve: learned from recordings in good order, and what it sees in another."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+
+import detector
+from bristle.door.sources import Source, read, read_all
+from detector import Watch, Watched
+from simulator import ValveModel
+
+
+def learn(
+    recordings: Source | Iterable[Source],
+    model: ValveModel | str | os.PathLike[str] | None = None,
+    *,
+    false_alarms: float = 1.0,
+) -> Watch:
+    """Learn what a valve does when all is well, as the detector that `watch` takes.
+
+    Parameters
+    ----------
+    recordings : recording, path or ``bundled:NAME``, or several of them
+        Of the valve in good order, moving to and fro as it does in service.
+    model : ValveModel or path, optional
+        Of `fit` or `trace`. With it the detector can tell friction from spring and sensor.
+    false_alarms : float, optional
+        How many false alarms a month are allowed.
+
+    Returns
+    -------
+    Watch
+        The detector of this valve.
+
+    Raises
+    ------
+    BadInput
+        The recordings are too short for so few false alarms, the valve hardly moves, or a signal is missing.
+
+    >>> import bristle as br
+    >>> healthy = br.simulate("sine:60,mixed:60", rate=50, position_noise=5e-6, seed=3)
+    >>> found = br.learn(healthy, false_alarms=1000.0)
+    >>> br.watch(healthy, found)
+    <Watched: 6001 samples, 0 alarms>
+    """
+    known = model if model is None or isinstance(model, ValveModel) else ValveModel.read(model)
+    return detector.learn_recordings(read_all(recordings), known, false_alarms)
+
+
+def watch(recording: Source, detector_of_valve: Watch) -> Watched:
+    """Watch a recording with a detector of its valve: the same steps, sample by sample, as on a live valve.
+
+    Parameters
+    ----------
+    recording : recording, path or ``bundled:NAME``
+        With the signals that the detector was learned with.
+    detector_of_valve : Watch
+        What `learn` gave.
+
+    Returns
+    -------
+    Watched
+        Over time: ``load`` (an alarm is above 1), ``residual``, ``threshold``, ``alarm``; and what happened:
+        ``changes``, ``alarms``. `report`, `plot`.
+
+    Raises
+    ------
+    BadInput
+        A signal is missing that the detector was learned with.
+
+    >>> import bristle as br
+    >>> healthy = br.simulate("sine:60,mixed:60", rate=50, position_noise=5e-6, seed=3)
+    >>> worn = br.simulate("sine:60", given={"lugre.fc": 600, "lugre.fs": 700}, rate=50, position_noise=5e-6, seed=3)
+    >>> seen = br.watch(worn, br.learn(healthy, false_alarms=1000.0))
+    >>> len(seen.alarms) > 0, seen.load.shape
+    (True, (3001,))
+    """
+    return detector.watch_recording(detector_of_valve, read(recording))

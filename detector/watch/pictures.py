@@ -1,0 +1,56 @@
+"""What a detector saw, as a picture, as a page, and as a small table for a notebook."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from detector.watch.judgement import Judgement
+
+if TYPE_CHECKING:
+    from detector.watch.watched import Watched
+
+LOAD, LIMIT, ALARM = "#3d97de", "#8a8f98", "#d0342c"
+
+
+def picture(seen: Watched) -> Any:
+    """The largest score over time with its limit and the alarms, as a bokeh figure."""
+    from bokeh.plotting import figure
+
+    plot = figure(
+        height=320, sizing_mode="stretch_width", x_axis_label="time [s]", y_axis_label="largest score, limit 1",
+        tools="pan,box_zoom,wheel_zoom,reset,save", active_drag="box_zoom",
+    )  # fmt: skip
+    plot.line(seen.time_s, seen.load, color=LOAD, legend_label="score")
+    plot.line(seen.time_s[[0, -1]] if len(seen.time_s) else [], np.ones(2 * bool(len(seen.time_s))), color=LIMIT)
+    over = seen.alarm
+    plot.scatter(seen.time_s[over], seen.load[over], color=ALARM, size=3, legend_label="alarm")
+    plot.legend.click_policy = "hide"
+    return plot
+
+
+def page(seen: Watched) -> str:
+    """The picture and the table as one self-contained HTML page."""
+    from bokeh.embed import file_html
+    from bokeh.layouts import column
+    from bokeh.models import Div
+    from bokeh.resources import INLINE
+
+    shown = column(Div(text=table(seen)), picture(seen), sizing_mode="stretch_width")
+    return file_html(shown, INLINE, "What the detector saw")
+
+
+def table(seen: Watched) -> str:
+    """When an alarm began, ended or changed its kind, as an HTML table."""
+    heads = "".join(f"<th>{word}</th>" for word in ("time [s]", "what", "kind", "test", "score, limit 1"))
+    rows = "".join(f"<tr>{''.join(f'<td>{escape(word)}</td>' for word in _row(one))}</tr>" for one in seen.changes)
+    caption = escape(repr(seen).strip("<>"))
+    return f"<table><caption>{caption}</caption><thead><tr>{heads}</tr></thead><tbody>{rows}</tbody></table>"
+
+
+def _row(one: Judgement) -> Sequence[str]:
+    what = "alarm" if one.began else "cleared" if one.ended else "named anew"
+    return f"{one.time_s:.2f}", what, one.kind or "unknown", one.test, f"{one.load:.2f}"
