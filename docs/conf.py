@@ -51,13 +51,53 @@ html_theme_options = {
 }
 
 
-def plain(_app: Sphinx, _what: str, _name: str, _obj: object, _options: object, lines: list[str]) -> None:
-    """Docstrings are read as text, too: what reStructuredText would take for a mark is escaped for it."""
+FIELD = re.compile(r"^(?P<names>[a-z_]\w*(, [a-z_]\w*)*) : (?P<text>.+)$")
+"""A line of a docstring that says what an attribute is."""
+
+
+def written_for_sphinx(_app: Sphinx, _what: str, _name: str, _obj: object, _options: object, lines: list[str]) -> None:
+    """Docstrings are read as text, too. Their lists of attributes, examples and signs are marked for Sphinx here."""
+    if "-----" in "".join(lines):
+        _with_heading_of_examples(lines)
+    else:
+        lines[:] = _with_lists(lines)
     for i, line in enumerate(lines):
         lines[i] = re.sub(r"(?<=\w`)(?=\w)", r"\\ ", line).replace("|", r"\|")
+
+
+def _with_heading_of_examples(lines: list[str]) -> None:
+    """An example that follows the sections of a docstring is a section of its own."""
+    first = next((i for i, line in enumerate(lines) if line.startswith(">>>")), None)
+    if first is not None and "Examples" not in lines:
+        lines[first:first] = ["Examples", "--------"]
+
+
+def _with_lists(lines: list[str]) -> list[str]:
+    """Lines such as ``gain : fall of the cost`` become a list, with what continues them."""
+    made, within = list[str](), False
+    for i, line in enumerate(lines):
+        field = FIELD.match(line)
+        if field and (within or i == 0 or not lines[i - 1]):
+            names = ", ".join(f"`{name}`" for name in field["names"].split(", "))
+            made += [f"- {names}: {field['text']}"]
+            within = True
+        elif within and line.startswith("    "):
+            made.append(line[2:])
+        else:
+            made += [""] if within and line else []
+            made.append(line)
+            within = False
+    return made
+
+
+def only_its_own(app: Sphinx, what: str, _name: str, obj: object, _skip: bool, _options: object) -> bool | None:
+    """What the Python door takes from the rooms is described there."""
+    at_the_door = what == "module" and app.env.current_document.docname == "reference/bristle"
+    return True if at_the_door and not str(getattr(obj, "__module__", "")).startswith("bristle") else None
 
 
 def setup(app: Sphinx) -> None:
     """Tables of values are shown as they are."""
     app.add_lexer("csv", TextLexer)
-    app.connect("autodoc-process-docstring", plain)
+    app.connect("autodoc-process-docstring", written_for_sphinx, priority=400)  # before numpydoc
+    app.connect("autodoc-skip-member", only_its_own)

@@ -202,7 +202,7 @@ MAX_LOSS_SEVERAL: Final = 1.1
 # Null bootstrap: whether as much is gained by chance.
 
 CLEAR_GAIN: Final = 300.0
-"""Gain beyond doubt: where nothing was missing, effects gained up to 17 in the studies of docs/trace.md."""
+"""Gain beyond doubt: where nothing was missing, effects gained up to 17 in the studies of docs/studies/tracing.md."""
 CLEAR_GAIN_UNRESOLVED: Final = 2000.0
 """The same where the sampling does not resolve a swing on the bristles: models end beside their best by up to 1000."""
 NULL_REPLICATES: Final = 6
