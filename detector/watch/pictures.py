@@ -4,19 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from html import escape
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from detector.watch.judgement import Judgement
+from recordings import Array
 
-if TYPE_CHECKING:
-    from detector.watch.watched import Watched
+
+class Drawn(Protocol):
+    """What is drawn of a watched recording: see `Watched`."""
+
+    @property
+    def time_s(self) -> Array: ...
+    @property
+    def load(self) -> Array: ...
+    @property
+    def alarm(self) -> NDArray[np.bool_]: ...
+    @property
+    def changes(self) -> tuple[Judgement, ...]: ...
+
 
 LOAD, LIMIT, ALARM = "#3d97de", "#8a8f98", "#d0342c"
 
 
-def picture(seen: Watched) -> Any:
+def picture(seen: Drawn) -> Any:
     """The largest score over time with its limit and the alarms, as a bokeh figure."""
     from bokeh.plotting import figure
 
@@ -32,7 +45,7 @@ def picture(seen: Watched) -> Any:
     return plot
 
 
-def page(seen: Watched) -> str:
+def page(seen: Drawn) -> str:
     """The picture and the table as one self-contained HTML page."""
     from bokeh.embed import file_html
     from bokeh.layouts import column
@@ -43,7 +56,7 @@ def page(seen: Watched) -> str:
     return file_html(shown, INLINE, "What the detector saw")
 
 
-def table(seen: Watched) -> str:
+def table(seen: Drawn) -> str:
     """When an alarm began, ended or changed its kind, as an HTML table."""
     heads = "".join(f"<th>{word}</th>" for word in ("time [s]", "what", "kind", "test", "score, limit 1"))
     rows = "".join(f"<tr>{''.join(f'<td>{escape(word)}</td>' for word in _row(one))}</tr>" for one in seen.changes)
