@@ -1,4 +1,4 @@
-"""An effect of your own: written once, then simulated, fitted and traced like those of the toolkit.
+"""An effect of your own: written once, then simulated and fitted like those of the toolkit.
 
     python examples/own_effect.py [FOLDER]
 
@@ -40,22 +40,23 @@ GIVEN = {"magnet.G": PULL, "magnet.D": 3e-3}
 
 
 def main(folder: Path) -> None:
-    """Simulate a valve with the magnet, find the magnet by a trace, and write answer and report to a folder."""
+    """Simulate a valve with the magnet, fit it without and with the magnet, and write the better model to a folder."""
     fitted, judging = (
         br.simulate(
-            course, effects=["magnet"], catalogue=OURS, given=GIVEN, rate=250, seed=3,
-            position_noise=5e-6, force_noise=0.2,
+            course, effects=["magnet"], catalogue=OURS, given=GIVEN, rate=250, seed=3, position_noise=5e-6,
         )
         for course in ("staircase:12,sine:8", "mixed:12")
     )  # fmt: skip
 
-    found = br.trace(fitted, holdout=judging, catalogue=OURS)
-    print(found)
-    print(f"pull: {found.values.get('magnet.G', 0.0):.1f} N; it was simulated with {PULL:.1f} N")
+    plain = br.fit(fitted, holdout=judging, crosscheck=False)
+    own = br.fit(fitted, holdout=judging, effects=["magnet"], catalogue=OURS, crosscheck=False)
+    for name, found in (("without", plain), ("with", own)):
+        print(f"{name} the magnet: held-out error {1e6 * found.model.error['holdout']['rmse_m']:.1f} um")
+    print(f"pull: {own.values['magnet.G']:.1f} N; it was simulated with {PULL:.1f} N")
 
-    found.write(folder / "magnet-trace.json")
-    found.model.write(folder / "magnet-model.json")
-    print(f"wrote magnet-trace.json and magnet-model.json to {folder}")
+    own.write(folder / "magnet-model.json")
+    own.report(folder / "magnet.html")
+    print(f"wrote magnet-model.json and magnet.html to {folder}")
 
 
 if __name__ == "__main__":

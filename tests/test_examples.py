@@ -14,14 +14,14 @@ HOUSE = Path(__file__).resolve().parents[1]
 WRITTEN = {
     "fit_arrays": ("model.json", "report.html"),
     "trace_effect": ("trace.json", "traced.json", "trace.html"),
-    "own_effect": ("magnet-trace.json", "magnet-model.json"),
+    "own_effect": ("magnet-model.json", "magnet.html"),
     "record_and_watch": ("healthy.h5", "broken.h5", "watched.html"),
     "own_detector": ("evaluation.md", "evaluation.html"),
 }
 SAID = {
     "fit_arrays": "converged",
-    "trace_effect": "play: 0.2",
-    "own_effect": "magnet",
+    "trace_effect": "cubic part: ",
+    "own_effect": "pull: 1",
     "record_and_watch": "0 alarms",
     "own_detector": "flow     found in 1 of 1",
 }

@@ -9,7 +9,7 @@ import identification
 from bristle.door.sources import Source, read_all
 from identification import Estimator, Identification, Trace, with_area, without_effects
 from recordings import BadParameter, Progress, silent
-from simulator import CATALOGUE, Catalogue, Causality
+from simulator import BASE, CATALOGUE, Catalogue, Causality
 
 CAUSALITIES = ("force", "motion")
 """What may drive the model: the recorded force, or the recorded motion."""
@@ -19,6 +19,7 @@ def fit(
     recordings: Source | Iterable[Source],
     *,
     holdout: Source | Iterable[Source] = (),
+    effects: Iterable[str] = (),
     given: Mapping[str, float] | None = None,
     without: Iterable[str] = (),
     causality: Causality | None = None,
@@ -38,6 +39,8 @@ def fit(
         Fitted together. Each holds time, position, and force (or pressure, with an area).
     holdout : the same
         Recordings that only judge the fit.
+    effects : names, optional
+        Effects that the model has besides mass, spring and LuGre friction: ``["hardening_spring"]``.
     given : mapping, optional
         Parameters to hold, by full name, in SI units: ``{"mass.m": 2.1}``.
     without : names, optional
@@ -79,10 +82,13 @@ def fit(
     """
     _check("causality", causality, (None, *CAUSALITIES))
     _check("estimator", estimator, get_args(Estimator))
+    added = tuple(effects)
+    for effect in added:
+        _check("effects", effect, catalogue.ids)
     held = without_effects(without) | dict(given or {})
     fitted, judging = (with_area(read_all(some), area) for some in (recordings, holdout))
     return identification.identify(
-        fitted, holdout=judging, given=held, causality=causality, hold=hold, check=crosscheck, estimator=estimator,
+        fitted, holdout=judging, effects=tuple(dict.fromkeys((*BASE, *added))), given=held, causality=causality, hold=hold, check=crosscheck, estimator=estimator,
         bootstrap=bootstrap, catalogue=catalogue, progress=progress,
     )  # fmt: skip
 
