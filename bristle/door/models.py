@@ -88,8 +88,8 @@ def fit(
     held = without_effects(without) | dict(given or {})
     fitted, judging = (with_area(read_all(some), area) for some in (recordings, holdout))
     return identification.identify(
-        fitted, holdout=judging, effects=tuple(dict.fromkeys((*BASE, *added))), given=held, causality=causality, hold=hold, check=crosscheck, estimator=estimator,
-        bootstrap=bootstrap, catalogue=catalogue, progress=progress,
+        fitted, holdout=judging, effects=tuple(dict.fromkeys((*BASE, *added))), given=held, causality=causality,
+        hold=hold, check=crosscheck, estimator=estimator, bootstrap=bootstrap, catalogue=catalogue, progress=progress,
     )  # fmt: skip
 
 
