@@ -7,7 +7,7 @@ from identification.estimators.fitted import Fit, Outcome
 from identification.given import free_parameters, with_area, without_effects
 from identification.procedure import identify
 from identification.result import Identification, Trajectory
-from identification.sparse_regression import Crosscheck, Row, crosscheck
+from identification.sparse_regression import ComparedCoefficient, Crosscheck, crosscheck
 from identification.tracing.judge import Candidate
 from identification.tracing.result import Trace, trace
 from identification.uncertainty.covariance import Uncertainty, uncertainty_of
@@ -15,6 +15,7 @@ from identification.uncertainty.profile import Profile, profile
 
 __all__ = [
     "Candidate",
+    "ComparedCoefficient",
     "Crosscheck",
     "Estimator",
     "Experiment",
@@ -22,7 +23,6 @@ __all__ = [
     "Identification",
     "Outcome",
     "Profile",
-    "Row",
     "Segment",
     "Trace",
     "Trajectory",

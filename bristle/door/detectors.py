@@ -6,13 +6,13 @@ import os
 from collections.abc import Iterable
 
 import detector
-from bristle.door.sources import Source, read, read_all
+from bristle.door.sources import RecordingLike, read, read_all
 from detector import Watch, Watched
 from simulator import ValveModel
 
 
 def learn(
-    recordings: Source | Iterable[Source],
+    recordings: RecordingLike | Iterable[RecordingLike],
     model: ValveModel | str | os.PathLike[str] | None = None,
     *,
     false_alarms: float = 1.0,
@@ -48,7 +48,7 @@ def learn(
     return detector.learn_recordings(read_all(recordings), known, false_alarms)
 
 
-def watch(recording: Source, detector_of_valve: Watch) -> Watched:
+def watch(recording: RecordingLike, detector_of_valve: Watch) -> Watched:
     """Watch a recording with a detector of its valve: the same steps, sample by sample, as on a live valve.
 
     Parameters

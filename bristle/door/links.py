@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
-from bristle.door.plants import Sizes, actuator
+from bristle.door.plants import EffectSizes, actuator
 from hil import (
     BackgroundRecorder,
     BackgroundServer,
@@ -37,7 +37,7 @@ def serve(
     friction: str = "play",
     faults: Iterable[Fault] = (),
     settings: Mapping[str, float] | None = None,
-    effects: Sizes | None = None,
+    effects: EffectSizes | None = None,
     noise: bool = False,
     seed: int = 0,
     allow_faults: bool = False,

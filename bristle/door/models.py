@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import get_args
 
 import identification
-from bristle.door.sources import Source, read_all
+from bristle.door.sources import RecordingLike, read_all
 from identification import Estimator, Identification, Trace, with_area, without_effects
 from recordings import BadParameter, Progress, silent
 from simulator import BASE, CATALOGUE, Catalogue, Causality
@@ -16,9 +16,9 @@ CAUSALITIES = ("force", "motion")
 
 
 def fit(
-    recordings: Source | Iterable[Source],
+    recordings: RecordingLike | Iterable[RecordingLike],
     *,
-    holdout: Source | Iterable[Source] = (),
+    holdout: RecordingLike | Iterable[RecordingLike] = (),
     effects: Iterable[str] = (),
     given: Mapping[str, float] | None = None,
     without: Iterable[str] = (),
@@ -94,9 +94,9 @@ def fit(
 
 
 def trace(
-    recordings: Source | Iterable[Source],
+    recordings: RecordingLike | Iterable[RecordingLike],
     *,
-    holdout: Source | Iterable[Source] = (),
+    holdout: RecordingLike | Iterable[RecordingLike] = (),
     given: Mapping[str, float] | None = None,
     without: Iterable[str] = (),
     area: float | None = None,

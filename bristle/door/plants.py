@@ -11,7 +11,7 @@ from simulator import BASE
 from simulator.damadics import FORMS, Fault, Form, Parameters, Stimulus, scenario
 from simulator.damadics.stimuli import constant
 
-Sizes = Mapping[str, Mapping[str, float]]
+EffectSizes = Mapping[str, Mapping[str, float]]
 """Effects by id, with the values that are not of typical size, by symbol."""
 
 
@@ -20,7 +20,7 @@ def actuator(
     friction: str,
     faults: Iterable[Fault],
     settings: Mapping[str, float],
-    effects: Sizes,
+    effects: EffectSizes,
     *,
     stimulus: Stimulus | None = None,
     effects_on: bool = True,

@@ -5,12 +5,9 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Mapping
 
-from recordings import Array, BadParameter, Recording
+from recordings import BadParameter, Recording, Truth
 from simulator import BASE, CATALOGUE, Catalogue, Excitation, Sensors, ValveModel, random_valve
 from simulator import simulate as simulate_valve
-
-Truth = Mapping[str, float | Array | str]
-"""The truth behind a simulated recording: parameters by full name, the effects, and the signals without noise."""
 
 
 def simulate(

@@ -12,7 +12,7 @@ import numpy as np
 from recordings import Array, BadInput
 from simulator.compile.c_compiler import compiler
 from simulator.compile.scan import Scan, Scanner, Shots
-from simulator.compile.step import Layout, force_driven, motion_driven, uncertain
+from simulator.compile.step import VectorLayout, force_driven, motion_driven, uncertain
 from simulator.delay import delay_columns
 from simulator.effect import Catalogue, Effect, Memory, Site
 from simulator.effects import CATALOGUE
@@ -31,7 +31,7 @@ class Kernel:
 
     effects: tuple[str, ...]
     causality: Causality
-    layout: Layout
+    layout: VectorLayout
     scanner: Scanner
     catalogue: Catalogue = CATALOGUE
 
@@ -143,7 +143,7 @@ def _kernel(
 @functools.lru_cache(maxsize=128)
 def _assembled(
     effects: tuple[Effect, ...], causality: Causality, _compiler: tuple[str, ...] | None
-) -> tuple[Layout, Scanner]:
+) -> tuple[VectorLayout, Scanner]:
     """The machine code of a choice of effects, which catalogues that extend one another share."""
     recurrence, layout = ASSEMBLED[causality](effects)
     return layout, Scanner(recurrence)
