@@ -18,16 +18,16 @@ import bristle as br
 from recordings import Array
 from simulator.damadics.stimuli import constant
 
-SPEED = 10.0
+SPEED = 5.0
 """Times real time of the served valve."""
 
-SECONDS = 15.0
+SECONDS = 25.0
 """How long each recording takes, by the clock [s]."""
 
 SENSOR = 13
 """Number of the fault in the benchmark: the sensor of the rod's position reads wrong."""
 
-FAULT_S = 80.0
+FAULT_S = 70.0
 """When the fault begins, by the clock of the plant [s]."""
 
 
@@ -43,7 +43,7 @@ def recorded(path: Path, *faults: br.Fault) -> br.Recording:
     path.unlink(missing_ok=True)
     with br.serve(stimulus=moving, speed=SPEED, noise=True, faults=faults) as served:
         time.sleep(1.0)  # until the valve moves as it will
-        with br.record(served.address, path, map="damadics", rate=20.0, duration=SECONDS) as recorder:
+        with br.record(served.address, path, map="damadics", rate=50.0, duration=SECONDS) as recorder:
             recorder.wait(2 * SECONDS)
     print(f"{path.name}: {recorder.report.samples} samples")
     return br.read(path)
