@@ -60,7 +60,7 @@ def fit(
     catalogue : Catalogue, optional
         Where effects are looked up; ``CATALOGUE.extended`` adds your own.
     progress : callable, optional
-        ``progress(stage, done, total)``, called now and then; a total of 0 says that nobody knows.
+        ``progress(stage, done, total)``, called now and then; a total of 0 means unknown.
 
     Returns
     -------
@@ -109,7 +109,8 @@ def trace(
     Parameters
     ----------
     recordings, given, without, area, hold, progress
-        As for `fit`.
+        As for `fit`. The roles of the signals say whether the rig imposes the motion:
+        ``Recording.from_arrays(..., roles={"position": "input", "force": "output"})``.
     catalogue : Catalogue, optional
         The effects that are tried; ``br.CATALOGUE.extended(MyEffect())`` adds your own.
     holdout : recording, path or ``bundled:NAME``, or several of them
@@ -139,4 +140,4 @@ def trace(
 def _check(parameter: str, value: object, allowed: tuple[object, ...]) -> None:
     if value not in allowed:
         words = ", ".join(str(one) for one in allowed if one is not None)
-        raise BadParameter(parameter, value, "it is not one of those there are", f"there are {words}")
+        raise BadParameter(parameter, value, "it is not an allowed value", f"use one of {words}")

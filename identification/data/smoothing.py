@@ -1,4 +1,4 @@
-"""Smoothed motion of a recorded position: only for start values and resets, never for the final fit."""
+"""Smoothed motion of a recorded position: only for starting values and resets, never for the final fit."""
 
 from __future__ import annotations
 
