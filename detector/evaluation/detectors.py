@@ -1,6 +1,6 @@
 """The detectors that are compared: each learns from fault-free runs, then makes channels of a run.
 
-A new detector is one function here and one line in `DETECTORS`; one of somebody's own is any value that obeys
+A new detector is one function here and one line in `DETECTORS`; one of somebody's own is any object that obeys
 `Detector`, given to `evaluate`.
 """
 
@@ -257,7 +257,7 @@ def _measurements(run: Array) -> Measurements:
 
 
 def _random(healthy: BenchmarkRun) -> Channels:
-    """Looks at nothing: numbers drawn anew for every run, whose largest values are Gumbel's by construction."""
+    """Uses no data: numbers drawn anew for every run, whose largest values are Gumbel's by construction."""
 
     def channels(data: BenchmarkRun) -> Array:
         seed = zlib.crc32(np.ascontiguousarray(data.signals).tobytes())

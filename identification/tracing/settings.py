@@ -61,8 +61,8 @@ MIN_PART_SAMPLES: Final = 10
 BASE_WAYS: Final = 4
 """Ways that a base model is searched on chunks: one that lacks an effect fits badly at the end of all of them."""
 MASS_BOUND: Final = 5.0
-"""A base model is at most so many times as heavy as the inverse equation says: what lacks an effect may have a mass of
-tons swallow it, and then nothing looks like what is missing."""
+"""A base model is at most so many times as heavy as a regression of the force on the smoothed motion says: what lacks
+an effect may have a mass of tons swallow it, and then nothing looks like what is missing."""
 STIFFNESS_BOUND: Final = 4.0
 """The same for the stiffness of its bristles, which may become a rigid stem."""
 AT_BOUND: Final = 0.99
