@@ -182,10 +182,10 @@ def main() -> None:
 
 def coverage(found: dict[str, list[tuple[str, float]]]) -> None:
     """Print how many of the nominal 90 % intervals cover the truth, by parameter."""
-    for n, judged in found.items():
-        z = np.array([one for status, one in judged if status == "identified"])
+    for n, scored in found.items():
+        z = np.array([one for status, one in scored if status == "identified"])
         inside, rms = int(np.sum(np.abs(z) <= NORMAL_90)), np.sqrt(np.mean(z**2)) if len(z) else np.nan
-        print(f"  {n}: 90 % intervals of {len(z)} `identified` cover {inside}; {len(judged) - len(z)} others; "
+        print(f"  {n}: 90 % intervals of {len(z)} `identified` cover {inside}; {len(scored) - len(z)} others; "
               f"error {rms:.2f} standard deviations rms, {np.mean(z) if len(z) else np.nan:+.2f} mean")  # fmt: skip
 
 

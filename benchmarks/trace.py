@@ -153,7 +153,7 @@ def true_error(case: Case, recording: Recording, strengths: dict[str, float]) ->
     return float(min(errors))
 
 
-def judged(row: Row) -> str:
+def scored(row: Row) -> str:
     """right, wrong, the verdict that names nothing, or for a pair one: the verdict is one of them."""
     verdict, truth = str(row["verdict"]), {*row["effects"]}
     if verdict in (*ABSENT, "failed"):
@@ -177,8 +177,8 @@ def report(rows: Sequence[Row]) -> None:
             print(f"  of those that leave 2.5 noises or more: {shares(strong)}")
         confusion(mine)
         for row in mine:
-            if judged(row) in ("wrong", "failed"):
-                print(f"  {judged(row)}: {row['name']} -> {row['verdict']} {row.get('why', '')}")
+            if scored(row) in ("wrong", "failed"):
+                print(f"  {scored(row)}: {row['name']} -> {row['verdict']} {row.get('why', '')}")
     if rows:
         errors(rows)
         costs(rows)
@@ -192,7 +192,7 @@ def hits(rows: Sequence[Row], part: str) -> None:
         chance(rows)
     else:
         extra = sum(bool({*row["added"]} - {*row["effects"], *row["same_class"], row["verdict"]}) for row in rows)
-        sizes = [len({*row["same_class"], row["verdict"]}) for row in rows if judged(row) == "right"]
+        sizes = [len({*row["same_class"], row["verdict"]}) for row in rows if scored(row) == "right"]
         print(f"  with a further name besides: {extra}; mean size of a right class: {np.mean(sizes or [0]):.1f}")
     for key in ("strength", "form", "rate", "slow", "noise", "valve"):
         values = sorted({row[key] for row in rows})
@@ -218,12 +218,12 @@ def chance(rows: Sequence[Row]) -> None:
 
 def tally(rows: Sequence[Row], good: str) -> str:
     """How many of how many."""
-    return f"{sum(judged(row) == good for row in rows)}/{len(rows)}"
+    return f"{sum(scored(row) == good for row in rows)}/{len(rows)}"
 
 
 def shares(rows: Sequence[Row]) -> str:
     """Every judgement with its share."""
-    counts = Counter(judged(row) for row in rows)
+    counts = Counter(scored(row) for row in rows)
     return ", ".join(f"{what} {n} ({100 * n / len(rows):.1f} %)" for what, n in counts.most_common())
 
 
@@ -234,7 +234,7 @@ def confusion(rows: Sequence[Row]) -> None:
     for truth in sorted({tuple(row["effects"]) for row in rows}):
         mine = [row for row in rows if tuple(row["effects"]) == truth]
         counts = Counter(row["verdict"] for row in mine)
-        inside = sum(judged(row) == "right" and row["verdict"] not in (*truth, "none") for row in mine)
+        inside = sum(scored(row) == "right" and row["verdict"] not in (*truth, "none") for row in mine)
         print(
             f"  {'+'.join(truth) or 'nothing':42}" + "".join(f"{counts[v] or '.':>4}" for v in verdicts) + f"{inside:7}"
         )
@@ -248,7 +248,7 @@ def errors(rows: Sequence[Row]) -> None:
         if part == "outside":
             continue
         mine = [row for row in rows if row["part"] == part and row.get("after") and row.get("before")]
-        for label, some in ((part, mine), (f"{part} where right", [row for row in mine if judged(row) == "right"])):
+        for label, some in ((part, mine), (f"{part} where right", [row for row in mine if scored(row) == "right"])):
             for when in ("before", "after") if some else ():
                 ratio = np.array([row[when] / row["true"] for row in some])
                 within = 100 * np.mean(ratio <= 1.1)
@@ -288,7 +288,7 @@ def study(work: Iterable[tuple[str, Case]], path: Path, jobs: int, tracer: Trace
             file.write(json.dumps(row) + "\n")
             file.flush()
             rows.append(row)
-            said = f"{row['verdict']} ({judged(row)}, {row['seconds']:.0f} s)"
+            said = f"{row['verdict']} ({scored(row)}, {row['seconds']:.0f} s)"
             print(f"{i}/{len(left)} {row['part']} {row['name']}: {said}", flush=True)
     return rows
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 from recordings import BadParameter, Recording
 from simulator import BASE, CATALOGUE, Catalogue
 
-LEFT_OUT = {"spring": {"spring.K": 0.0}}
+LEFT_OUT: Mapping[str, Mapping[str, float]] = {"spring": {"spring.K": 0.0}}
 """Effects that a plant may lack, as the values that say so. The constant force F0 stays: weight, offset, drive zero."""
 
 

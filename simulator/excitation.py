@@ -6,7 +6,7 @@ the force of an actuator that would hold the valve there without friction, widen
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -62,7 +62,7 @@ def presliding(t: Array, duration: float, rng: np.random.Generator) -> Array:
     return 0.5 + np.sin(2 * np.pi * t) * np.minimum(1.0, t)
 
 
-SHAPES: dict[str, Shape] = {f.__name__: f for f in (step, staircase, ramp, sine, multisine, chirp, presliding)}
+SHAPES: Mapping[str, Shape] = {f.__name__: f for f in (step, staircase, ramp, sine, multisine, chirp, presliding)}
 """The open-loop excitations by name. ``positioner`` is a staircase behind a position controller."""
 
 MIXED = ("staircase", "sine", "multisine", "presliding")

@@ -52,14 +52,14 @@ def seen(stimulus: Stimulus, duration: float, seed: int, *faults: Fault) -> Meas
     return Measurements.recorded(recording)[round(FILLED_S / SAMPLE_S) :]
 
 
-def judged(watch: Watch, data: Measurements) -> list[Judgement]:
+def changes(watch: Watch, data: Measurements) -> list[Judgement]:
     """The judgements at which an alarm began or got another name."""
     return [one for one in watch.run(watch.initial(), data)[1] if one.began or one.renamed]
 
 
 def outcome(watch: Watch, stimulus: Stimulus, fault: Fault) -> tuple[str, str]:
     """Seconds from the onset to the alarm, and the name that it ends with; dashes for none within a minute."""
-    found = judged(watch, seen(stimulus, ONSET_S + AFTER_S, 7, fault))
+    found = changes(watch, seen(stimulus, ONSET_S + AFTER_S, 7, fault))
     if any(said.time_s < ONSET_S for said in found):
         return "false alarm", ""
     if not found:
@@ -69,7 +69,7 @@ def outcome(watch: Watch, stimulus: Stimulus, fault: Fault) -> tuple[str, str]:
 
 def quiet(watch: Watch) -> str:
     """What comes of the same runs without a fault."""
-    count = sum(len(judged(watch, seen(stimulus, 400.0, 8))) for stimulus in (moving, resting))
+    count = sum(len(changes(watch, seen(stimulus, 400.0, 8))) for stimulus in (moving, resting))
     return f"{count or 'no'} alarms in 390 s of motion and 390 s that end in rest"
 
 

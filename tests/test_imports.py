@@ -46,7 +46,8 @@ DOORS = {
 are one of them because the command line must start without loading the room behind them."""
 
 CROWDED = 17
-"""Modules in a folder, its door among them, beyond which it wants parts of its own."""
+"""Modules in a folder, its door among them, beyond which it wants parts of its own. Two folders reach it: generators,
+which are one file for each method, and tracing, whose files are the steps of one algorithm in their order."""
 
 HEAVY = {"bokeh", "casadi", "numba", "pymodbus", "pysindy"}
 ARRAYS = {"numpy", "scipy", "h5py", "pydantic"}

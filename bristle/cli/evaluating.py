@@ -40,8 +40,8 @@ def reported(plan: Plan, out: Path, workers: int, plant: Path | None) -> tuple[E
 
     measured = None if plant is None else plant_hour(plant)
 
-    with _progress() as told:
-        outcome = evaluate(plan, out, told, workers or None)
+    with _progress() as progress:
+        outcome = evaluate(plan, out, progress, workers or None)
     more = []
     if measured is not None:
         counts = count_alarms(measured, plan.detectors, plan.rate_per_h)
@@ -58,12 +58,12 @@ def _progress() -> Iterator[Callable[[str, int, int], None]]:
     console, tasks = Console(stderr=True), dict[str, TaskID]()
     with Progress(console=console, disable=not console.is_terminal) as shown:
 
-        def told(label: str, done: int, total: int) -> None:
+        def progress(label: str, done: int, total: int) -> None:
             if label not in tasks:
                 tasks[label] = shown.add_task(label, total=max(total, 1))
             shown.update(tasks[label], completed=done if total else 1)
 
-        yield told
+        yield progress
 
 
 def summary(outcome: Evaluation) -> object:

@@ -97,7 +97,7 @@ def fault_free_jobs(plan: Plan, form: Form, purpose: str) -> list[Job]:
     ]
 
 
-def judged_jobs(plan: Plan, form: Form) -> list[Job]:
+def scored_jobs(plan: Plan, form: Form) -> list[Job]:
     """Scenarios, the long ones first so that no core waits at the end, and fault-free hours to judge."""
     made = [
         Job(f"{name}-{form}-{_rates(plan, form)}-{seed}", "scenario", form, (name, seed))

@@ -6,14 +6,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from detector.evaluation.jobs import Job, Study, judged_jobs
+from detector.evaluation.jobs import Job, Study, scored_jobs
 from detector.evaluation.learned import BANK
 from detector.evaluation.plan import Plan
 from recordings import BadInput
 from simulator.damadics import scenario
 
 Trials = dict[str, dict[str, list[dict[str, Any]]]]
-"""By variant and scenario, what `detector.evaluation.trial.judge` says of each trial."""
+"""By variant and scenario, what `detector.evaluation.trial.scored` says of each trial."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +40,7 @@ def gathered(study: Study) -> Evaluation:
     false: dict[str, dict[str, int]] = {variant: dict.fromkeys(plan.detectors, 0) for variant in plan.variants}
     hours = dict.fromkeys(plan.variants, 0.0)
     for form, rates in plan.forms.items():
-        for job in judged_jobs(plan, form):
+        for job in scored_jobs(plan, form):
             result = study.store.result(job.name)
             if result is None:
                 raise BadInput(job.name, "its result is gone", "run the evaluation again")

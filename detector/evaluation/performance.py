@@ -71,8 +71,8 @@ def indices(decision: Truths, zone: Zone) -> Indices:
 
 def misisolation(flagged: Integers, zone: Zone) -> float:
     """rmi: mean number of wrong groups flagged from ton to thor, of counts (n_seconds,)."""
-    judged: Array = flagged[zone.ton : zone.thor].astype(float)
-    return float(judged.mean()) if len(judged) else 0.0
+    scored: Array = flagged[zone.ton : zone.thor].astype(float)
+    return float(scored.mean()) if len(scored) else 0.0
 
 
 def chance(detected: int, trials: int, share: float) -> float:

@@ -16,7 +16,7 @@ from detector.evaluation.benchmark.fault_examples import examples
 from detector.evaluation.contract import Detector
 from detector.evaluation.detectors import DETECTORS
 from detector.evaluation.isolation.diagnosis import learn_diagnosis
-from detector.evaluation.jobs import Job, Study, fault_free_jobs, judged_jobs, key
+from detector.evaluation.jobs import Job, Study, fault_free_jobs, key, scored_jobs
 from detector.evaluation.learned import BANK, Learned, learn
 from detector.evaluation.outcome import Evaluation, gathered, missed
 from detector.evaluation.plan import Plan, check_names
@@ -82,7 +82,7 @@ def _evaluated(study: Study, form: Form, run: RunJobs) -> Study:
     purposes = ("learn", "calibrate", "calibrate-start")
     made = [job for purpose in purposes for job in fault_free_jobs(study.plan, form, purpose)]
     run(study, made, f"{form}: fault-free runs")
-    pending = study.pending(judged_jobs(study.plan, form))
+    pending = study.pending(scored_jobs(study.plan, form))
     if pending:
         study = _learned(study, form, run)
         run(study, pending, f"{form}: scenarios")

@@ -32,7 +32,7 @@ def zone(what: Scenario, seconds: int) -> Zone:
     return Zone(int(what.ton), int(fault.start_s), min(int(what.thor), seconds), fault.development_s, fault.strength)
 
 
-def judge(what: Scenario, run: Array, learned: Learned, draw: bool) -> Json:
+def scored(what: Scenario, run: Array, learned: Learned, draw: bool) -> Json:
     """Indices of every detector on one run, the diagnosis of the bank, and curves when they are to be drawn."""
     data, where = BenchmarkRun(run, learned.symptoms), zone(what, len(run))
     statistics, alarm = learned.alarms(data)

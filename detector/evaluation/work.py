@@ -58,7 +58,7 @@ def _scenario(study: Study, job: Job) -> Any:
     what, rates = scenario(name), study.rates(job.form)
     rows = simulate(what.faults, study.plan.duration(job.form, what), Setting(job.form, seed), rates)
     return {
-        str(rate): trial.judge(what, rows[rate], study.learned[job.form, rate], seed == 1 and rate == rates[0])
+        str(rate): trial.scored(what, rows[rate], study.learned[job.form, rate], seed == 1 and rate == rates[0])
         for rate in rates
     }
 

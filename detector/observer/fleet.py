@@ -19,7 +19,7 @@ from detector.observer.alarm_rule import ABSOLUTE, exceeds, threshold
 from detector.observer.calibration import Calibration
 from detector.observer.kernel import adapts, counted, decays, next_errors
 from detector.observer.projection import RADIAL, project_interval
-from detector.observer.screening import GAP, OUTLIER, USED, judge
+from detector.observer.screening import GAP, OUTLIER, USED, sample_verdict
 from detector.observer.smooth_sign import SAT
 from detector.observer.velocity import steady_gain_at, track
 from recordings import Array, BadInput, Integers
@@ -86,7 +86,7 @@ def advance_fleet(
         for row in range(WIDTH):
             new[i, row] = s[i, row]
         elapsed, moved = t - s[i, TIME], x - s[i, LAST]
-        found = judge(
+        found = sample_verdict(
             t, x, v, 0.0, USED, True, elapsed, moved, s[i, RUNNING], s[i, OUTLIERS], c[i, GAP_S], c[i, TOP_SPEED]
         )
         verdict[i] = found

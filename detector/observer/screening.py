@@ -80,7 +80,7 @@ def screen(
         x, v = position[i], velocity[i] if measured else 0.0
         plausible = limits[1] <= x <= limits[2] and limits[3] <= u[i] <= limits[4]
         elapsed, moved = time[i] - state[LAST_TIME], x - state[LAST_POSITION]
-        verdict[i] = judge(
+        verdict[i] = sample_verdict(
             time[i], x, u[i], v, quality[i], plausible, elapsed, moved, state[RUNNING], state[RUN_OF_OUTLIERS],
             limits[0], limits[5],
         )  # fmt: skip
@@ -94,7 +94,7 @@ def screen(
 
 
 @inlined
-def judge(
+def sample_verdict(
     t: float, x: float, u: float, v: float, quality: int, plausible: bool, elapsed: float, moved: float,
     running: float, outliers: float, gap: float, top_speed: float,
 ) -> int:  # fmt: skip

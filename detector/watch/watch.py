@@ -91,7 +91,7 @@ class Watch:
         scores[OBSERVER] = max(ratio, 1.0 + 1e-9) if decision.alarm else min(ratio, 1.0)
         seen = replace(state, observer=observer, model=model, levels=levels, flow=flow)
         after = self._alarmed(seen, moment.time_s, scores)
-        return after, self._judged(state, after, scores, decision)
+        return after, self._judgement(state, after, scores, decision)
 
     def _scores(
         self, model: ModelState | None, levels: tuple[float, ...], flow: tuple[float, float]
@@ -124,7 +124,7 @@ class Watch:
         found = self.model.kind(model) if self.model and model and by_model else None
         return found if found in KINDS else None
 
-    def _judged(
+    def _judgement(
         self, before: WatchState, after: WatchState, scores: Mapping[str, float], decision: Decision
     ) -> Judgement:
         test = max(scores, key=lambda name: scores[name])

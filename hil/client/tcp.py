@@ -77,9 +77,9 @@ class TcpWire(asyncio.Protocol):
         if broken:
             self._doubt(f"the stream is not Modbus any more: {broken}")
         for frame in frames:
-            self._judge(frame)
+            self._check(frame)
 
-    def _judge(self, frame: Frame) -> None:
+    def _check(self, frame: Frame) -> None:
         reply = check_tcp(self._request, self._transaction, frame) if self._request else None
         if reply is None or reply.fault is ReplyFault.TRANSACTION:
             self._tally["dropped frame: late, repeated or unasked"] += 1

@@ -11,7 +11,6 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import NamedTuple
 
-READ_BITS = (1, 2)
 READ_REGISTERS = (3, 4)
 WRITE_COILS, WRITE_REGISTERS = 15, 16
 MOST = {1: 2000, 2: 2000, 3: 125, 4: 125, WRITE_COILS: 1968, WRITE_REGISTERS: 123}

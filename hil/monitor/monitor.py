@@ -101,7 +101,7 @@ class Monitor:
                 if self._on_learned:
                     self._on_learned(item.valve, watch)
             return None
-        event = valve.judge(measured, self._started + moment)
+        event = valve.check(measured, self._started + moment)
         self.alarms += event is not None and event.kind == "alarm"
         return event
 

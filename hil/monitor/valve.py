@@ -1,4 +1,4 @@
-"""One valve under watch: first its detector is learned, then every measurement is judged; changes make events."""
+"""One valve under watch: first its detector is learned, then every measurement is checked; changes make events."""
 
 from __future__ import annotations
 
@@ -58,10 +58,10 @@ class ValveWatch:
             raise BadInput(f"valve {self.valve}: {problem.where}", problem.found, problem.remedy) from None
         return watch
 
-    def judge(self, moment: Measurement, wall: float) -> MonitorEvent | None:
-        """Judge a measurement of a learned valve; the event that it makes, if any."""
+    def check(self, moment: Measurement, wall: float) -> MonitorEvent | None:
+        """Check a measurement of a learned valve; the event that it makes, if any."""
         if self.watch is None or self.state is None:
-            raise RuntimeError(f"{self.valve} is judged before it is learned")
+            raise RuntimeError(f"{self.valve} is checked before it is learned")
         self._samples += 1
         self.state, judgement = self.watch.step(self.state, moment)
         self._load = judgement.load if judgement.verdict.used else self._load

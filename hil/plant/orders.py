@@ -31,8 +31,6 @@ FAULT_FIELDS = {
 }
 """Fields of a fault and their units, in the order in which `Orders.ordered_fault` unpacks them."""
 
-_NO_FAULT = {**dict.fromkeys(FAULT_FIELDS, 0.0), "fault_strength": 1.0}
-
 FRICTION = {f"lugre.{p.symbol}": p.unit for p in CATALOGUE["lugre"].parameters}
 """Friction parameters and their units."""
 

@@ -47,7 +47,7 @@ def decode(point: Point, registers: Sequence[int | bool]) -> Decoded:
     marked = _marked(point, raw)
     if marked is not None:
         return Decoded(None, f"raw value {marked} means invalid")
-    return _judged(point, raw * point.scale + point.offset)
+    return _in_range(point, raw * point.scale + point.offset)
 
 
 def encode(point: Point, value: float) -> list[int]:
@@ -161,7 +161,7 @@ def _marked(point: Point, raw: float) -> int | float | None:
     return None
 
 
-def _judged(point: Point, value: float) -> Decoded:
+def _in_range(point: Point, value: float) -> Decoded:
     if not math.isfinite(value):
         return Decoded(None, f"not finite ({value})")
     if point.valid_range is not None and not point.valid_range[0] <= value <= point.valid_range[1]:

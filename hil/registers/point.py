@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
@@ -13,10 +14,10 @@ RegisterTable = Literal["holding", "input", "coil", "discrete"]
 NumberType = Literal["int16", "uint16", "int32", "uint32", "float32", "float64", "bit"]
 ByteOrder = Literal["ABCD", "CDAB", "BADC", "DCBA"]
 
-REGISTERS: dict[str, int] = {"int16": 1, "uint16": 1, "int32": 2, "uint32": 2, "float32": 2, "float64": 4, "bit": 1}
+REGISTERS: Mapping[str, int] = {"int16": 1, "uint16": 1, "int32": 2, "uint32": 2, "float32": 2, "float64": 4, "bit": 1}
 """How many 16-bit registers each type takes (in the bit tables: how many bits)."""
 
-READ_FUNCTION: dict[str, int] = {"coil": 1, "discrete": 2, "holding": 3, "input": 4}
+READ_FUNCTION: Mapping[str, int] = {"coil": 1, "discrete": 2, "holding": 3, "input": 4}
 """The Modbus function code that reads each table."""
 
 BIT_TABLES = frozenset({"coil", "discrete"})

@@ -52,9 +52,9 @@ class BlockDecoder:
             if lowest <= value <= highest and number not in marked:
                 readings[name] = Reading(value, unit)
             else:
-                readings[name] = _judged(*self._place[name], words)
+                readings[name] = _reading(*self._place[name], words)
         for point, start in self._other:
-            readings[point.name] = _judged(point, start, words)
+            readings[point.name] = _reading(point, start, words)
         return readings
 
     def bad(self, reason: str) -> dict[str, Reading]:
@@ -86,7 +86,7 @@ def _limits(point: Point) -> tuple[float, float, frozenset[int]]:
     return max(lowest, -largest), min(highest, largest), frozenset(marked)
 
 
-def _judged(point: Point, start: int, words: Sequence[int]) -> Reading:
+def _reading(point: Point, start: int, words: Sequence[int]) -> Reading:
     decoded = decode(point, words[start : start + point.count])
     if decoded.value is None:
         return Reading(math.nan, point.unit, Quality.BAD, decoded.reason or "no value")

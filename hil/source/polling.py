@@ -127,8 +127,8 @@ class _Round:
         if not self._line.reachable(self._valve):
             return True
         moment = (started + asyncio.get_running_loop().time()) / 2
-        judged = self._heartbeat.judge(moment, readings) if self._heartbeat else readings
-        sample = Sample(moment, wall_at(moment), self._valve.name, judged)
+        checked = self._heartbeat.check(moment, readings) if self._heartbeat else readings
+        sample = Sample(moment, wall_at(moment), self._valve.name, checked)
         for event in self._episodes.observe(sample):
             channel.put(event)
         channel.put(sample)

@@ -23,7 +23,7 @@ class Heartbeat:
         self.name, self.limit = name, limit
         self._value, self._changed_at = math.nan, math.nan
 
-    def judge(self, time: float, readings: Mapping[str, Reading]) -> Mapping[str, Reading]:
+    def check(self, time: float, readings: Mapping[str, Reading]) -> Mapping[str, Reading]:
         """The readings of one moment [s], good ones made stale when the heartbeat has stood still for too long."""
         beat = readings[self.name]
         if math.isnan(self._changed_at) or (beat.good and beat.value != self._value):

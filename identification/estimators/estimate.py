@@ -27,15 +27,15 @@ class Innovations:
     """What the measurements of one grid say against their predictions.
 
     innovations, variances (n, 2) : of the position [m] and the force [N], variance inf where nothing was measured;
-    by (n, 2, m) : their derivatives by the free coordinates, empty where they are not kept; judged : innovations and
-    variances by which an estimate is judged; smoother : what the way back along a filtered path needs
+    by (n, 2, m) : their derivatives by the free coordinates, empty where they are not kept; scored : innovations and
+    variances by which an estimate is compared; smoother : what the way back along a filtered path needs
     (`linearised_model.correction`), empty where there is none or it is not kept.
     """
 
     innovations: Array
     variances: Array
     by: Array
-    judged: tuple[Array, Array]
+    scored: tuple[Array, Array]
     smoother: tuple[Array, ...] = ()
 
 
@@ -62,7 +62,7 @@ class Estimate:
 
     @property
     def samples(self) -> int:
-        """Number of samples whose prediction is judged by `loss`."""
+        """Number of samples whose prediction is counted in `loss`."""
         return sum(int(np.isfinite(line.variances[:, 0]).sum()) for line in self.linearised)
 
     @property

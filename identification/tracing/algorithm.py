@@ -26,7 +26,7 @@ from identification.estimators.coordinates import Coordinates
 from identification.estimators.feasibility import check_given, obstacle
 from identification.procedure import plant_constants
 from identification.tracing import settings
-from identification.tracing.classes import in_the_end, only_one_left, ranked
+from identification.tracing.classes import in_the_end, one_accepted, ranked
 from identification.tracing.judge import Candidate, judge, judged_by_chance, not_fitted, not_refitted
 from identification.tracing.models.base import base_model, polished, with_stiffness_growth
 from identification.tracing.models.model import Model
@@ -128,7 +128,7 @@ def _reconsidered(
     if not added:
         return model, added, rounds[0], ()
     if len(added) == 1:
-        return model, added, *only_one_left(rounds[0], added[0])
+        return model, added, *one_accepted(rounds[0], added[0])
     rivals = {some[0].effect: [c for c in some[1:] if c.refit is not None] for some in rounds}
     model, final, alike = swapped(model, added, rivals, catalogue=model.data.catalogue)
     return model, final, in_the_end(rounds[0], added, final), alike

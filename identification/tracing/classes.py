@@ -8,25 +8,27 @@ from dataclasses import replace
 from identification.tracing import settings
 from identification.tracing.comparison import compare
 from identification.tracing.judge import Candidate
-from identification.tracing.swap import free_parameters
+from identification.tracing.swap import n_free_parameters
 from simulator import Catalogue
 
 
-def ranked(judged: Sequence[Candidate], catalogue: Catalogue) -> list[Candidate]:
+def ranked(candidates: Sequence[Candidate], catalogue: Catalogue) -> list[Candidate]:
     """Candidates that were judged, best first, of which only one stays accepted: of those that explain as much as the
     best, the simplest.
     """
-    order = sorted(judged, key=lambda c: (not c.accepted, -(c.gain + (c.held_out.gain if c.held_out else 0.0))))
+    order = sorted(candidates, key=lambda c: (not c.accepted, -(c.gain + (c.held_out.gain if c.held_out else 0.0))))
     accepted = [c for c in order if c.accepted]
     if not accepted:
         return order
     best, alike = accepted[0], same_class(accepted)
     first = min(
-        (c for c in accepted if c is best or c.effect in alike), key=lambda c: free_parameters(c.effect, catalogue)
+        (c for c in accepted if c is best or c.effect in alike), key=lambda c: n_free_parameters(c.effect, catalogue)
     )
-    told = dict.fromkeys((*alike, best.effect), f"cannot be told from {first.effect}")
+    reasons = dict.fromkeys((*alike, best.effect), f"cannot be told from {first.effect}")
     others = [
-        replace(c, accepted=False, why=told.get(c.effect, "explains less than the one accepted")) if c.accepted else c
+        replace(c, accepted=False, why=reasons.get(c.effect, "explains less than the one accepted"))
+        if c.accepted
+        else c
         for c in order
         if c is not first
     ]
@@ -54,7 +56,7 @@ def _is_alike(best: Candidate, other: Candidate) -> bool:
     return abs(against.t) < settings.ALIKE_T and fitted < settings.ALIKE_GAIN
 
 
-def only_one_left(candidates: Sequence[Candidate], effect: str) -> tuple[tuple[Candidate, ...], tuple[str, ...]]:
+def one_accepted(candidates: Sequence[Candidate], effect: str) -> tuple[tuple[Candidate, ...], tuple[str, ...]]:
     """The candidates of the first round where one effect is left in the end, and what cannot be told from it. It may
     have been found beside the one that was accepted first, which is then not needed.
     """

@@ -22,7 +22,7 @@ from identification.tracing.comparison import is_white
 from identification.tracing.models.base import base_model, polished
 from identification.tracing.models.free_runs import as_fit
 from identification.tracing.models.model import Model
-from identification.tracing.models.search import best_on_chunks, continued, first_fits
+from identification.tracing.models.search import best_model_on_chunks, continued, first_fits
 from identification.tracing.models.trial_data import trial_data
 from identification.tracing.refine import CandidateFit, fit_on_chunks, refit_on_base_paths, refitted
 from identification.tracing.screen import Score
@@ -90,7 +90,7 @@ def _gain_of_replicate(
     fit = (
         CandidateFit(score, (), 0.0)
         if is_white(found)
-        else fit_on_chunks(found, best_on_chunks(found), score, from_here=True)
+        else fit_on_chunks(found, best_model_on_chunks(found), score, from_here=True)
     )
     refit = refitted(found, replace(fit, base_path_refit=refit_on_base_paths(found, score)))
     return 0.0 if refit is None else net_gain(found, refit, effect)

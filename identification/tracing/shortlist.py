@@ -8,7 +8,7 @@ from dataclasses import replace
 from identification.tracing import settings
 from identification.tracing.comparison import fitted_whiteness, is_white
 from identification.tracing.models.model import Model
-from identification.tracing.models.search import best_on_chunks, imitations
+from identification.tracing.models.search import best_model_on_chunks, imitations
 from identification.tracing.refine import CandidateFit, fit_on_chunks, gain_of, refit_on_base_paths
 from identification.tracing.screen import Score
 from recordings import Progress, silent, tracked
@@ -23,7 +23,7 @@ def shortlisted_fits(base: Model, scores: Sequence[Score], progress: Progress = 
     few = [] if base.data.imposed else few
     refits, complete = _refits_on_base_paths(base, few, progress)
     shortlist = _shortlist(base, scores, refits, complete)
-    base_on_chunks = best_on_chunks(base) if shortlist else None
+    base_on_chunks = best_model_on_chunks(base) if shortlist else None
     usual = [s.effect for s in scores[: settings.CHUNK_FITS]]
     fits = [
         fit_on_chunks(base, base_on_chunks, s, from_here=s.effect in usual or is_imitated(base, s))

@@ -43,12 +43,12 @@ def swapped(
                 models[other] = found
         least = min(m.cost for m in models.values())
         alike = [e for e, m in models.items() if m.cost < least + margin]
-        chosen = min(alike, key=lambda e: free_parameters(e, catalogue))
+        chosen = min(alike, key=lambda e: n_free_parameters(e, catalogue))
         model, added = models[chosen], tuple(chosen if e == effect else e for e in added)
         classes.append(tuple(e for e in alike if e != chosen))
     return model, added, classes[0]
 
 
-def free_parameters(effect: str, catalogue: Catalogue) -> int:
+def n_free_parameters(effect: str, catalogue: Catalogue) -> int:
     """Number of free parameters of an effect."""
     return sum(not p.known for p in catalogue[effect].parameters)

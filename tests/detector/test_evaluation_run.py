@@ -26,9 +26,9 @@ SCENARIOS = ("f18-abrupt-big", "f14-abrupt-big")
 @pytest.fixture(scope="module")
 def small(tmp_path_factory):
     """Evaluation, folder and what the progress was told."""
-    out, told = tmp_path_factory.mktemp("evaluation"), []
-    outcome = evaluate(smoke(WATCHED, SCENARIOS), out, lambda *news: told.append(news), workers=1)
-    return outcome, out, told
+    out, reports = tmp_path_factory.mktemp("evaluation"), []
+    outcome = evaluate(smoke(WATCHED, SCENARIOS), out, lambda *news: reports.append(news), workers=1)
+    return outcome, out, reports
 
 
 def test_what_can_be_seen_is_seen_and_the_rest_is_listed_with_its_ratio(small):
@@ -47,10 +47,10 @@ def test_progress_is_told_for_every_stage(small):
 
 def test_a_second_run_takes_up_what_is_there_and_gives_the_same(small):
     outcome, out, _ = small
-    told = []
-    again = evaluate(smoke(WATCHED, SCENARIOS), out, lambda *news: told.append(news), workers=1)
+    reports = []
+    again = evaluate(smoke(WATCHED, SCENARIOS), out, lambda *news: reports.append(news), workers=1)
     assert again.trials == outcome.trials
-    assert not any("calibration" in label for label, _, _ in told)
+    assert not any("calibration" in label for label, _, _ in reports)
 
 
 def test_an_interrupted_run_goes_on(small):

@@ -87,8 +87,8 @@ def test_high_pass_is_exact_for_ramps():
 
 @pytest.mark.parametrize("velocity", [HighPass(), Kalman(1e-4, 1.0), SteadyKalman(1e-4, 1.0, 0.01)])
 def test_samples_passed_over_leave_the_state_alone(velocity):
-    begun = velocity.run(velocity.start(), np.array([0.0, 0.01]), np.array([0.0, 0.1]), np.full(2, np.nan))[0]
-    state, _, speed = velocity.run(begun, np.array([np.nan]), np.array([np.nan]), np.array([np.nan]))
-    assert np.array_equal(state, begun)
+    started = velocity.run(velocity.start(), np.array([0.0, 0.01]), np.array([0.0, 0.1]), np.full(2, np.nan))[0]
+    state, _, speed = velocity.run(started, np.array([np.nan]), np.array([np.nan]), np.array([np.nan]))
+    assert np.array_equal(state, started)
     assert np.isnan(speed).all()
-    assert np.isfinite(begun).all()
+    assert np.isfinite(started).all()

@@ -177,8 +177,8 @@ def test_a_peer_that_accepts_and_hangs_up_is_not_hammered():
 
         server = await asyncio.start_server(hang_up, "127.0.0.1", 0)
         async with Watched(f"tcp://127.0.0.1:{server.sockets[0].getsockname()[1]}") as watched:
-            begun = asyncio.get_running_loop().time()
-            while asyncio.get_running_loop().time() - begun < 0.6:
+            started = asyncio.get_running_loop().time()
+            while asyncio.get_running_loop().time() - started < 0.6:
                 await watched.until(Input.LOST)
         server.close()
         return n

@@ -102,9 +102,9 @@ class Timed(Line):
 
     async def read(self, unit: int = 1, harm: Callable[[bytes], Sequence[object]] | None = None) -> None:
         loop, self.device.harm = asyncio.get_running_loop(), harm
-        begun = loop.time()
+        started = loop.time()
         await self.wire.exchange(read(100 * len(self.times), unit))
-        self.times.append(loop.time() - begun)
+        self.times.append(loop.time() - started)
 
 
 ORDINARY, WATCHED = TRAVEL + 0.00175, TRAVEL + 0.05

@@ -25,12 +25,12 @@ def test_learned_live_over_tcp_a_friction_fault_is_found_and_a_replay_decides_th
                 options = ("--learn", "18", "--false-alarms", "100", "--valve", "LC74_20", *record, *state)
                 monitor = await MonitorProcess.start(served.addresses[0], model, *options)
                 assert "95 % interval" in await monitor.said("false alarms")
-                begun = asyncio.get_running_loop().time()
+                started = asyncio.get_running_loop().time()
                 await plant.write("damadics", "lugre.fs", 640.0)
                 await plant.write("damadics", "lugre.fc", 464.0)
                 await monitor.event("alarm", patience=8.0)
                 await monitor.event("alarm", fault="friction", patience=20.0)
-                assert asyncio.get_running_loop().time() - begun < 20.0
+                assert asyncio.get_running_loop().time() - started < 20.0
                 assert await monitor.end(signal.SIGTERM) == 1
                 return monitor.events
         finally:

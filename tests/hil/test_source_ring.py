@@ -104,13 +104,13 @@ def test_a_ring_that_was_overrun_is_a_gap_that_says_which_samples_are_lost():
     assert numbers[0] == 200
     assert numbers == sorted(set(numbers))
     lost = set(range(200, numbers[-1])) - set(numbers)
-    told = set[int]()
+    reported_lost = set[int]()
     for gap in gaps:
         assert "the ring was overrun" in gap.text
         first, last = map(int, re.search(r"samples (\d+) to (\d+) are lost", gap.text).groups())
-        told |= set(range(first, last + 1))
+        reported_lost |= set(range(first, last + 1))
     assert lost
-    assert lost <= told
+    assert lost <= reported_lost
     later = {round((sample.time - samples[0].time) / 0.0025) for sample in samples}
     assert later == {number - 200 for number in numbers}  # the clock goes on over the gap
 

@@ -167,11 +167,11 @@ def test_units_and_pressure_are_only_another_way_to_say_it(plain, name):
             Signal("force", force / 1e3, "kN", "input"),
             Signal("position", position / STROKE * 100, "%", "output"),
         ]
-    told = experiment(Recording.of(signals, plant=Plant(stroke_m=STROKE, diaphragm_area_m2=area)))
+    with_plant = experiment(Recording.of(signals, plant=Plant(stroke_m=STROKE, diaphragm_area_m2=area)))
     same = experiment(plain)
-    assert np.allclose(told.segments[0].u, same.segments[0].u, rtol=1e-12)
-    assert np.allclose(told.segments[0].y, same.segments[0].y, rtol=1e-12, atol=1e-15)
-    assert told.noise_position == pytest.approx(same.noise_position, rel=1e-6)
+    assert np.allclose(with_plant.segments[0].u, same.segments[0].u, rtol=1e-12)
+    assert np.allclose(with_plant.segments[0].y, same.segments[0].y, rtol=1e-12, atol=1e-15)
+    assert with_plant.noise_position == pytest.approx(same.noise_position, rel=1e-6)
 
 
 def test_pressure_times_area_is_fitted(plain):

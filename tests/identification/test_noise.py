@@ -50,11 +50,11 @@ def test_a_sensor_slower_than_the_others_is_no_cleaner(every):
     assert noise_std(noisy, t=T) == pytest.approx(1e-5, rel=0.1)
 
 
-@pytest.mark.parametrize("told", [True, False])
-def test_a_quantisation_step_is_the_least_noise(told):
+@pytest.mark.parametrize("declared", [True, False])
+def test_a_quantisation_step_is_the_least_noise(declared):
     step = 1e-5
     quantised = np.round(SLOW / step) * step
-    found = noise_std(quantised, step if told else 0.0)
+    found = noise_std(quantised, step if declared else 0.0)
     assert step / np.sqrt(12) == pytest.approx(found, rel=1e-9)
 
 

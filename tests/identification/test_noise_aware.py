@@ -90,7 +90,7 @@ def test_a_force_at_rest_is_seen_to_rest_between_its_steps():
     assert np.max(np.abs(force.u - true)) < 6 * 1.5  # the steps themselves are followed
 
 
-def scene_of(t: NDArray[np.float64], u: NDArray[np.float64], noise: float) -> Grid:
+def grid_of(t: NDArray[np.float64], u: NDArray[np.float64], noise: float) -> Grid:
     """A grid of which only the force matters."""
     return Grid(t, t, u, estimate_force(t, u, noise), 1e-6, np.zeros((len(t), 3)))
 
@@ -99,11 +99,11 @@ def test_a_smooth_force_is_known_better_by_more_integrals_and_a_stepped_one_is_l
     t = np.arange(10000) / 500.0
     noise = np.random.default_rng(5).normal(0, 1.5, len(t))
     sines = 400 + sum(90 * np.sin(2 * np.pi * f * t + f) for f in (0.1, 0.27, 0.55, 0.8))
-    smooth = scene_of(t, sines + noise, 1.5)
+    smooth = grid_of(t, sines + noise, 1.5)
     assert np.std(smooth.free_force - sines) < 0.7 * np.std(smooth.force.u - sines)
     assert_allclose(smooth.divided(3).free_force[::3], smooth.free_force)
     steps = 100.0 * np.random.default_rng(3).integers(1, 9, 5)[np.minimum((t / 4).astype(int), 4)]
-    stepped = scene_of(t, steps + noise, 1.5)
+    stepped = grid_of(t, steps + noise, 1.5)
     assert_array_equal(stepped.free_force, stepped.force.u)
 
 

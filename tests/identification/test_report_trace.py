@@ -35,7 +35,7 @@ def story(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], tuple[Tra
 
 
 @pytest.fixture
-def told(story) -> Callable[[str], tuple[Trace, Page]]:
+def page_of(story) -> Callable[[str], tuple[Trace, Page]]:
     """The same with the page read."""
 
     def read(name: str) -> tuple[Trace, Page]:
@@ -46,8 +46,8 @@ def told(story) -> Callable[[str], tuple[Trace, Page]]:
 
 
 @pytest.mark.parametrize("name", ANSWERS)
-def test_the_page_opens_with_the_answer_and_how_sure_it_is(name, told):
-    _, page = told(name)
+def test_the_page_opens_with_the_answer_and_how_sure_it_is(name, page_of):
+    _, page = page_of(name)
     said = page.sections["answer"]
     assert list(page.sections)[1] == "answer"
     assert said.index(ANSWERS[name]) < said.index("How sure:") < said.index("What the answer rests on")
@@ -57,8 +57,8 @@ def test_the_page_opens_with_the_answer_and_how_sure_it_is(name, told):
 
 
 @pytest.mark.parametrize("name", ANSWERS)
-def test_errors_before_and_after_have_their_unit(name, told):
-    found, page = told(name)
+def test_errors_before_and_after_have_their_unit(name, page_of):
+    found, page = page_of(name)
     said = page.sections["answer"].replace(NARROW, "")
     sides = ("before", "after") if found.effects_added else ("before",)
     label = "Error {}" if found.effects_added else "Error of the free run"
@@ -69,36 +69,36 @@ def test_errors_before_and_after_have_their_unit(name, told):
         assert as_number(value) / factor == pytest.approx(error, rel=0.01)
 
 
-def test_a_named_effect_is_sized_and_what_to_check_on_site_is_said(told):
-    _, page = told("named")
+def test_a_named_effect_is_sized_and_what_to_check_on_site_is_said(page_of):
+    _, page = page_of("named")
     said = page.sections["answer"]
     assert re.search(r"cubic stiffness: \d+ ± \d+N/m³", said.replace(NARROW, ""))
     assert CATALOGUE["hardening_spring"].check in said
 
 
-def test_effects_that_look_alike_are_named_with_what_to_check(told):
-    _, page = told("class")
+def test_effects_that_look_alike_are_named_with_what_to_check(page_of):
+    _, page = page_of("class")
     said = page.sections["answer"]
     assert "one of 2 effects that look alike here" in said
     assert CATALOGUE["flow_force"].check in said
 
 
-def test_what_only_held_out_recordings_show_says_what_to_measure_next(told):
-    found, page = told("unlisted")
+def test_what_only_held_out_recordings_show_says_what_to_measure_next(page_of):
+    found, page = page_of("unlisted")
     said = page.sections["answer"]
     assert "Measure next" in said
     assert f"Record more like {found.base.holdout[0].name}" in said
     assert re.search(r"acts like a force of [\d.]+ N rms", said)
 
 
-def test_where_nothing_is_missing_no_picture_stands_open(told):
-    _, page = told("none")
+def test_where_nothing_is_missing_no_picture_stands_open(page_of):
+    _, page = page_of("none")
     assert "It depends on nothing that was recorded" in page.sections["pictures"]
     assert "More pictures" in page.sections["pictures"]
 
 
-def test_the_pictures_that_show_the_effect_come_first_and_say_how_much_they_explain(told):
-    _, page = told("named")
+def test_the_pictures_that_show_the_effect_come_first_and_say_how_much_they_explain(page_of):
+    _, page = page_of("named")
     shown = page.sections["pictures"].split("More pictures")[0].replace(NARROW, " ")
     shares = [float(share) for share in re.findall(r"([\d.]+) % of the variance", shown)]
     assert shares == sorted(shares, reverse=True)
@@ -106,16 +106,16 @@ def test_the_pictures_that_show_the_effect_come_first_and_say_how_much_they_expl
     assert min(shares) >= 10
 
 
-def test_the_model_that_came_out_is_not_said_to_lack_something(told):
-    _, page = told("named")
+def test_the_model_that_came_out_is_not_said_to_lack_something(page_of):
+    _, page = page_of("named")
     rest = " ".join(text for name, text in page.sections.items() if name not in ("answer", "pictures", "candidates"))
     assert "the model lacks" not in rest.replace("the model lacks something", "", 1)
     assert "residual" not in page.sections
 
 
 @pytest.mark.parametrize("name", ["named", "imposed"])
-def test_a_notebook_gets_the_curves_before_and_after(name, told):
-    found, _ = told(name)
+def test_a_notebook_gets_the_curves_before_and_after(name, page_of):
+    found, _ = page_of(name)
     shown = figures(found)
     assert len(shown) == 2
     for plot in shown.values():

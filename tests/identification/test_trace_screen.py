@@ -43,11 +43,11 @@ def test_an_effect_of_ones_own_has_the_score_of_its_physics_and_the_work_is_repo
     base = traced("hardening_spring", k3=3e6).selection.base
     both = ("hardening_spring", "own_spring")
     own = replace(base, data=replace(base.data, catalogue=CATALOGUE.extended(OwnSpring()), candidates=both))
-    told: list[tuple[str, int, int]] = []
-    first, second = screen(own, lambda *stage: told.append(stage))
+    stages: list[tuple[str, int, int]] = []
+    first, second = screen(own, lambda *stage: stages.append(stage))
     assert {first.effect, second.effect} == {*both}
     assert second.gain == pytest.approx(first.gain, rel=1e-6)
-    assert told == [("score test", done, 2) for done in (0, 1, 2)]
+    assert stages == [("score test", done, 2) for done in (0, 1, 2)]
 
 
 def test_parameters_are_tried_where_they_say():

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import pytest
 from traced_valves import traced
 
-from identification.tracing.classes import only_one_left
+from identification.tracing.classes import one_accepted
 from identification.tracing.swap import swapped
 
 
@@ -53,9 +53,9 @@ def test_an_effect_found_beside_the_first_one_stands_first_where_it_alone_is_lef
     first = traced("hardening_spring", k3=3e6).selection.candidates[0]
     alike = replace(first, effect="flow_force", accepted=False)
     worse = replace(first, effect="quadratic_drag", accepted=False, gain=0.5 * first.gain)
-    assert only_one_left((first, alike, worse), first.effect) == ((first, alike, worse), ("flow_force",))
-    candidates, others = only_one_left((first, alike, worse), "flow_force")
+    assert one_accepted((first, alike, worse), first.effect) == ((first, alike, worse), ("flow_force",))
+    candidates, others = one_accepted((first, alike, worse), "flow_force")
     assert ([c.effect for c in candidates if c.accepted], candidates[0].effect) == (["flow_force"], "flow_force")
     assert others == ("hardening_spring",)
-    candidates, others = only_one_left((first, alike, worse), "quadratic_drag")
+    candidates, others = one_accepted((first, alike, worse), "quadratic_drag")
     assert (candidates[0].effect, others) == ("quadratic_drag", ())

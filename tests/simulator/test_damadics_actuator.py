@@ -227,8 +227,8 @@ def test_any_effect_can_be_undeclared(effect):
 def test_a_copy_of_a_used_actuator_gives_the_same_numbers(form):
     valve = Actuator(form, Parameters(gain=40.0), doc_sign=True)
     first = valve.advance(valve.start(), inputs(800))[1]
-    twin = copy.deepcopy(valve)
-    np.testing.assert_array_equal(twin.advance(twin.start(), inputs(800))[1], first)
+    copied = copy.deepcopy(valve)
+    np.testing.assert_array_equal(copied.advance(copied.start(), inputs(800))[1], first)
 
 
 def test_friction_and_actuator_values_are_there_by_their_full_names():

@@ -40,13 +40,13 @@ def same(first, second):
 def test_a_recording_survives_its_file_with_truth_and_events(form, tmp_path):
     recording, truth = run_scenario("chapter5-f4", form, duration=75.0, sample=0.5)
     write(tmp_path / "rec.h5", recording, truth)
-    found, told = read(tmp_path / "rec.h5"), read_truth(tmp_path / "rec.h5")
+    found, truth = read(tmp_path / "rec.h5"), read_truth(tmp_path / "rec.h5")
     assert same(recording, found)
     assert [(event.time, event.kind) for event in found.events] == [(70.0, "fault")]
     assert "f4 friction" in found.events[0].text
-    np.testing.assert_allclose(told["f4"][-3:], [0.2, 0.225, 0.25])
-    assert (told["form"], told["scenario"], told["actuator.gain"]) == (form, "chapter5-f4", 100.0)
-    assert ("lugre.fc" in told) == (form == "lugre")
+    np.testing.assert_allclose(truth["f4"][-3:], [0.2, 0.225, 0.25])
+    assert (truth["form"], truth["scenario"], truth["actuator.gain"]) == (form, "chapter5-f4", 100.0)
+    assert ("lugre.fc" in truth) == (form == "lugre")
     assert found.plant.spring_preload_N == pytest.approx(60892 * 0.009525)
     assert (found.plant.moving_mass_kg, found.plant.stroke_m, found.plant.diaphragm_area_m2) == (2.0, STROKE, 0.029)
 

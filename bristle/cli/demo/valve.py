@@ -59,8 +59,8 @@ HUM_SAMPLES = 8
 MOVE_S = 0.05
 """Seconds of the clock between two set points."""
 
-LOOKS = 50.0
-"""How often per second the ring is looked at."""
+READS_PER_SECOND = 50.0
+"""How often per second the ring is read."""
 
 LONGEST_S = 300
 """The served valve ends by itself after so long, whatever became of the demo [s]."""
@@ -129,9 +129,9 @@ async def moving(plant: LiveSource, setpoint: Callable[[float], float], speed: f
 
 async def _move(plant: LiveSource, setpoint: Callable[[float], float], speed: float) -> None:
     loop = asyncio.get_running_loop()
-    begun = loop.time()
+    began = loop.time()
     while True:
-        await plant.write(VALVE, "setpoint", setpoint(speed * (loop.time() - begun)))
+        await plant.write(VALVE, "setpoint", setpoint(speed * (loop.time() - began)))
         await asyncio.sleep(MOVE_S)
 
 
@@ -142,7 +142,7 @@ async def _drain(plant: LiveSource) -> None:
 
 def ring(address: str) -> Averaged:
     """Every sample that the valve keeps in its ring, as means over a period of the mains."""
-    return Averaged(open_source(address, valves_of(RegisterMap.load(MAP)), RingReading(LOOKS)), HUM_SAMPLES)
+    return Averaged(open_source(address, valves_of(RegisterMap.load(MAP)), RingReading(READS_PER_SECOND)), HUM_SAMPLES)
 
 
 class Averaged(SourceWrapper):

@@ -116,14 +116,14 @@ async def _fault(
 ) -> DemoWatch:  # fmt: skip
     """Inject the fault when the healthy valve was watched for a while, and wait for the alarm and its name."""
     await learned.wait()
-    await _judged(monitor, round(BEFORE_S / (HUM_SAMPLES * STEP_S)))
+    await _after_samples(monitor, round(BEFORE_S / (HUM_SAMPLES * STEP_S)))
     while not news.empty():
         early = news.get_nowait()
         if early.kind == "alarm":
             raise NegativeAnswer(f"there was an alarm before the fault: {early.text}")
     for name, value in FRICTION.items():
         await plant.write(VALVE, name, WORSE * value)
-    begun = asyncio.get_running_loop().time()
+    began = asyncio.get_running_loop().time()
     say(f"Watching. Now the friction of the valve is raised from {FRICTION['lugre.fc']:.0f} N, {WORSE:g} times.")
     alarm_s: float | None = None
     try:
@@ -132,7 +132,7 @@ async def _fault(
                 event = await news.get()
                 if event.kind != "alarm":
                     continue
-                passed = asyncio.get_running_loop().time() - begun
+                passed = asyncio.get_running_loop().time() - began
                 say(f"Alarm {passed:.1f} s after the fault: {event.text}")
                 alarm_s = passed if alarm_s is None else alarm_s
                 if event.fault == "friction":
@@ -143,8 +143,8 @@ async def _fault(
         return DemoWatch(alarm_s, None, None, events)
 
 
-async def _judged(monitor: Monitor, n_samples: int) -> None:
-    """Wait until so many more samples were judged."""
+async def _after_samples(monitor: Monitor, n_samples: int) -> None:
+    """Wait until so many more samples were checked."""
     enough = monitor.status[0].samples + n_samples
     while monitor.status[0].samples < enough:
         await asyncio.sleep(0.05)

@@ -15,7 +15,6 @@ from simulator.damadics import (
     CHANNELS,
     FAULTS,
     INPUTS,
-    SPANS,
     STEP,
     Actuator,
     Fault,
@@ -37,7 +36,6 @@ RATES = (1, 10, 100, 400)
 
 _PER_SECOND = round(1 / STEP)
 _BLOCK_S = 100
-_SPAN = np.array([SPANS[name] for name in SIGNALS])
 
 
 @dataclass(frozen=True)

@@ -43,7 +43,7 @@ class ImposedMotion:
         p = self.coordinates.p(theta)
         found = [self._line(grid, p) for grid in self.grids]
         pairs = [pair for pair in found if pair is not None]
-        return self._judged(theta, pairs) if len(pairs) == len(found) else None
+        return self._estimate(theta, pairs) if len(pairs) == len(found) else None
 
     def descend(self, now: Estimate, steps: int) -> Estimate:
         """The estimate after at most so many damped Gauss-Newton steps."""
@@ -74,7 +74,7 @@ class ImposedMotion:
         both = np.stack([-by, np.zeros_like(by)], axis=1)
         return path, Innovations(innovations, variances, both, (innovations, variances))
 
-    def _judged(self, theta: Array, pairs: Sequence[tuple[Array, Innovations]]) -> Estimate | None:
+    def _estimate(self, theta: Array, pairs: Sequence[tuple[Array, Innovations]]) -> Estimate | None:
         normal, logs, far, count, square = prior(self.names, theta), 0.0, 0, 0, 0.0
         for _, line in pairs:
             seen = np.isfinite(line.variances[:, 0])

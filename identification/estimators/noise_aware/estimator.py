@@ -117,7 +117,7 @@ class NoiseAware:
         found = [f for f in each(one, range(len(self.grids))) if f is not None]
         if len(found) < len(self.grids):
             return None
-        return self._judged(theta, tuple(f[0] for f in found), tuple(f[1] for f in found))
+        return self._estimate(theta, tuple(f[0] for f in found), tuple(f[1] for f in found))
 
     def descend(self, now: Estimate, steps: int, vain: Callable[[Estimate], bool] | None = None) -> Estimate:
         """Gauss-Newton steps with adaptive damping; a step that raises the cost is taken back. vain : whether it is, to
@@ -195,14 +195,14 @@ class NoiseAware:
 
         return each(moved, range(len(self.grids)))
 
-    def _judged(self, theta: Array, paths: tuple[Array, ...], lines: tuple[Innovations, ...]) -> Estimate | None:
+    def _estimate(self, theta: Array, paths: tuple[Array, ...], lines: tuple[Innovations, ...]) -> Estimate | None:
         total, cost, far, loss, seen_y = prior(self.names, theta), 0.0, 0, 0.0, 0
         for line in lines:
             seen = np.isfinite(line.variances)
             sigma = np.sqrt(line.variances[seen])
             one = weighted(line.innovations[seen] / sigma, line.by[seen] / sigma[:, None], TUNING)
             total = Normal(total.cost, total.gradient + one.gradient, total.matrix + one.matrix)
-            innovations, variances = line.judged
+            innovations, variances = line.scored
             sigma = np.sqrt(variances[seen])
             r = innovations[seen] / sigma
             total = replace(total, cost=total.cost + float(cauchy(r, TUNING).sum()))

@@ -33,7 +33,7 @@ TRIES_FOR_FREE_RUNS = 3
 
 
 def force_noise_matters(experiments: Sequence[Experiment]) -> bool:
-    """Whether the noise of the recorded force is large enough to shake a simulated bristle."""
+    """Whether the noise of the recorded force is large enough to disturb a simulated bristle."""
     rough = regression(experiments)
     noise = max(e.noise_force for e in experiments)
     return rough is not None and noise > MATTERS * abs(rough["fc"])

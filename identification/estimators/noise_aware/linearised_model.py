@@ -98,7 +98,7 @@ def linearise(
     if model is None or line is None or not freedom.honest or freedom.curvature == 0.0:
         return line
     plain = kalman_filter(kernel, grid, p, replace(freedom, curvature=0.0), model.without_parameters(), first)
-    return None if plain is None else replace(line, judged=plain.judged)
+    return None if plain is None else replace(line, scored=plain.scored)
 
 
 @dataclass(frozen=True)

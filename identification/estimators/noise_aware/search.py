@@ -143,27 +143,27 @@ def chunks(grids: Sequence[Grid]) -> list[Grid]:
 
 def screened(problem: NoiseAware, starts: Sequence[Array]) -> list[Array]:
     """Starts and changes of the best of them, best first, by the cost after a few steps of the path alone."""
-    screening, judged = problem.with_freedom(SCREEN), list[tuple[float, Array]]()
+    screening, tried = problem.with_freedom(SCREEN), list[tuple[float, Array]]()
 
-    def judge(candidate: Array) -> float:
+    def cost_of(candidate: Array) -> float:
         estimate = screening.start(candidate)
-        judged.append((np.inf if estimate is None else estimate.cost, candidate))
-        return judged[-1][0]
+        tried.append((np.inf if estimate is None else estimate.cost, candidate))
+        return tried[-1][0]
 
     for start in starts:
         for candidate in (start, *usual_values(problem.coordinates, start)):
-            judge(candidate)
-    cost, best = min(judged, key=lambda pair: pair[0])
+            cost_of(candidate)
+    cost, best = min(tried, key=lambda pair: pair[0])
     for _ in range(ROUNDS):
         before = cost
         for change in range(CHANGES):
             candidate = _changed(problem, best, change)
-            value = judge(candidate)
+            value = cost_of(candidate)
             if value < cost - 10.0:
                 best, cost = candidate, value
         if before - cost < 0.01 * sum(len(s.t) for s in problem.grids):
             break
-    return [candidate for _, candidate in sorted(judged, key=lambda pair: pair[0])]
+    return [candidate for _, candidate in sorted(tried, key=lambda pair: pair[0])]
 
 
 def usual_values(coordinates: Coordinates, theta: Array) -> list[Array]:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from identification.report.wording.fit_quality import FitQuality
 from identification.report.wording.key_figures import KeyFigures, key_figures
 from identification.report.wording.numbers import force_words, mm_words, number, percent, plain
-from identification.report.wording.verdict import FitQuality
 from identification.result import Identification
 
 
@@ -24,14 +24,14 @@ class Card:
     rests_on: tuple[str, ...] = ()
 
 
-def cards(identification: Identification, judged: FitQuality | None) -> list[Card]:
+def cards(identification: Identification, quality: FitQuality | None) -> list[Card]:
     """All cards; a figure that rests on a weak parameter is a warning. judged : None where it is said elsewhere."""
     weak = {n for n, p in identification.model.parameters.items() if p.status in ("weak", "at_bound")}
     valve = [
         Card(c.label, c.value, f"{c.below}; weakly known", "warn") if weak & set(c.rests_on) else c
         for c in _valve(key_figures(identification))
     ]
-    return [*valve, *([] if judged is None else [_residual(judged)]), _crosscheck(identification)]
+    return [*valve, *([] if quality is None else [_residual(quality)]), _crosscheck(identification)]
 
 
 def _valve(f: KeyFigures) -> Iterator[Card]:
@@ -66,13 +66,13 @@ def _preload_words(f: KeyFigures, preload: float) -> str:
     return "force at x = 0; no diaphragm area is known, so no bench set"
 
 
-def _residual(judged: FitQuality) -> Card:
+def _residual(quality: FitQuality) -> Card:
     below = "no recording was held out"
-    if judged.held_out is not None:
-        below = f"held-out recordings: {number(judged.held_out)}"
-    if judged.window is not None:
-        below = f"over {plain(judged.window)} s windows; free run {number(judged.free)}"
-    return Card("Residual over noise", number(judged.ratio), below, judged.mood)
+    if quality.held_out is not None:
+        below = f"held-out recordings: {number(quality.held_out)}"
+    if quality.window is not None:
+        below = f"over {plain(quality.window)} s windows; free run {number(quality.free)}"
+    return Card("Residual over noise", number(quality.ratio), below, quality.mood)
 
 
 def _crosscheck(identification: Identification) -> Card:

@@ -11,9 +11,16 @@ from identification.estimators.fitted import Outcome
 from identification.report.runs import error_unit, output_name, rms, runs
 from identification.report.section import Section
 from identification.report.sections.cards import cards
+from identification.report.wording.fit_quality import (
+    AT_FLOOR,
+    FAR_BELOW,
+    NEAR_FLOOR,
+    FitQuality,
+    fit_quality,
+    page_mood,
+)
 from identification.report.wording.key_figures import KeyFigures, key_figures
 from identification.report.wording.numbers import force_words, mm_words, number, percent, plain
-from identification.report.wording.verdict import AT_FLOOR, FAR_BELOW, NEAR_FLOOR, FitQuality, page_mood, verdict
 from identification.result import Identification
 
 WIDEST = 5
@@ -23,13 +30,13 @@ WIDEST = 5
 def headline(identification: Identification, *, traced: bool = False) -> Section:
     """The headline section; on the page of a trace, which judges the model itself, only the valve and its figures."""
     weak = [n for n, p in identification.model.parameters.items() if p.status in ("weak", "at_bound")]
-    valve, judged = _valve(key_figures(identification), weak), verdict(identification)
-    trust = [] if traced else [_trust(identification, judged), _second_opinion(identification)]
+    valve, quality = _valve(key_figures(identification), weak), fit_quality(identification)
+    trust = [] if traced else [_trust(identification, quality), _second_opinion(identification)]
     if identification.fit.outcome is Outcome.NOT_EXPLAINED and not traced:
         sentences = [*trust, f"What the values would mean if it did: {valve[0].lower()}{valve[1:]}"]
     else:
         sentences = [valve, *trust]
-    shown = cards(identification, None if traced else judged)
+    shown = cards(identification, None if traced else quality)
     words = {
         "mood": "" if traced else page_mood(identification),
         "sentences": [s for s in sentences if s],
@@ -58,20 +65,20 @@ def _valve(f: KeyFigures, weak: Sequence[str]) -> str:
     return f"This {'valve' if f.rate else 'plant'} {both}{lost}."
 
 
-def _trust(identification: Identification, judged: FitQuality) -> str:
+def _trust(identification: Identification, quality: FitQuality) -> str:
     """How the fit ended and how well it follows the data."""
     outcome, every = identification.fit.outcome.value, runs(identification)
     factor, unit = error_unit(every)
     miss = rms(np.concatenate([r.error for r in every if r.role == "fitted"]))
     free = f"the simulated {output_name(every[0])} misses the measured one by {number(factor * miss)} {unit} rms"
     start = f"{outcome[0].upper()}{outcome[1:]}; "
-    if judged.window is not None:
-        windowed = f"over windows of {plain(judged.window)} s its residual is {_floor(judged.ratio)}"
+    if quality.window is not None:
+        windowed = f"over windows of {plain(quality.window)} s its residual is {_floor(quality.ratio)}"
         return f"{start}{windowed}; run freely, {free}, as a plant without spring adds up the smallest error."
     held_out = ""
-    if judged.held_out is not None:
-        held_out = f"; on recordings held out of the fit it is {_times(judged.held_out)}"
-    return f"{start}{free}, which is {_floor(judged.free)}{held_out}."
+    if quality.held_out is not None:
+        held_out = f"; on recordings held out of the fit it is {_times(quality.held_out)}"
+    return f"{start}{free}, which is {_floor(quality.free)}{held_out}."
 
 
 def _floor(ratio: float) -> str:

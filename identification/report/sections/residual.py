@@ -10,8 +10,8 @@ import numpy as np
 from identification.report.canvas import ALARM, BAND, INK, RESIDUAL, canvas, finish_legend, inked, shade
 from identification.report.runs import RecordingRun, runs
 from identification.report.section import Section
+from identification.report.wording.fit_quality import AT_FLOOR, fit_quality, over_noise
 from identification.report.wording.numbers import number, percent
-from identification.report.wording.verdict import AT_FLOOR, over_noise, verdict
 from identification.result import Identification
 from recordings import Array
 
@@ -34,7 +34,7 @@ def residual(identification: Identification) -> Section:
         "known": True, "ratio": number(over_noise(fitted)), "lags": len(correlation),
         "outside": round(outside * len(correlation)), "expected": number(0.01 * len(correlation), 2),
         "share": percent(outside), "structured": outside > MANY,
-        "large": over_noise(fitted) > AT_FLOOR, "windowed": verdict(identification).window is not None,
+        "large": over_noise(fitted) > AT_FLOOR, "windowed": fit_quality(identification).window is not None,
     }  # fmt: skip
     lag_unit = _lag_unit(fitted)
     plots = {

@@ -23,8 +23,8 @@ from identification.report.canvas import (
 from identification.report.decimate import extremes
 from identification.report.runs import DRAWN, RecordingRun, error_unit, output_name, runs
 from identification.report.section import Section
+from identification.report.wording.fit_quality import fit_quality
 from identification.report.wording.numbers import count, number, plain
-from identification.report.wording.verdict import verdict
 from identification.result import Identification
 
 MOST_POINTS = 60_000
@@ -36,7 +36,7 @@ OPEN = 2
 
 def signals(identification: Identification) -> Section:
     """The section of signals over time."""
-    every, judged = runs(identification), verdict(identification)
+    every, quality = runs(identification), fit_quality(identification)
     most, scale = max(MOST_POINTS // len(every), FEWEST_POINTS), error_unit(every)
     first = {role: next((r.place for r in every if r.role == role), 0) for role in ("fitted", "held out")}
     opened = {r.place for r in every} if len(every) <= OPEN else set(first.values())
@@ -46,7 +46,7 @@ def signals(identification: Identification) -> Section:
         "blocks": [
             {"run": r, "name": f"signal_{r.place}", "open": r.place in opened} | _facts(r, most, scale) for r in every
         ],
-        "window": None if judged.window is None else plain(judged.window),
+        "window": None if quality.window is None else plain(quality.window),
     }
     plots = {f"signal_{r.place}": _drawn(r, most, scale) for r in every}
     return Section("signals", "Measured and simulated over time", words, plots)

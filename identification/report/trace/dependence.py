@@ -23,9 +23,9 @@ UNIT_DRAWN = {"m": (1e3, "mm"), "m/s": (1e3, "mm/s"), "1": (1.0, "")}
 
 @dataclass(frozen=True)
 class Dependence:
-    """The force left over one quantity. values [`unit`], force [N], rising : each (n_samples,), rising where the valve
-    moves, or last moved, to higher positions; share : of the variance that the quantity explains, in either direction
-    of travel; both : whether the two directions differ.
+    """The residual force over one quantity. values [`unit`], force [N], rising : each (n_samples,), rising where the
+    valve moves, or last moved, to higher positions; share : of the variance that the quantity explains, in either
+    direction of travel; both : whether the two directions differ.
     """
 
     name: str
@@ -44,7 +44,7 @@ def seen_models(trace: Trace) -> list[Model]:
 
 
 def dependences(model: Model) -> list[Dependence]:
-    """The force left of a model over every quantity, that which explains most first."""
+    """The residual force of a model over every quantity, that which explains most first."""
     force, known = np.concatenate(model.residual_force), quantities(model)
     rising = known["direction"].values > 0
     found = []
@@ -59,7 +59,7 @@ def dependences(model: Model) -> list[Dependence]:
 
 
 def residual_force(model: Model) -> tuple[float, float]:
-    """Root mean square of the force left [N], and of the same in standard deviations of the recorded force."""
+    """Root mean square of the residual force [N], and of the same in standard deviations of the recorded force."""
     force, std = np.concatenate(model.residual_force), np.concatenate([grid.force.std for grid in model.data.fitted])
     return float(np.sqrt(np.mean(force**2))), float(np.sqrt(np.mean((force / std) ** 2)))
 
@@ -82,7 +82,7 @@ def explained(force: Array, place: IndexArray) -> float:
 
 
 def spectrum(model: Model) -> tuple[Array, Array, float]:
-    """Frequencies [Hz] and amplitudes [N] of the force left on the longest recording, and the share of its variance
+    """Frequencies [Hz] and amplitudes [N] of the residual force on the longest recording, and the share of its variance
     in the strongest line.
     """
     pairs = zip(model.data.fitted, model.residual_force, strict=True)

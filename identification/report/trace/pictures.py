@@ -45,7 +45,7 @@ class Picture:
 
 
 def pictures(trace: Trace) -> Section:
-    """The section of the force left."""
+    """The section of the residual force."""
     models = seen_models(trace)
     names = ("before", "after") if len(models) > 1 else ("model",)
     found = [dependences(model) for model in models]

@@ -227,7 +227,7 @@ def _opinion(trace: Trace) -> str:
     if trace.second_opinion.effect == "none":
         return "Sparse regression of the force, a quick look by other means, finds no effect."
     share = percent(trace.second_opinion.share)
-    found = f"{effect_name(trace.second_opinion.effect)}, which explains {share} of the force left over"
+    found = f"{effect_name(trace.second_opinion.effect)}, which explains {share} of the residual force"
     if trace.second_opinion.effect in trace.effects_added:
         return f"Sparse regression of the force, a quick look by other means, chooses the same: {found}."
     return (

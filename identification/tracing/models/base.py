@@ -22,7 +22,7 @@ from identification.estimators.noise_aware.search import on_chunks
 from identification.tracing import settings
 from identification.tracing.comparison import is_white
 from identification.tracing.models.model import Model
-from identification.tracing.models.search import best_on_chunks
+from identification.tracing.models.search import best_model_on_chunks
 from identification.tracing.models.trial_data import TrialData, trial_data
 from recordings import NegativeAnswer
 from simulator import BASE, Catalogue, kernel
@@ -96,7 +96,7 @@ def _unbound(model: Model) -> Model | None:
     if all(value < settings.AT_BOUND * bound for value, bound in bounds):
         return None
     data = replace(model.data, max_stiffness=inf, max_mass=inf)
-    found = best_on_chunks(replace(model, data=data))
+    found = best_model_on_chunks(replace(model, data=data))
     if found is None or found.estimate.loss > settings.UNBOUNDED_LOSS:
         return None
     refit = found.refitted_to(data)
@@ -121,7 +121,7 @@ def polished(model: Model) -> Model:
     """
     if is_white(model):
         return min(model, model.refitted(), key=lambda m: m.cost)
-    here, other = _refitted_repeatedly(model), best_on_chunks(model)
+    here, other = _refitted_repeatedly(model), best_model_on_chunks(model)
     there = None if other is None else other.refitted_to(model.data)
     if there is None or there.cost >= here.cost or there.estimate.loss >= here.estimate.loss:
         return here

@@ -62,15 +62,15 @@ class Model:
     @functools.cached_property
     def held_out(self) -> Estimate | None:
         """The estimate on the held-out grids: the paths alone, at the fitted parameters. None without a solution."""
-        judge = replace(self.data, fitted=self.data.held_out).estimator(self.effects)
-        if not isinstance(judge, NoiseAware):
-            only = judge.start(self.estimate.theta)
+        held_out = replace(self.data, fitted=self.data.held_out).estimator(self.effects)
+        if not isinstance(held_out, NoiseAware):
+            only = held_out.start(self.estimate.theta)
             return None if only is None else lean(only)
-        found = judge.start(self.estimate.theta, settings.HELD_OUT_STEPS)
+        found = held_out.start(self.estimate.theta, settings.HELD_OUT_STEPS)
         for _ in range(settings.HELD_OUT_ROUNDS - 1):
             if found is None:
                 break
-            before, found = found, judge.along(found.theta, found.paths, settings.HELD_OUT_STEPS) or found
+            before, found = found, held_out.along(found.theta, found.paths, settings.HELD_OUT_STEPS) or found
             if found.cost > before.cost - settings.HELD_OUT_FALL:
                 break
         return None if found is None else lean(found)

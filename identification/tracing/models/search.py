@@ -18,7 +18,7 @@ from identification.tracing.models.model import Model
 from recordings import Array
 
 
-def best_on_chunks(model: Model) -> Model | None:
+def best_model_on_chunks(model: Model) -> Model | None:
     """The best fit of a model's effects to chunks of its grids; None where all diverge."""
     return next(iter(continued(first_fits(model))), None)
 

@@ -35,8 +35,8 @@ class FitQuality:
         return "warn" if self.ratio <= NEAR_FLOOR or not np.isfinite(self.ratio) else "bad"
 
 
-def verdict(identification: Identification) -> FitQuality:
-    """The verdict on an identification."""
+def fit_quality(identification: Identification) -> FitQuality:
+    """How well an identification fits, against the noise."""
     every, path = runs(identification), identification.fit.minimum
     fitted, held_out = ([r for r in every if r.role == role] for role in ("fitted", "held out"))
     window = path.setting.window if path is not None and np.isfinite(path.setting.window) else None
@@ -56,4 +56,4 @@ def page_mood(identification: Identification) -> str:
     if outcome is Outcome.NOT_EXPLAINED:
         return "bad"
     doubt = outcome is not Outcome.CONVERGED or (check is not None and not check.agrees)
-    return "warn" if doubt or verdict(identification).mood == "bad" else "good"
+    return "warn" if doubt or fit_quality(identification).mood == "bad" else "good"
