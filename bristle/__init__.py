@@ -15,6 +15,7 @@ Arrays in, arrays out; a path or ``bundled:NAME`` stands for a recording whereve
 `trace`                 the effect that a valve shows and the model of friction and spring lacks
 `learn`, `watch`        a fault detector for one valve, and what it sees in a recording
 `record`, `serve`       live recording, and a simulated valve behind Modbus: both are context managers
+`Fault`                 a fault of the DAMADICS benchmark, for `serve`
 `CATALOGUE`, `Effect`   the effects that can be simulated, fitted and traced, and how to write one
 ======================  ================================================================================
 
@@ -51,6 +52,8 @@ if TYPE_CHECKING:
     from bristle.door.models import trace as trace
     from bristle.door.sources import read as read
     from bristle.door.valves import simulate as simulate
+    from detector import Watch as Watch
+    from detector import Watched as Watched
     from identification import Identification as Identification
     from identification import Trace as Trace
     from recordings import BadInput as BadInput
@@ -68,6 +71,7 @@ if TYPE_CHECKING:
     from simulator import Parameter as Parameter
     from simulator import Site as Site
     from simulator import ValveModel as ValveModel
+    from simulator.damadics import Fault as Fault
 
     __version__: str
 
@@ -77,12 +81,14 @@ PLACES = {
     "bristle.door.models": ("fit", "trace"),
     "bristle.door.valves": ("simulate",),
     "bristle.door.sources": ("read",),
+    "detector": ("Watch", "Watched"),
     "identification": ("Identification", "Trace"),
     "recordings": (
         "BadInput", "BadParameter", "BristleError", "LinkError", "NegativeAnswer", "Plant", "ProtocolError",
         "Recording", "write",
     ),
     "simulator": ("CATALOGUE", "Catalogue", "Effect", "Parameter", "Site", "ValveModel"),
+    "simulator.damadics": ("Fault",),
 }  # fmt: skip
 """Module -> the names that this one offers from it."""
 

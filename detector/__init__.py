@@ -11,7 +11,7 @@ from detector.observer.calibration import Calibration
 from detector.observer.calibration_fit import calibrate
 from detector.observer.fleet import Fleet, FleetDecisions
 from detector.observer.observer import Bounds, Observer, Start
-from detector.observer.screening import Screening, Verdict
+from detector.observer.screening import SampleVerdict, Screening
 from detector.observer.state import Decision, Decisions, ObserverState
 from detector.observer.velocity import HighPass, Kalman, Measured, SteadyKalman, Velocity
 from detector.watch.judgement import KINDS, Judgement
@@ -43,12 +43,12 @@ __all__ = [
     "Observer",
     "ObserverState",
     "RadialBasis",
+    "SampleVerdict",
     "Screening",
     "ShiftedSigmoids",
     "Start",
     "SteadyKalman",
     "Velocity",
-    "Verdict",
     "Watch",
     "WatchState",
     "Watched",

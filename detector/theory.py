@@ -18,7 +18,7 @@ import numpy as np
 
 from recordings import Array, BadInput
 
-Form = Literal["corrected", "printed"]
+FormulaText = Literal["corrected", "printed"]
 
 SIGN_ERROR = 0.27846454276107374
 """Largest y (1 - tanh y): abs(eps_s(xi) xi) <= SIGN_ERROR delta for sigm = tanh(xi / delta), below (4.24)."""
@@ -78,7 +78,7 @@ class Condition:
 
 
 def detectability(
-    time_s: Array, a: Array, b: Array, rho: Array, *, k2: float, alpha1: float, form: Form = "corrected"
+    time_s: Array, a: Array, b: Array, rho: Array, *, k2: float, alpha1: float, form: FormulaText = "corrected"
 ) -> Condition:
     """Condition (4.32) with t1 at the first sample and t2 at each one. Where it holds, abs(xi2(t2)) >= rho(t2).
 
@@ -110,7 +110,7 @@ def _filtered(time: Array, row: Array, k: float) -> Array:
 
 def detection_bound(
     *, b_least: float, a_most: float, phi: float, k2: float, alpha1: float, t1: float = 0.0, rate: float = inf,
-    form: Form = "corrected",
+    form: FormulaText = "corrected",
 ) -> float:  # fmt: skip
     """Upper bound of the detection time after the onset [s]: (4.35) abrupt, (4.33)-(4.34) incipient.
 

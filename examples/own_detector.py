@@ -2,8 +2,9 @@
 
     python examples/own_detector.py [FOLDER]
 
-A detector learns from a fault-free run, and then makes channels of any run: numbers that grow when something is
-wrong. Thresholds are set for all detectors in the same way, so that all have the same rate of false alarms.
+A detector learns from a fault-free run, and then makes channels of any run: numbers whose size grows when something
+is wrong; the sign does not matter. Thresholds are set for all detectors in the same way, so that all have the same
+rate of false alarms.
 """
 
 from __future__ import annotations

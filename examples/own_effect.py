@@ -45,7 +45,7 @@ def main(folder: Path) -> None:
         br.simulate(
             course, effects=["magnet"], catalogue=OURS, given=GIVEN, rate=250, seed=3, position_noise=5e-6,
         )
-        for course in ("staircase:12,sine:8", "mixed:12")
+        for course in ("staircase:8,sine:6", "mixed:8")
     )  # fmt: skip
 
     plain = br.fit(fitted, holdout=judging, crosscheck=False)

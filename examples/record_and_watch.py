@@ -1,4 +1,4 @@
-"""Record a valve over Modbus, learn what it does when all is well, and find a fault in a later recording.
+"""Record a valve over Modbus, learn its healthy behaviour, and find a fault in a later recording.
 
     python examples/record_and_watch.py [FOLDER]
 
@@ -16,7 +16,6 @@ import numpy as np
 
 import bristle as br
 from recordings import Array
-from simulator.damadics import Fault
 from simulator.damadics.stimuli import constant
 
 SPEED = 10.0
@@ -39,7 +38,7 @@ def moving(t: Array) -> Array:
     return columns
 
 
-def recorded(path: Path, *faults: Fault) -> br.Recording:
+def recorded(path: Path, *faults: br.Fault) -> br.Recording:
     """Serve the valve, record it for a while, and read the recording."""
     path.unlink(missing_ok=True)
     with br.serve(stimulus=moving, speed=SPEED, noise=True, faults=faults) as served:
@@ -53,7 +52,7 @@ def recorded(path: Path, *faults: Fault) -> br.Recording:
 def main(folder: Path) -> None:
     """Record twice, learn from the first recording, and watch both."""
     healthy = recorded(folder / "healthy.h5")
-    broken = recorded(folder / "broken.h5", Fault(SENSOR, 1.0, FAULT_S))
+    broken = recorded(folder / "broken.h5", br.Fault(SENSOR, 1.0, FAULT_S))
 
     found = br.learn(healthy, false_alarms=1000.0)  # as few a month as so short a recording supports
     print("healthy:", br.watch(healthy, found))

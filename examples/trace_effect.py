@@ -1,4 +1,4 @@
-"""What does the model lack? Trace an effect that nobody declared.
+"""What does the model lack? Trace an effect that the model does not have.
 
     python examples/trace_effect.py [FOLDER]
 

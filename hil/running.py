@@ -13,7 +13,7 @@ from typing import Any, Self, TypeVar
 
 Result = TypeVar("Result")
 
-Job = tuple[float, Callable[[], None]]
+RepeatedTask = tuple[float, Callable[[], None]]
 """Something to do again and again, after the seconds of rest between two times."""
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
@@ -86,7 +86,7 @@ class Stop:
 
 
 @contextmanager
-def repeating(*jobs: Job) -> Iterator[None]:
+def repeating(*jobs: RepeatedTask) -> Iterator[None]:
     """Do each job again and again while the context lasts. Needs a running event loop."""
     tasks = [asyncio.ensure_future(_repeat(every_s, work)) for every_s, work in jobs]
     try:

@@ -13,7 +13,7 @@ from identification.data.experiment import Experiment
 from identification.estimators.coordinates import parameters
 from identification.estimators.fitted import Fit, Outcome
 from identification.estimators.least_squares import Normal, descend
-from identification.estimators.output_error.problem import Piece, Problem, Response, Setting
+from identification.estimators.output_error.problem import Piece, Problem, ResidualForm, Response
 from identification.sparse_regression import Crosscheck
 from identification.uncertainty.covariance import Uncertainty
 from recordings import Array, Recording
@@ -114,7 +114,7 @@ def _trajectory(e: Experiment, runs: Sequence[tuple[Piece, Response | None]], un
     return Trajectory(e.name, noise=e.output_noise, unit=unit, **joined)
 
 
-def _with_initial_states(fit: Fit, problem: Problem, setting: Setting) -> Array:
+def _with_initial_states(fit: Fit, problem: Problem, setting: ResidualForm) -> Array:
     """Unknowns with the fitted parameters and initial states fitted to the beginning of each segment."""
     assert fit.minimum is not None
     theta = fit.minimum.unknowns[: problem.n_free]

@@ -34,7 +34,7 @@ TERMS = ("a", "x", "v", "bristle", "bristle_rate")
 
 
 @dataclass(frozen=True)
-class Row:
+class ComparedCoefficient:
     """One compared coefficient. fitted, regressed : its values in `unit`; gate : the relative difference up to which
     they agree; counts : whether it decides (a term whose share of the force is small against the error of the
     regression only informs).
@@ -64,7 +64,7 @@ class Crosscheck:
     unexplained : standard deviation of the regression's residual, as a share of the force's.
     """
 
-    rows: tuple[Row, ...]
+    rows: tuple[ComparedCoefficient, ...]
     kept: tuple[str, ...]
     unexplained: float
 
@@ -124,7 +124,7 @@ def _own(library: Array) -> list[float]:
 
 def _rows(
     fit: Fit, found: Mapping[str, float], spread: Mapping[str, float], error: float, std: Mapping[str, float]
-) -> tuple[Row, ...]:
+) -> tuple[ComparedCoefficient, ...]:
     values = fit.values
     compared = (
         ("spring.K", "N/m", values.get("spring.K", 0.0), found["x"], spread["x"]),
@@ -133,7 +133,9 @@ def _rows(
         ("mass.m", "kg", values.get("mass.m", 0.0), found["a"], spread["a"]),
     )
     return tuple(
-        Row(name, unit, fitted, regressed, GATES[name], _decides(fitted, std.get(name, 0.0), GATES[name], share, error))
+        ComparedCoefficient(
+            name, unit, fitted, regressed, GATES[name], _decides(fitted, std.get(name, 0.0), GATES[name], share, error)
+        )
         for name, unit, fitted, regressed, share in compared
     )
 

@@ -7,15 +7,15 @@ Traceback (most recent call last):
 recordings.errors.BadInput: nowhere.h5: there is no such file; check the path
 """
 
-from recordings.arrays import Array
+from recordings.arrays import Array, IndexArray, Integers
 from recordings.atomic_files import save_text
 from recordings.description import describe
 from recordings.errors import BadInput, BadParameter, BristleError, LinkError, NegativeAnswer, ProtocolError
-from recordings.hdf5.header import Header, Source
+from recordings.hdf5.header import Header, Origin
 from recordings.hdf5.live import RecordingWriter
 from recordings.hdf5.reader import RecordingFile, open_recording, read, validate
 from recordings.hdf5.recover import Recovery, recover
-from recordings.hdf5.writer import read_truth, write
+from recordings.hdf5.writer import Truth, read_truth, write
 from recordings.library import bundled, bundled_names, bundled_path
 from recordings.plant import Event, Plant
 from recordings.plots import picture
@@ -34,8 +34,11 @@ __all__ = [
     "BristleError",
     "Event",
     "Header",
+    "IndexArray",
+    "Integers",
     "LinkError",
     "NegativeAnswer",
+    "Origin",
     "Plant",
     "Progress",
     "ProtocolError",
@@ -46,7 +49,7 @@ __all__ = [
     "Role",
     "Signal",
     "SignalSpec",
-    "Source",
+    "Truth",
     "Unit",
     "bundled",
     "bundled_names",

@@ -25,7 +25,7 @@ USUAL_ROLES: Mapping[str, Role] = {
 """The roles of signals nobody gave one; any other is an extra."""
 
 
-class Frame(Protocol):
+class DataFrameLike(Protocol):
     """What is needed of a data frame: pandas has it, and so have others. ``frame[name].to_numpy()`` gives a column."""
 
     @property
@@ -61,7 +61,7 @@ def signals_of_arrays(
 
 
 def arrays_of_frame(
-    frame: Frame, columns: Mapping[str, Hashable] | None = None, units: Mapping[str, str] | None = None
+    frame: DataFrameLike, columns: Mapping[str, Hashable] | None = None, units: Mapping[str, str] | None = None
 ) -> tuple[dict[str, Any], dict[str, str]]:
     """The columns of a data frame by signal, shape (n_samples,) each, and their units.
 
@@ -85,7 +85,7 @@ def arrays_of_frame(
     return {name: frame[label].to_numpy() for name, label in chosen.items()}, found | dict(units or {})
 
 
-def _known_columns(frame: Frame, sought: Collection[str]) -> dict[str, Hashable]:
+def _known_columns(frame: DataFrameLike, sought: Collection[str]) -> dict[str, Hashable]:
     """Labels of the columns whose header says one of some names, by that name."""
     known: dict[str, Hashable] = {}
     for label in frame.columns:

@@ -13,10 +13,10 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from recordings.array_signals import Frame, arrays_of_frame, signals_of_arrays
+from recordings.array_signals import DataFrameLike, arrays_of_frame, signals_of_arrays
 from recordings.arrays import Array
 from recordings.errors import BadInput
-from recordings.hdf5.header import Header, Source
+from recordings.hdf5.header import Header, Origin
 from recordings.plant import Event, Plant
 from recordings.sample_checks import value_problem
 from recordings.signal import UNDERSTOOD, Role, Signal
@@ -27,7 +27,7 @@ class Recording:
     """One experiment on one plant: signals of one length over one clock, and what is known about them.
 
     signals : by name, of n_samples values each, exactly one of them `time` [s], strictly increasing;
-    plant : what is known of it; title : one line; source : one of `SOURCES`; created : with time zone;
+    plant : what is known of it; title : one line; source : one of `ORIGINS`; created : with time zone;
     events : what happened; attributes : further texts and numbers, kept; path : the file it came from.
 
     Raises `BadInput` naming the item when the parts do not make a valid recording.
@@ -43,7 +43,7 @@ class Recording:
     signals: Mapping[str, Signal]
     plant: Plant = field(default_factory=Plant)
     title: str | None = None
-    source: Source | None = None
+    source: Origin | None = None
     created: datetime | None = None
     events: tuple[Event, ...] = ()
     attributes: Mapping[str, str | float] = field(default_factory=dict)
@@ -84,7 +84,7 @@ class Recording:
         roles: Mapping[str, Role] | None = None,
         plant: Plant | Mapping[str, float | str] | None = None,
         title: str | None = None,
-        source: Source | None = None,
+        source: Origin | None = None,
     ) -> Recording:
         """A recording of arrays: one value a sample, shape (n_samples,), NaN where a sample is missing.
 
@@ -131,14 +131,14 @@ class Recording:
     @classmethod
     def from_dataframe(
         cls,
-        frame: Frame,
+        frame: DataFrameLike,
         *,
         columns: Mapping[str, Hashable] | None = None,
         units: Mapping[str, str] | None = None,
         roles: Mapping[str, Role] | None = None,
         plant: Plant | Mapping[str, float | str] | None = None,
         title: str | None = None,
-        source: Source | None = None,
+        source: Origin | None = None,
     ) -> Recording:
         """A recording of columns of a data frame, of pandas or of anything else with ``.columns`` and ``to_numpy()``.
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from recordings.errors import BadInput
 
-Number = TypeVar("Number", float, NDArray[np.float64])
+FloatOrArray = TypeVar("FloatOrArray", float, NDArray[np.float64])
 
 
 @dataclass(frozen=True)
@@ -34,11 +34,11 @@ class Unit:
     scale: float = 1.0
     offset: float = 0.0
 
-    def to_si(self, values: Number) -> Number:
+    def to_si(self, values: FloatOrArray) -> FloatOrArray:
         """Convert values in this unit to SI."""
         return values * self.scale + self.offset
 
-    def from_si(self, values: Number) -> Number:
+    def from_si(self, values: FloatOrArray) -> FloatOrArray:
         """Convert SI values to this unit."""
         return (values - self.offset) / self.scale
 
@@ -152,7 +152,7 @@ def siblings(si: str) -> str:
     return ", ".join(symbol for symbol, one in UNITS.items() if one.si == si)
 
 
-def convert(values: Number, source: str, target: str, where: str = "unit") -> Number:
+def convert(values: FloatOrArray, source: str, target: str, where: str = "unit") -> FloatOrArray:
     """Convert values from one unit to another.
 
     Raises

@@ -1,4 +1,4 @@
-"""A fault detector for one valve: learned from recordings in good order, and what it sees in another."""
+"""A fault detector for one valve: learned from recordings of it when healthy, and what it sees in another."""
 
 from __future__ import annotations
 
@@ -6,27 +6,27 @@ import os
 from collections.abc import Iterable
 
 import detector
-from bristle.door.sources import Source, read, read_all
+from bristle.door.sources import RecordingLike, read, read_all
 from detector import Watch, Watched
 from simulator import ValveModel
 
 
 def learn(
-    recordings: Source | Iterable[Source],
+    recordings: RecordingLike | Iterable[RecordingLike],
     model: ValveModel | str | os.PathLike[str] | None = None,
     *,
     false_alarms: float = 1.0,
 ) -> Watch:
-    """Learn what a valve does when all is well, as the detector that `watch` takes.
+    """Learn the behaviour of a healthy valve, for `watch`.
 
     Parameters
     ----------
     recordings : recording, path or ``bundled:NAME``, or several of them
-        Of the valve in good order, moving to and fro as it does in service.
+        Of the healthy valve, moving to and fro as in service.
     model : ValveModel or path, optional
         Of `fit` or `trace`. With it the detector can tell friction from spring and sensor.
     false_alarms : float, optional
-        How many false alarms a month are allowed.
+        Allowed false alarms a month: the upper end of the 95 % interval of the extrapolated rate.
 
     Returns
     -------
@@ -48,7 +48,7 @@ def learn(
     return detector.learn_recordings(read_all(recordings), known, false_alarms)
 
 
-def watch(recording: Source, detector_of_valve: Watch) -> Watched:
+def watch(recording: RecordingLike, detector_of_valve: Watch) -> Watched:
     """Watch a recording with a detector of its valve: the same steps, sample by sample, as on a live valve.
 
     Parameters
@@ -61,8 +61,8 @@ def watch(recording: Source, detector_of_valve: Watch) -> Watched:
     Returns
     -------
     Watched
-        Over time: ``load`` (an alarm is above 1), ``residual``, ``threshold``, ``alarm``; and what happened:
-        ``changes``, ``alarms``. `report`, `plot`.
+        Over time: ``load`` (largest score relative to its limit; above 1 raises an alarm), ``residual``, ``threshold``,
+        ``alarm``; and what happened: ``changes``, ``alarms``. `report`, `plot`.
 
     Raises
     ------

@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
-from bristle.door.plants import Sizes, actuator
+from bristle.door.plants import EffectSizes, actuator
 from hil import (
     BackgroundRecorder,
     BackgroundServer,
@@ -37,7 +37,7 @@ def serve(
     friction: str = "play",
     faults: Iterable[Fault] = (),
     settings: Mapping[str, float] | None = None,
-    effects: Sizes | None = None,
+    effects: EffectSizes | None = None,
     noise: bool = False,
     seed: int = 0,
     allow_faults: bool = False,
@@ -61,12 +61,12 @@ def serve(
         is asked for, pressures before and behind the valve [Pa], temperature [degC], supply pressure [Pa, relative].
     friction : {"play", "lugre"}, optional
         That of the benchmark, or friction as a force.
-    faults : sequence of simulator.damadics.Fault, optional
+    faults : sequence of Fault, optional
         What happens to the valve, in plant time.
     settings : mapping, optional
         Inputs and parameters: ``{"setpoint": 0.3, "lugre.fc": 200, "gain": 40}``.
     effects : mapping, optional
-        Effects of the catalogue that the valve has besides, with sizes: ``{"backlash": {"width": 1e-4}}``.
+        Further effects of the catalogue that the valve has, with sizes: ``{"backlash": {"width": 1e-4}}``.
     noise, seed : bool, int, optional
         Whether there is the benchmark's measurement noise, and its seed.
     allow_faults : bool, optional
@@ -110,11 +110,11 @@ def record(
     rate: float = 10.0,
     ring: bool = False,
     duration: float | None = None,
-    units: Sequence[int] = (),
+    device_ids: Sequence[int] = (),
     valves: Sequence[str] = (),
     plant: Plant | None = None,
     title: str | None = None,
-    told: Callable[[LinkEvent], None] | None = None,
+    on_event: Callable[[LinkEvent], None] | None = None,
 ) -> BackgroundRecorder:
     """Record live values into crash-safe recordings while a `with` block lasts. Nothing is written to the plant.
 
@@ -127,16 +127,16 @@ def record(
     map : str, optional
         Register map: a file, or a shipped one by name. A replay needs none.
     rate : float, optional
-        Polls a second; with `ring`, how often the ring of the device is looked at.
+        Polls a second; with `ring`, readings of the ring.
     ring : bool, optional
         Whether every sample is fetched that the device keeps in its ring.
     duration : float, optional
         End after so many seconds.
-    units, valves : sequences, optional
+    device_ids, valves : sequences, optional
         Device ids of equal valves on one line, and a name for each.
     plant, title : Plant, str, optional
         What is known of the valve, and one line for plots.
-    told : callable, optional
+    on_event : callable, optional
         Called with every event of the link.
 
     Returns
@@ -149,7 +149,8 @@ def record(
     BadInput
         The source, the map or the place cannot be used.
     LinkError
-        On leaving the block, when the link was lost for good. What was recorded until then is kept.
+        On leaving the block, when polling ended by an error. An absent device is no error: it is waited for, and an
+        event says so. What was recorded until then is kept.
 
     >>> import bristle as br, tempfile, pathlib
     >>> path = pathlib.Path(tempfile.mkdtemp()) / "valve.h5"
@@ -160,7 +161,7 @@ def record(
     True
     """
     plan = RingReading(rate) if ring else Polling(rate)
-    there = valves_of(RegisterMap.load(map), tuple(units), valves) if map else ()
+    there = valves_of(RegisterMap.load(map), tuple(device_ids), valves) if map else ()
     live = open_source(source, there, plan, name=valves[0] if valves else None)
-    about = RecorderSettings(to=Path(to), title=title, plant=plant or Plant(), tell=told)
+    about = RecorderSettings(to=Path(to), title=title, plant=plant or Plant(), tell=on_event)
     return BackgroundRecorder(live, about, duration)

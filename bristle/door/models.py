@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import get_args
 
 import identification
-from bristle.door.sources import Source, read_all
+from bristle.door.sources import RecordingLike, read_all
 from identification import Estimator, Identification, Trace, with_area, without_effects
 from recordings import BadParameter, Progress, silent
 from simulator import BASE, CATALOGUE, Catalogue, Causality
@@ -16,9 +16,9 @@ CAUSALITIES = ("force", "motion")
 
 
 def fit(
-    recordings: Source | Iterable[Source],
+    recordings: RecordingLike | Iterable[RecordingLike],
     *,
-    holdout: Source | Iterable[Source] = (),
+    holdout: RecordingLike | Iterable[RecordingLike] = (),
     effects: Iterable[str] = (),
     given: Mapping[str, float] | None = None,
     without: Iterable[str] = (),
@@ -60,7 +60,7 @@ def fit(
     catalogue : Catalogue, optional
         Where effects are looked up; ``CATALOGUE.extended`` adds your own.
     progress : callable, optional
-        ``progress(stage, done, total)``, called now and then; a total of 0 says that nobody knows.
+        ``progress(stage, done, total)``, called now and then; a total of 0 means unknown.
 
     Returns
     -------
@@ -94,9 +94,9 @@ def fit(
 
 
 def trace(
-    recordings: Source | Iterable[Source],
+    recordings: RecordingLike | Iterable[RecordingLike],
     *,
-    holdout: Source | Iterable[Source] = (),
+    holdout: RecordingLike | Iterable[RecordingLike] = (),
     given: Mapping[str, float] | None = None,
     without: Iterable[str] = (),
     area: float | None = None,
@@ -109,7 +109,8 @@ def trace(
     Parameters
     ----------
     recordings, given, without, area, hold, progress
-        As for `fit`.
+        As for `fit`. The roles of the signals say whether the rig imposes the motion:
+        ``Recording.from_arrays(..., roles={"position": "input", "force": "output"})``.
     catalogue : Catalogue, optional
         The effects that are tried; ``br.CATALOGUE.extended(MyEffect())`` adds your own.
     holdout : recording, path or ``bundled:NAME``, or several of them
@@ -139,4 +140,4 @@ def trace(
 def _check(parameter: str, value: object, allowed: tuple[object, ...]) -> None:
     if value not in allowed:
         words = ", ".join(str(one) for one in allowed if one is not None)
-        raise BadParameter(parameter, value, "it is not one of those there are", f"there are {words}")
+        raise BadParameter(parameter, value, "it is not an allowed value", f"use one of {words}")

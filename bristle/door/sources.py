@@ -11,11 +11,11 @@ from recordings import read as read_file
 BUNDLED = "bundled:"
 """What a source begins with that names a recording that ships with the toolkit."""
 
-Source = Recording | str | os.PathLike[str]
+RecordingLike = Recording | str | os.PathLike[str]
 """A recording, its file, or ``bundled:NAME``."""
 
 
-def read(source: Source) -> Recording:
+def read(source: RecordingLike) -> Recording:
     """Read a recording.
 
     Parameters
@@ -47,7 +47,7 @@ def read(source: Source) -> Recording:
     return bundled(name)
 
 
-def read_all(sources: Source | Iterable[Source]) -> list[Recording]:
+def read_all(sources: RecordingLike | Iterable[RecordingLike]) -> list[Recording]:
     """One recording or several, each as `read` takes it."""
     if isinstance(sources, Recording | str | os.PathLike):
         return [read(sources)]

@@ -5,12 +5,9 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Mapping
 
-from recordings import Array, BadParameter, Recording
+from recordings import BadParameter, Recording, Truth
 from simulator import BASE, CATALOGUE, Catalogue, Excitation, Sensors, ValveModel, random_valve
 from simulator import simulate as simulate_valve
-
-Truth = Mapping[str, float | Array | str]
-"""What a simulated recording hides: parameters by full name, the effects, and the signals without noise."""
 
 
 def simulate(
@@ -35,14 +32,14 @@ def simulate(
     Parameters
     ----------
     excitation : str
-        Shapes with their seconds: ``step``, ``staircase``, ``sine``, ``mixed``, ``positioner``, as in
-        ``"staircase:20,sine:20"``.
+        Shapes with their seconds, as in ``"staircase:20,sine:20"``: ``step``, ``staircase``, ``ramp``, ``sine``,
+        ``multisine``, ``chirp``, ``presliding``, ``mixed``; or ``positioner`` alone.
     given : mapping, optional
         Parameters to set, by full name, in SI units: ``{"lugre.fc": 120}``.
     model : ValveModel or path, optional
         The valve; without one, a LuGre valve of the seed.
     effects : names, optional
-        Effects that the valve has besides: ``["backlash"]``, of typical size where `given` says no other.
+        Further effects that the valve has: ``["backlash"]``, of typical size where `given` says no other.
     catalogue : Catalogue, optional
         Where effects are looked up; ``br.CATALOGUE.extended(MyEffect())`` adds your own.
     seed : int, optional
@@ -64,7 +61,7 @@ def simulate(
     Raises
     ------
     BadInput
-        There is no such shape or parameter, or no such valve can be.
+        There is no such shape or parameter, or the values cannot be those of a valve.
 
     >>> import bristle as br
     >>> recording = br.simulate("sine:2", given={"lugre.fc": 120}, rate=100, seed=1)

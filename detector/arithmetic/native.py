@@ -6,15 +6,11 @@ from collections.abc import Callable
 from typing import Any
 
 import numba
-import numpy as np
-from numpy.typing import NDArray
 
 from detector.arithmetic.machine_code_cache import MachineCodeCache
-from recordings import Array
+from recordings import Array, Integers
 
 __all__ = ["Array", "Integers", "native"]
-
-Integers = NDArray[np.int64]
 
 
 def native(function: Callable[..., Any]) -> Any:

@@ -16,7 +16,7 @@ from detector.evaluation.plan import BENCHMARK, MAIN, SMOKE, VARIANTS, Plan, smo
 from detector.evaluation.results.files import write
 from detector.evaluation.results.isolation_rows import isolation_words
 from detector.evaluation.results.rows import plant_table, tables
-from detector.evaluation.results.table import Table
+from detector.evaluation.results.table import ResultTable
 from detector.evaluation.results.verdicts import correctly_isolated, detected
 from detector.evaluation.study import evaluate
 
@@ -38,9 +38,9 @@ __all__ = [
     "LearnedDetector",
     "Levels",
     "Plan",
+    "ResultTable",
     "Setting",
     "Symptoms",
-    "Table",
     "Zone",
     "alarms",
     "calibrate",

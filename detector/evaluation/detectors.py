@@ -35,7 +35,7 @@ from detector.generators import (
     temporal,
 )
 from detector.generators.contract import Generator
-from detector.generators.fuzzy import Term
+from detector.generators.fuzzy import FuzzyTerm
 from detector.measurements import Measurements
 from detector.observer.velocity import SteadyKalman
 from detector.published import chapter_5
@@ -176,7 +176,7 @@ def _neural(healthy: BenchmarkRun) -> Channels:
     return lambda data: _with_means(learned.run(learned.initial(), *signals(data.signals))[1])
 
 
-RULES: Mapping[str, Mapping[int, Term]] = {
+RULES: Mapping[str, Mapping[int, FuzzyTerm]] = {
     "position": {0: "off", 1: "normal"},
     "flow": {0: "normal", 1: "off"},
     "both": {0: "off", 1: "off"},

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from recordings import Array
+from recordings import Array, Integers
 
 Truths = NDArray[np.bool_]
 
@@ -69,7 +69,7 @@ def indices(decision: Truths, zone: Zone) -> Indices:
     )  # fmt: skip
 
 
-def misisolation(flagged: NDArray[np.int64], zone: Zone) -> float:
+def misisolation(flagged: Integers, zone: Zone) -> float:
     """rmi: mean number of wrong groups flagged from ton to thor, of counts (n_seconds,)."""
     judged: Array = flagged[zone.ton : zone.thor].astype(float)
     return float(judged.mean()) if len(judged) else 0.0

@@ -32,7 +32,7 @@ SAFETY = 2.0
 NOISE_X, NOISE_F = 2.5e-3, 3e-3
 """Deviation of the residuals of X and F without a fault [shares of their spans]."""
 
-Run = Callable[[Study, Sequence[Job], str], list[Any]]
+RunJobs = Callable[[Study, Sequence[Job], str], list[Any]]
 """Does jobs of a study, a stage of that name, and gives their results in order."""
 
 
@@ -77,7 +77,7 @@ def evaluate(
     return replace(outcome, detectability=_detectability(study, missed(outcome), run))
 
 
-def _evaluated(study: Study, form: Form, run: Run) -> Study:
+def _evaluated(study: Study, form: Form, run: RunJobs) -> Study:
     """All results of a form in the store; the study with what was learned for it."""
     purposes = ("learn", "calibrate", "calibrate-start")
     made = [job for purpose in purposes for job in fault_free_jobs(study.plan, form, purpose)]
@@ -89,7 +89,7 @@ def _evaluated(study: Study, form: Form, run: Run) -> Study:
     return study
 
 
-def _learned(study: Study, form: Form, run: Run) -> Study:
+def _learned(study: Study, form: Form, run: RunJobs) -> Study:
     """The study with what the detectors learn for a form: relations and detectors, then levels, then signatures."""
     plan = study.plan
     for rate in study.rates(form):
@@ -120,7 +120,7 @@ def _levels(plan: Plan, found: Sequence[Array], long: int) -> Levels:
     return calibrate(np.vstack(found[:long]), plan.rate_per_h / SAFETY, BLOCK_S, starts)
 
 
-def _with_signatures(study: Study, form: Form, run: Run) -> Study:
+def _with_signatures(study: Study, form: Form, run: RunJobs) -> Study:
     """The study with the signatures of the first rate of a form; the others are learned at that rate, too."""
     rate = study.rates(form)[0]
     every = [Job(f"example-{form}-{one.seed}", "example", form, (one,)) for one in examples(study.plan.examples)]
@@ -134,7 +134,7 @@ def _with_signatures(study: Study, form: Form, run: Run) -> Study:
     return _with(study, form, rate, replace(study.learned[form, rate], diagnosis=known))
 
 
-def _detectability(study: Study, scenarios: Sequence[str], run: Run) -> dict[str, dict[str, float]]:
+def _detectability(study: Study, scenarios: Sequence[str], run: RunJobs) -> dict[str, dict[str, float]]:
     """How much scenarios move X and F, in the first form of friction."""
     form: Form = next(iter(study.plan.forms))
     every = [Job(f"footprint-{form}-{name}", "detectability", form, (name, NOISE_X, NOISE_F)) for name in scenarios]

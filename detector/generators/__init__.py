@@ -12,7 +12,7 @@ from detector.generators.estimation import Estimation, learn_estimation
 from detector.generators.fault_tree import FaultTree, Rule, explain
 from detector.generators.flow import Flow, learn_flow
 from detector.generators.fuzzy import Fuzzy
-from detector.generators.kalman import Innovation, MatchedFilters, settled
+from detector.generators.kalman import KalmanResiduals, MatchedFilters, settled
 from detector.generators.limits import Limits, learn_limits
 from detector.generators.luenberger import Luenberger, full_order, functional, least_order
 from detector.generators.neural import NeuralObserver, learn_neural
@@ -29,7 +29,7 @@ __all__ = [
     "Flow",
     "Fuzzy",
     "Generator",
-    "Innovation",
+    "KalmanResiduals",
     "Limits",
     "LinearPlant",
     "Luenberger",

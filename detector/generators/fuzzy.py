@@ -11,7 +11,7 @@ import numpy as np
 from detector.generators.contract import Generator
 from recordings import Array, BadInput
 
-Term = Literal["negative", "normal", "positive", "off"]
+FuzzyTerm = Literal["negative", "normal", "positive", "off"]
 """``off`` : negative or positive."""
 
 
@@ -30,7 +30,7 @@ class Fuzzy(Generator):
     """
 
     half: tuple[float, ...]
-    rules: Mapping[str, Mapping[int, Term]]
+    rules: Mapping[str, Mapping[int, FuzzyTerm]]
 
     def __post_init__(self) -> None:
         for name, rule in self.rules.items():
@@ -47,7 +47,7 @@ class Fuzzy(Generator):
         """Nothing to remember."""
         return np.zeros(0)
 
-    def memberships(self, residuals: Array) -> dict[Term, Array]:
+    def memberships(self, residuals: Array) -> dict[FuzzyTerm, Array]:
         """Of each residual in each term, (n, m)."""
         share = residuals / (2 * np.array(self.half))
         rising, falling = np.clip(share, 0, 1), np.clip(-share, 0, 1)

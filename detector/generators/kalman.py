@@ -16,7 +16,7 @@ _MOST_STEPS = 20_000
 
 
 @dataclass(frozen=True, eq=False)
-class Innovation(Generator):
+class KalmanResiduals(Generator):
     """Innovations of the settled Kalman filter, whitened: of zero mean and unit covariance without a fault.
 
     plant : without noise; gain (n, m); whitener (m, m) : inverse root of the innovations' covariance.
@@ -49,7 +49,7 @@ class Innovation(Generator):
         return state, out @ self.whitener.T
 
 
-def settled(plant: LinearPlant, Q: Array, R: Array) -> Innovation:
+def settled(plant: LinearPlant, Q: Array, R: Array) -> KalmanResiduals:
     """The filter for process noise of covariance Q (n, n) and measurement noise R (m, m), run by filterpy until its
     gain settles. Raises BadInput when it does not.
     """
@@ -65,7 +65,7 @@ def settled(plant: LinearPlant, Q: Array, R: Array) -> Innovation:
         kf.update(np.zeros((m, 1)))
         if np.abs(kf.K - before).max() <= 1e-12 * max(1.0, np.abs(kf.K).max()):
             values, vectors = np.linalg.eigh(kf.S)
-            return Innovation(plant, kf.K.copy(), (vectors / np.sqrt(values)) @ vectors.T)
+            return KalmanResiduals(plant, kf.K.copy(), (vectors / np.sqrt(values)) @ vectors.T)
         before = kf.K.copy()
     raise BadInput("Kalman filter", "its gain does not settle", "check that (C, A) is detectable and Q, R positive")
 

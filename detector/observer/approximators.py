@@ -14,15 +14,15 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from detector.arithmetic.native import Integers, native
-from recordings import Array, BadInput
+from detector.arithmetic.native import native
+from recordings import Array, BadInput, Integers
 
 SIGMOID, GAUSSIAN = 0.0, 1.0
 _STEEPEST = 700.0
 """exp of more is no longer a finite number; the sigmoid has reached its end long before."""
 
 
-class Table(NamedTuple):
+class CodedApproximator(NamedTuple):
     """An approximator as numbers. base (n_base, 7): kind and constants of base functions; powers (n_terms, n_base)."""
 
     base: Array
@@ -36,7 +36,7 @@ class Approximator(Protocol):
     def inputs(self) -> int:
         """Number of inputs."""
 
-    def table(self) -> Table:
+    def table(self) -> CodedApproximator:
         """Base functions and powers."""
 
 
@@ -57,7 +57,7 @@ class HighOrder:
     c: float = 0.0
     lam: float = 0.0
 
-    def table(self) -> Table:
+    def table(self) -> CodedApproximator:
         """One sigmoid an input; one row of powers a product."""
         _check_inputs(self.inputs)
         if self.order < 1:
@@ -68,7 +68,7 @@ class HighOrder:
         ]  # fmt: skip
         terms = [t for n in range(1, self.order + 1) for t in combinations_with_replacement(range(self.inputs), n)]
         powers = [[term.count(i) for i in range(self.inputs)] for term in terms]
-        return Table(np.array(base, float), np.array(powers, np.int64))
+        return CodedApproximator(np.array(base, float), np.array(powers, np.int64))
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ class RadialBasis:
         """Number of inputs: columns of the centres."""
         return _centres(self.centres).shape[1]
 
-    def table(self) -> Table:
+    def table(self) -> CodedApproximator:
         """One bell a term."""
         centres = _centres(self.centres)
         _check_inputs(self.inputs)
@@ -100,7 +100,9 @@ class RadialBasis:
         middle = np.zeros((len(centres), 2))
         middle[:, : self.inputs] = centres
         base = np.column_stack([np.full(len(centres), GAUSSIAN), np.tile(steep, (len(centres), 1)), middle])
-        return Table(np.column_stack([base, np.zeros((len(centres), 2))]), np.eye(len(centres), dtype=np.int64))
+        return CodedApproximator(
+            np.column_stack([base, np.zeros((len(centres), 2))]), np.eye(len(centres), dtype=np.int64)
+        )
 
 
 @dataclass(frozen=True)
@@ -115,11 +117,11 @@ class ShiftedSigmoids:
     slope: float = 1.0
     inputs: int = 1
 
-    def table(self) -> Table:
+    def table(self) -> CodedApproximator:
         """One sigmoid a term."""
         _check_inputs(self.inputs)
         base = [[SIGMOID, *np.eye(2)[i], 1.0, self.slope, c, 0.0] for i in range(self.inputs) for c in self.centres]
-        return Table(np.array(base, float).reshape(-1, 7), np.eye(len(base), dtype=np.int64))
+        return CodedApproximator(np.array(base, float).reshape(-1, 7), np.eye(len(base), dtype=np.int64))
 
 
 def regressors(approximator: Approximator, v: Sequence[float]) -> Array:

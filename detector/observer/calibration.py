@@ -16,7 +16,7 @@ import numpy as np
 from detector.measurements import Measurement, Measurements
 from detector.observer.alarm_rule import AlarmRule
 from detector.observer.observer import Bounds, Observer, Start
-from detector.observer.screening import Screening, Verdict
+from detector.observer.screening import SampleVerdict, Screening
 from detector.observer.state import Decision, Decisions, ObserverState
 from detector.observer.velocity import SteadyKalman
 from recordings import Array
@@ -101,8 +101,8 @@ class Calibration:
 def scores(decisions: Decisions, settle_s: float) -> Array:
     """The alarm statistic of a run, (n_samples,): above 1 means alarm."""
     ratio = np.abs(decisions.xi2) / np.maximum(decisions.rho, 1e-300)
-    ratio[decisions.verdict > Verdict.GAP] = 0.0
-    starts = np.isin(decisions.verdict, (Verdict.START, Verdict.GAP))
+    ratio[decisions.verdict > SampleVerdict.GAP] = 0.0
+    starts = np.isin(decisions.verdict, (SampleVerdict.START, SampleVerdict.GAP))
     restarted = np.maximum.accumulate(np.where(starts, decisions.time_s, -np.inf))
     ratio[decisions.time_s - restarted < settle_s] = 0.0
     return np.minimum(ratio, np.concatenate([[0.0], ratio[:-1]]))

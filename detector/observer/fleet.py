@@ -22,7 +22,7 @@ from detector.observer.projection import RADIAL, project_interval
 from detector.observer.screening import GAP, OUTLIER, USED, judge
 from detector.observer.smooth_sign import SAT
 from detector.observer.velocity import steady_gain_at, track
-from recordings import Array, BadInput
+from recordings import Array, BadInput, Integers
 
 (XI1, XI2, X1, X2, U, B1, RHO, SETTLED, COUNT, ALARM, PUSH, TIME, LAST, RUNNING, OUTLIERS, STEP, DECAY1, MEAN1, DECAY2,
  MEAN2, PER_S, RAMP, GAIN0, GAIN1, GAIN2, WIDTH) = range(26)  # fmt: skip
@@ -39,7 +39,7 @@ class FleetDecisions(NamedTuple):
     xi2: Array
     rho: Array
     alarm: NDArray[np.bool_]
-    verdict: NDArray[np.int64]
+    verdict: Integers
 
 
 class Fleet:
@@ -78,7 +78,7 @@ def _constants(one: Calibration) -> tuple[float, ...]:
 
 @native
 def advance_fleet(
-    s: Array, new: Array, c: Array, gains: Array, time: Array, position: Array, u: Array, verdict: NDArray[np.int64]
+    s: Array, new: Array, c: Array, gains: Array, time: Array, position: Array, u: Array, verdict: Integers
 ) -> None:
     """One sample of every valve. s, new (n_valves, WIDTH) : state before and after; c : constants."""
     for i in range(s.shape[0]):

@@ -14,12 +14,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from detector.arithmetic.native import Integers, inlined, native
+from detector.arithmetic.native import inlined, native
 from detector.observer.alarm_rule import exceeds, threshold
 from detector.observer.approximators import evaluate
 from detector.observer.projection import project_ball, project_interval
 from detector.observer.smooth_sign import solve
-from recordings import Array
+from recordings import Array, Integers
 
 X1, X2, U, XI1, XI2, E1, B1, A1, A4, A5, RHO_LAST, PHI_LAST, SETTLED, COUNT, ALARM = range(15)
 WEIGHTS = 15

@@ -20,16 +20,15 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from detector.arithmetic.native import Integers
 from detector.observer import kernel
 from detector.observer.alarm_rule import ABSOLUTE, PRINTED, AlarmRule
-from detector.observer.approximators import Approximator, HighOrder, Table
+from detector.observer.approximators import Approximator, CodedApproximator, HighOrder
 from detector.observer.projection import RADIAL, SMOOTH
-from detector.observer.screening import N_SCREEN, Screening, Verdict, screen
+from detector.observer.screening import N_SCREEN, SampleVerdict, Screening, screen
 from detector.observer.smooth_sign import SAT, TANH
 from detector.observer.state import Decision, Decisions, ObserverState
 from detector.observer.velocity import Measured, Velocity
-from recordings import Array, BadInput
+from recordings import Array, BadInput, Integers
 
 S1 = HighOrder(order=2, inputs=2, m=1.41, l=-10.0225, c=0.5974, lam=-2.11)
 S2 = HighOrder(order=5, inputs=1, m=0.8, l=-4.0, c=2.119, lam=-1.5)
@@ -108,7 +107,7 @@ class Observer:
 
     def step(
         self, state: ObserverState, time_s: float, position: float, input: float, velocity: float = math.nan,
-        quality: int = Verdict.USED,
+        quality: int = SampleVerdict.USED,
     ) -> tuple[ObserverState, Decision]:  # fmt: skip
         """One sample; bit for bit what `run` makes of it in a row."""
         rows = (np.array([number]) for number in (time_s, position, input, velocity))
@@ -123,8 +122,8 @@ class Observer:
 
         time_s [s] : rising, of any origin; position, input : in the units that the observer is set up for; velocity :
         where it is measured; all (n_samples,), NaN where there is no value. quality (n_samples,) : what the source
-        says of each sample, `Verdict.USED` where it is good, else `Verdict.STALE` or `Verdict.BAD`; None for all good.
-        history : also keep the observer's state after every sample, for studies.
+        says of each sample, `SampleVerdict.USED` where it is good, else `SampleVerdict.STALE` or
+        `SampleVerdict.BAD`; None for all good. history : also keep the state after every sample, for studies.
 
         Raises BadInput for rows of different lengths, and for a state of another observer.
         """
@@ -142,7 +141,7 @@ class Observer:
         return after, Decisions(t, output, verdict, past if history else None, state.n_first)
 
     @cached_property
-    def _tables(self) -> tuple[Table, Table]:
+    def _tables(self) -> tuple[CodedApproximator, CodedApproximator]:
         if (self.s1.inputs, self.s2.inputs) != (2, 1):
             raise BadInput("observer", f"S1 has {self.s1.inputs} inputs and S2 {self.s2.inputs}",
                            "S1 takes x2 and abs(x2), S2 abs(x2) alone")  # fmt: skip

@@ -8,8 +8,8 @@ from math import fabs, isfinite
 
 import numpy as np
 
-from detector.arithmetic.native import Integers, inlined, native
-from recordings import Array
+from detector.arithmetic.native import inlined, native
+from recordings import Array, Integers
 
 LARGEST = 1e9
 """No position, velocity or input of a valve is larger in any unit; beyond it a number is an outlier."""
@@ -21,7 +21,7 @@ PATIENCE = 3
 """After so many implausible samples in a row the next is believed: the valve, or its clock, really is elsewhere."""
 
 
-class Verdict(IntEnum):
+class SampleVerdict(IntEnum):
     """What the observer made of a sample. Up to GAP it was used; from NOT_FINITE on it was skipped.
 
     A source that distrusts a sample itself says so with STALE or BAD, and with USED (0) that it is good.
@@ -38,7 +38,7 @@ class Verdict(IntEnum):
     @property
     def used(self) -> bool:
         """Whether the sample entered the state."""
-        return self <= Verdict.GAP
+        return self <= SampleVerdict.GAP
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Screening:
         return np.array([self.gap_s, *self.position, *self.input, self.top_speed])
 
 
-USED, START, GAP, NOT_FINITE, BAD, STALE, OUTLIER = (int(verdict) for verdict in Verdict)
+USED, START, GAP, NOT_FINITE, BAD, STALE, OUTLIER = (int(verdict) for verdict in SampleVerdict)
 """Plain numbers of the verdicts, as compiled functions take them."""
 
 LAST_TIME, LAST_POSITION, RUNNING, RUN_OF_OUTLIERS = range(4)
@@ -74,7 +74,7 @@ def screen(
     """Screen samples in a row, changing `state` (4,) in place.
 
     quality : what the source says, as in `Observer.run`; measured : whether the velocity is needed; dt : time since
-    the last used sample [s], 0 at a start, NaN when the sample is skipped; verdict : of `Verdict`.
+    the last used sample [s], 0 at a start, NaN when the sample is skipped; verdict : of `SampleVerdict`.
     """
     for i in range(time.shape[0]):
         x, v = position[i], velocity[i] if measured else 0.0
@@ -98,7 +98,7 @@ def judge(
     t: float, x: float, u: float, v: float, quality: int, plausible: bool, elapsed: float, moved: float,
     running: float, outliers: float, gap: float, top_speed: float,
 ) -> int:  # fmt: skip
-    """The verdict on one sample, as a number of `Verdict`; in scalars, so that a fleet can afford it.
+    """The verdict on one sample, as a number of `SampleVerdict`; in scalars, so that a fleet can afford it.
 
     plausible : whether position and input are within their ranges; elapsed [s], moved : since the last used sample.
     """

@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from detector.arithmetic.native import Integers
 from detector.observer import kernel
-from detector.observer.screening import Verdict
-from recordings import Array, BadInput
+from detector.observer.screening import SampleVerdict
+from recordings import Array, BadInput, Integers
 
 _ESTIMATES = {"e1": kernel.E1, "b1": kernel.B1, "alpha1": kernel.A1, "alpha4": kernel.A4, "alpha5": kernel.A5}
 
@@ -91,7 +90,7 @@ class Decision:
     phi: float
     exceeded: bool
     alarm: bool
-    verdict: Verdict
+    verdict: SampleVerdict
 
 
 @dataclass(frozen=True)
@@ -156,7 +155,7 @@ class Decisions:
 
     def __getitem__(self, i: int) -> Decision:
         xi2, rho, phi, exceeded, alarm = (float(value) for value in self.output[i])
-        verdict = Verdict(int(self.verdict[i]))
+        verdict = SampleVerdict(int(self.verdict[i]))
         return Decision(float(self.time_s[i]), xi2, rho, phi, exceeded > 0, alarm > 0, verdict)
 
     def __iter__(self) -> Iterator[Decision]:

@@ -11,8 +11,8 @@ from detector.alarms.rates import Blocks, least_limit, strokes_of
 from detector.measurements import Measurements
 from detector.observer.calibration_fit import MARGIN
 from detector.watch.cusum import ChangeTest, N
-from detector.watch.innovations import Innovations, innovations
-from detector.watch.model_filter import Innovation, ModelFilter
+from detector.watch.innovations import FilterRun, innovations
+from detector.watch.model_filter import ModelFilter, PredictionError
 from detector.watch.model_tuning import tuned
 from recordings import Array
 
@@ -43,26 +43,26 @@ def learned_test(filter: ModelFilter, data: Measurements, per_month: float) -> t
     return replace(test, limits=tuple(limits.tolist())), sums / limits
 
 
-def _joined(first: Innovations, second: Innovations) -> Innovations:
+def _joined(first: FilterRun, second: FilterRun) -> FilterRun:
     """One after the other."""
     names = ("value", "variance", "slope", "fresh")
-    return Innovations(*(np.concatenate([getattr(first, name), getattr(second, name)]) for name in names))
+    return FilterRun(*(np.concatenate([getattr(first, name), getattr(second, name)]) for name in names))
 
 
-def replayed(test: ChangeTest, run: Innovations) -> Array:
+def replayed(test: ChangeTest, run: FilterRun) -> Array:
     """The sums of a test over a run, (n_samples, n_directions + 1); those of fresh samples are zero."""
     evidence, sums = test.start(), np.zeros((len(run.value), N + 1))
     limits = np.array(test.limits)
     for i in range(len(run.value)):
         if run.fresh[i]:
             continue
-        seen = Innovation(float(run.value[i]), float(run.variance[i]), run.slope[i])
+        seen = PredictionError(float(run.value[i]), float(run.variance[i]), run.slope[i])
         evidence = test.step(evidence, seen)
         sums[i] = test.scores(evidence) * limits
     return sums
 
 
-def _wander(run: Innovations, used: NDArray[np.bool_]) -> Array:
+def _wander(run: FilterRun, used: NDArray[np.bool_]) -> Array:
     """How far each direction seems to move without a fault: rms of its estimates over stretches of the data."""
     n, found = max(100, int(np.sum(used)) // 40), []
     value, weight, slope = run.value[used], 1.0 / run.variance[used], run.slope[used][:, :N]

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from detector.watch.model_filter import DIRECTIONS, Innovation
+from detector.watch.model_filter import DIRECTIONS, PredictionError
 from recordings import Array
 
 N = len(DIRECTIONS)
@@ -47,7 +47,7 @@ class ChangeTest:
         """No evidence."""
         return Evidence(np.zeros(N), np.zeros(N), 0.0)
 
-    def step(self, before: Evidence, seen: Innovation) -> Evidence:
+    def step(self, before: Evidence, seen: PredictionError) -> Evidence:
         """The sums after one innovation."""
         variance = seen.variance * self.usual
         bound = CLIP * sqrt(variance)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from detector.measurements import Measurements
-from detector.watch.model_filter import DIRECTIONS, Innovation, ModelFilter
+from detector.watch.model_filter import DIRECTIONS, ModelFilter, PredictionError
 from recordings import Array
 
 SKIPPED = 50
@@ -16,7 +16,7 @@ SKIPPED = 50
 
 
 @dataclass(frozen=True)
-class Innovations:
+class FilterRun:
     """A run of the filter: value, variance (n_samples,); slope (n_samples, n_directions); fresh : just started, or
     at rest.
     """
@@ -27,13 +27,13 @@ class Innovations:
     fresh: NDArray[np.bool_]
 
 
-def innovations(filter: ModelFilter, data: Measurements) -> Innovations:
+def innovations(filter: ModelFilter, data: Measurements) -> FilterRun:
     """The filter over data: restarted at gaps, and skipping what is missing."""
-    found, fresh = list[Innovation](), np.zeros(len(data), bool)
+    found, fresh = list[PredictionError](), np.zeros(len(data), bool)
     state, since = None, 0
     gap = 5.0 * float(np.median(np.diff(data.time_s)))
     width = len(DIRECTIONS) + 1 + 2 * len(filter.loads)
-    nothing = Innovation(0.0, filter.position_noise**2, np.zeros(width))
+    nothing = PredictionError(0.0, filter.position_noise**2, np.zeros(width))
     for i, moment in enumerate(data):
         if not np.isfinite(moment.values["position"] + filter.force(moment)):
             found.append(nothing)
@@ -47,7 +47,7 @@ def innovations(filter: ModelFilter, data: Measurements) -> Innovations:
             found.append(one)
         since += 1
         fresh[i] = since <= SKIPPED or found[-1].resting
-    return Innovations(
+    return FilterRun(
         np.array([one.value for one in found]), np.array([one.variance for one in found]),
         np.array([one.slope for one in found]), fresh,
     )  # fmt: skip

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from detector.observer.screening import Verdict
+from detector.observer.screening import SampleVerdict
 
 KINDS = ("friction", "spring", "sensor", "supply", "flow")
 """What an alarm can be named; None stands for an unknown kind."""
@@ -30,7 +30,7 @@ class Judgement:
     residual: float
     threshold: float
     load: float
-    verdict: Verdict
+    verdict: SampleVerdict
     gap_s: float = 0.0
 
     @property

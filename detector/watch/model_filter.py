@@ -48,7 +48,7 @@ class FilterState(NamedTuple):
     means: Array
 
 
-class Innovation(NamedTuple):
+class PredictionError(NamedTuple):
     """What one sample says. value [m]; variance [m2]; slope (n_directions,): its derivatives by the directions;
     resting : neither position nor force moves by more than their noise, so that nothing of the valve shows.
     """
@@ -125,7 +125,7 @@ class ModelFilter:
             np.array([moment.values["position"]] * 2 + [force] * 2),
         )
 
-    def step(self, before: FilterState, moment: Measurement) -> tuple[FilterState, Innovation]:
+    def step(self, before: FilterState, moment: Measurement) -> tuple[FilterState, PredictionError]:
         """One sample. The filter restarts where the model has no solution."""
         load, force = self._shares(moment), self.net_force(moment)
         run = self._kernel.run(
@@ -134,7 +134,7 @@ class ModelFilter:
         )  # fmt: skip
         if run.failed is not None or run.final_jacobian is None:
             state = self.start(moment)
-            return state, Innovation(0.0, self.position_noise**2, np.zeros(state.slope.shape[1]))
+            return state, PredictionError(0.0, self.position_noise**2, np.zeros(state.slope.shape[1]))
         n_p = len(self._p)
         by_p, by_state = run.final_jacobian[:, :n_p], run.final_jacobian[:, n_p:]
         pushed = -by_p[:, self._place["spring.F0"]]
@@ -154,7 +154,7 @@ class ModelFilter:
     def _corrected(
         self, moment: Measurement, state: Array, covariance: Array, slope: Array, expected: float, force: float,
         load: Array,
-    ) -> tuple[FilterState, Innovation]:  # fmt: skip
+    ) -> tuple[FilterState, PredictionError]:  # fmt: skip
         """The measurement's part of the step."""
         seen = self._seen(state, moment.time_s, force)
         variance = float(seen @ covariance @ seen) + self.position_noise**2
@@ -164,7 +164,7 @@ class ModelFilter:
             state + gain * value, covariance - np.outer(gain, seen @ covariance), slope - np.outer(gain, shows),
             moment.time_s, force, load, np.zeros(4),
         )  # fmt: skip
-        return after, Innovation(value, variance, shows)
+        return after, PredictionError(value, variance, shows)
 
     def as_dict(self) -> dict[str, Any]:
         """Plain numbers, for JSON."""

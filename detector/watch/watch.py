@@ -9,7 +9,7 @@ from typing import Any
 from detector.alarms.rates import FalseAlarms
 from detector.measurements import Measurement, Measurements
 from detector.observer.calibration import Calibration
-from detector.observer.screening import Verdict
+from detector.observer.screening import SampleVerdict
 from detector.observer.state import Decision
 from detector.watch.flow_relation import FlowRelation
 from detector.watch.judgement import KINDS, Judgement
@@ -81,7 +81,7 @@ class Watch:
                 moment.time_s, state.alarm, False, False, False, state.kind, OBSERVER, decision.xi2, decision.rho, 0.0,
                 decision.verdict,
             )  # fmt: skip
-        fresh = decision.verdict is not Verdict.USED
+        fresh = decision.verdict is not SampleVerdict.USED
         model = self.model.step(state.model, moment, fresh, state.alarm) if self.model else None
         levels = tuple(level.step(s, moment) for level, s in zip(self.levels, state.levels, strict=True))
         flow = self.flow.step(state.flow, moment) if self.flow else state.flow
@@ -132,7 +132,7 @@ class Watch:
         pair = (abs(decision.xi2) * span, decision.rho * span) if test == OBSERVER else (scores[test], 1.0)
         began, ended = after.alarm and not before.alarm, before.alarm and not after.alarm
         renamed = after.alarm and before.alarm and after.kind != before.kind
-        gap = after.last_s - before.last_s if decision.verdict is Verdict.GAP else 0.0
+        gap = after.last_s - before.last_s if decision.verdict is SampleVerdict.GAP else 0.0
         return Judgement(
             after.last_s,
             after.alarm,

@@ -20,12 +20,12 @@ from hil.client.tcp import TcpWire
 from hil.client.wire import GONE, Wire
 from hil.modbus.addresses import LiveAddress, RtuAddress, TcpAddress, TlsAddress
 from hil.modbus.checks import transactions
-from hil.modbus.messages import Fault, Reply, Request
+from hil.modbus.messages import Reply, ReplyFault, Request
 from hil.modbus.serial_line import check_serial_line, usable
 from hil.modbus.tls import Certificates, is_certificate_trouble
 from recordings import BadInput
 
-Watch = Callable[[Input, str], None]
+OnConnection = Callable[[Input, str], None]
 """Told when the connection opens or is lost (`Input.OPENED`, `Input.LOST`), at once, with the reason in words."""
 
 OPEN_WITHIN_S = 1.0
@@ -35,14 +35,14 @@ DEAF_AFTER_S = 1.0
 class Link:
     """A connection that is kept open, and requests over it, one at a time.
 
-    address : of the peer; watch : see `Watch`; allow_write : whether a request may change something in the device.
-    Raises BadInput for certificates that cannot be used and a serial device that is missing or busy.
+    address : of the peer; on_connection : see `OnConnection`; allow_write : whether a request may change something in
+    the device. Raises BadInput for certificates that cannot be used and a serial device that is missing or busy.
     """
 
-    def __init__(self, address: LiveAddress, watch: Watch, *, allow_write: bool = False) -> None:
+    def __init__(self, address: LiveAddress, on_connection: OnConnection, *, allow_write: bool = False) -> None:
         self.address = address
         self.tally: Counter[str] = Counter()
-        self._watch, self.allow_write = watch, allow_write
+        self._on_connection, self.allow_write = on_connection, allow_write
         self._context: ssl.SSLContext | None = None
         if isinstance(address, TlsAddress):
             self._context = Certificates(address.cert, address.key, address.ca).client_context()
@@ -71,14 +71,14 @@ class Link:
                     await self._until_lost()
                 except (OSError, termios.error) as error:  # also ssl.SSLError, SerialException, TimeoutError
                     self._refuse_certificates(error)
-                    self._watch(Input.LOST, f"{self.address.text}: {_words(error)}")
+                    self._on_connection(Input.LOST, f"{self.address.text}: {_words(error)}")
                 failures = 0 if self._heard else failures + 1
                 await asyncio.sleep(REOPEN.delay(failures) if failures else 0.0)
         finally:
             self._close()
 
     async def exchange(self, request: Request) -> Reply:
-        """Send a request and return the verdict on its reply; `Fault.LOST` at once when there is no connection.
+        """Send a request and return the verdict on its reply; `ReplyFault.LOST` at once when there is no connection.
 
         Raises PermissionError when the request would write and the link was not made for that.
         """
@@ -95,7 +95,7 @@ class Link:
     def _note(self, reply: Reply, asked_at: float) -> None:
         if reply.fault is not None:
             self.tally[reply.fault] += 1
-        if reply.fault in (None, Fault.EXCEPTION):
+        if reply.fault in (None, ReplyFault.EXCEPTION):
             self._deaf_since, self._heard, self._ever_heard = None, True, True
             return
         self._deaf_since = asked_at if self._deaf_since is None else self._deaf_since
@@ -108,7 +108,7 @@ class Link:
         self._close()
         if self._lost is not None and not self._lost.done():
             self._lost.set_result(error)
-            self._watch(Input.LOST, f"{self.address.text}: {_words(error)}")
+            self._on_connection(Input.LOST, f"{self.address.text}: {_words(error)}")
 
     async def _until_lost(self) -> None:
         assert self._lost is not None
@@ -121,7 +121,7 @@ class Link:
         wire = await self._connected()
         if not self._lost.done():
             self._wire = wire
-            self._watch(Input.OPENED, f"{self.address.text}: connected")
+            self._on_connection(Input.OPENED, f"{self.address.text}: connected")
 
     async def _connected(self) -> Wire:
         loop, address = asyncio.get_running_loop(), self.address

@@ -32,7 +32,7 @@ from hil.client.wire import GONE, Lost
 from hil.modbus.addresses import SerialLine
 from hil.modbus.checks import check_rtu
 from hil.modbus.framing import Frame
-from hil.modbus.messages import Fault, Reply, Request
+from hil.modbus.messages import Reply, ReplyFault, Request
 
 CLEAN_REPLIES = 20
 MARGIN = 1.25
@@ -105,7 +105,7 @@ class RtuWire(asyncio.Protocol):
         """Send one request and return the verdict on its reply, once the line has been silent behind it."""
         unit = self._units.setdefault(request.unit, _Unit())
         if not await self._silence():
-            return Reply(fault=Fault.FRAMING, text="the line is never silent") if self._transport else GONE
+            return Reply(fault=ReplyFault.FRAMING, text="the line is never silent") if self._transport else GONE
         reply = GONE
         try:
             reply = await self._ask(request, unit)
@@ -128,7 +128,7 @@ class RtuWire(asyncio.Protocol):
     def connection_lost(self, exc: Exception | None) -> None:
         """Called by the transport when the device has gone."""
         if self._transport is not None:
-            self._end(Reply(fault=Fault.LOST, text=f"serial line lost ({exc})"))
+            self._end(Reply(fault=ReplyFault.LOST, text=f"serial line lost ({exc})"))
             self._lost(exc)
 
     def data_received(self, data: bytes) -> None:
@@ -157,7 +157,7 @@ class RtuWire(asyncio.Protocol):
         finally:
             timer.cancel()
             self._request = None
-        if reply.fault not in (None, Fault.EXCEPTION):
+        if reply.fault not in (None, ReplyFault.EXCEPTION):
             return reply
         return await self._confirmed(reply, sent, unit)
 
@@ -168,7 +168,9 @@ class RtuWire(asyncio.Protocol):
         until = max(self._loop.time() + behind, sent + MARGIN * unit.first_byte)
         await asyncio.sleep(until - self._loop.time())
         if self._strayed or self._waiting():
-            return Reply(fault=Fault.SURPLUS, text="more bytes came behind the reply: it may belong to another request")
+            return Reply(
+                fault=ReplyFault.SURPLUS, text="more bytes came behind the reply: it may belong to another request"
+            )
         return reply
 
     def _silence_behind(self, unit: _Unit) -> float:
@@ -179,12 +181,12 @@ class RtuWire(asyncio.Protocol):
             return self._gap
         return max(self._gap, min(self._quiet, max(10 * unit.first_byte, SHORTEST_WATCH_S)))
 
-    def _draw_conclusions(self, fault: Fault | None, unit: _Unit) -> None:
-        if fault in (None, Fault.EXCEPTION):
+    def _draw_conclusions(self, fault: ReplyFault | None, unit: _Unit) -> None:
+        if fault in (None, ReplyFault.EXCEPTION):
             self._clean, unit.clean = self._clean + 1, unit.clean + 1
             return
         unit.clean = 0
-        if fault is not Fault.SILENCE:  # a dead unit says nothing about its neighbours
+        if fault is not ReplyFault.SILENCE:  # a dead unit says nothing about its neighbours
             self._clean = 0
         self._hush()
 
@@ -216,9 +218,9 @@ class RtuWire(asyncio.Protocol):
     def _expire(self) -> None:
         if self._line:
             text = f"the reply stopped half way, {len(self._line)} bytes came within {self._timeout:g} s"
-            self._settle(Reply(fault=Fault.LENGTH, text=text))
+            self._settle(Reply(fault=ReplyFault.LENGTH, text=text))
         else:
-            self._settle(Reply(fault=Fault.SILENCE, text=f"no reply within {self._timeout:g} s"))
+            self._settle(Reply(fault=ReplyFault.SILENCE, text=f"no reply within {self._timeout:g} s"))
 
     def _settle(self, reply: Reply) -> None:
         if self._request is not None and not self._answer.done():

@@ -20,7 +20,7 @@ from typing import Literal
 Announcement = Literal["link_up", "link_down"]
 
 
-class Phase(Enum):
+class LinkPhase(Enum):
     """Where a link is in its life."""
 
     CONNECTING = "connecting"
@@ -40,26 +40,26 @@ class Input(Enum):
     DUE = "the back-off is over"
 
 
-TRANSITIONS: Mapping[tuple[Phase, Input], Phase] = {
-    (Phase.CONNECTING, Input.ANSWERED): Phase.UP,
-    (Phase.CONNECTING, Input.UNANSWERED): Phase.BACKOFF,
-    (Phase.CONNECTING, Input.LOST): Phase.DOWN,
-    (Phase.UP, Input.UNANSWERED): Phase.SILENT,
-    (Phase.UP, Input.LOST): Phase.DOWN,
-    (Phase.SILENT, Input.ANSWERED): Phase.UP,
-    (Phase.SILENT, Input.UNANSWERED): Phase.BACKOFF,
-    (Phase.SILENT, Input.LOST): Phase.DOWN,
-    (Phase.BACKOFF, Input.DUE): Phase.CONNECTING,
-    (Phase.BACKOFF, Input.LOST): Phase.DOWN,
-    (Phase.DOWN, Input.OPENED): Phase.CONNECTING,
+TRANSITIONS: Mapping[tuple[LinkPhase, Input], LinkPhase] = {
+    (LinkPhase.CONNECTING, Input.ANSWERED): LinkPhase.UP,
+    (LinkPhase.CONNECTING, Input.UNANSWERED): LinkPhase.BACKOFF,
+    (LinkPhase.CONNECTING, Input.LOST): LinkPhase.DOWN,
+    (LinkPhase.UP, Input.UNANSWERED): LinkPhase.SILENT,
+    (LinkPhase.UP, Input.LOST): LinkPhase.DOWN,
+    (LinkPhase.SILENT, Input.ANSWERED): LinkPhase.UP,
+    (LinkPhase.SILENT, Input.UNANSWERED): LinkPhase.BACKOFF,
+    (LinkPhase.SILENT, Input.LOST): LinkPhase.DOWN,
+    (LinkPhase.BACKOFF, Input.DUE): LinkPhase.CONNECTING,
+    (LinkPhase.BACKOFF, Input.LOST): LinkPhase.DOWN,
+    (LinkPhase.DOWN, Input.OPENED): LinkPhase.CONNECTING,
 }
 """What changes what; any other pair changes nothing."""
 
-_ANNOUNCED: Mapping[Phase, Announcement] = {
-    Phase.UP: "link_up",
-    Phase.SILENT: "link_up",
-    Phase.DOWN: "link_down",
-    Phase.BACKOFF: "link_down",
+_ANNOUNCED: Mapping[LinkPhase, Announcement] = {
+    LinkPhase.UP: "link_up",
+    LinkPhase.SILENT: "link_up",
+    LinkPhase.DOWN: "link_down",
+    LinkPhase.BACKOFF: "link_down",
 }
 
 
@@ -72,7 +72,7 @@ class LinkState:
     ('up', 'link_up', None, 'link_down')
     """
 
-    phase: Phase = Phase.CONNECTING
+    phase: LinkPhase = LinkPhase.CONNECTING
     announced: Announcement | None = None
     unanswered: int = 0
 

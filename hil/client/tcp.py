@@ -19,7 +19,7 @@ from typing import cast
 from hil.client.wire import GONE, Lost
 from hil.modbus.checks import check_tcp, ends_in_frame
 from hil.modbus.framing import Frame, split_frames
-from hil.modbus.messages import Fault, Reply, Request
+from hil.modbus.messages import Reply, ReplyFault, Request
 
 RECENT = 32
 """Transaction ids that are remembered."""
@@ -68,7 +68,7 @@ class TcpWire(asyncio.Protocol):
     def connection_lost(self, exc: Exception | None) -> None:
         """Called by the event loop."""
         if self._transport is not None:
-            self._end(Reply(fault=Fault.LOST, text=f"connection lost ({exc or 'closed by the peer'})"))
+            self._end(Reply(fault=ReplyFault.LOST, text=f"connection lost ({exc or 'closed by the peer'})"))
             self._lost(exc)
 
     def data_received(self, data: bytes) -> None:
@@ -81,7 +81,7 @@ class TcpWire(asyncio.Protocol):
 
     def _judge(self, frame: Frame) -> None:
         reply = check_tcp(self._request, self._transaction, frame) if self._request else None
-        if reply is None or reply.fault is Fault.TRANSACTION:
+        if reply is None or reply.fault is ReplyFault.TRANSACTION:
             self._tally["dropped frame: late, repeated or unasked"] += 1
         elif self._stream:
             self._doubt("bytes behind the reply")
@@ -101,12 +101,12 @@ class TcpWire(asyncio.Protocol):
         if self._stream:
             self._doubt(f"the reply stopped half way for {self._timeout:g} s")
         else:
-            self._settle(Reply(fault=Fault.SILENCE, text=f"no reply within {self._timeout:g} s"))
+            self._settle(Reply(fault=ReplyFault.SILENCE, text=f"no reply within {self._timeout:g} s"))
 
     def _doubt(self, text: str) -> None:
         if self._transport is not None:
-            self._tally[Fault.FRAMING] += self._request is None  # else the verdict is counted
-            self._end(Reply(fault=Fault.FRAMING, text=text))
+            self._tally[ReplyFault.FRAMING] += self._request is None  # else the verdict is counted
+            self._end(Reply(fault=ReplyFault.FRAMING, text=text))
             self._lost(ConnectionError(text))
 
     def _settle(self, reply: Reply) -> None:

@@ -11,12 +11,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol
 
-from hil.modbus.messages import Fault, Reply, Request
+from hil.modbus.messages import Reply, ReplyFault, Request
 
 Lost = Callable[[Exception | None], None]
 """Called once, at once, when the connection is gone: with the reason, or None when the peer closed it."""
 
-GONE = Reply(fault=Fault.LOST, text="the connection is closed")
+GONE = Reply(fault=ReplyFault.LOST, text="the connection is closed")
 
 
 class Wire(Protocol):

@@ -22,7 +22,7 @@ import struct
 from collections.abc import Collection, Iterator
 
 from hil.modbus.framing import Frame, crc
-from hil.modbus.messages import EXCEPTIONS, READ_REGISTERS, Fault, Reply, Request
+from hil.modbus.messages import EXCEPTIONS, READ_REGISTERS, Reply, ReplyFault, Request
 
 _STRIDE = 40503  # odd, so that it visits all ids; near 65536 / 1.618, so that neighbours lie far apart
 
@@ -48,9 +48,9 @@ def check_tcp(request: Request, transaction: int, frame: Frame) -> Reply:
     """The verdict on a frame that arrived while a request waits."""
     if frame.transaction != transaction:
         text = f"a frame with transaction id {frame.transaction}, waiting for {transaction}"
-        return Reply(fault=Fault.TRANSACTION, text=text)
+        return Reply(fault=ReplyFault.TRANSACTION, text=text)
     if frame.unit != request.unit:
-        return Reply(fault=Fault.UNIT, text=f"unit {frame.unit} answered instead of {request.unit}")
+        return Reply(fault=ReplyFault.UNIT, text=f"unit {frame.unit} answered instead of {request.unit}")
     return check_pdu(request, frame.pdu)
 
 
@@ -74,26 +74,30 @@ def ends_in_frame(pdu: bytes, transactions: Collection[int]) -> bool:
 def check_rtu(request: Request, line: bytes) -> Reply | None:
     """The verdict on all bytes that came since the request; None while they may still become the reply.
 
-    The frame must be alone. Whether it stays alone is for the caller to watch: more bytes make it `Fault.SURPLUS`.
+    The frame must be alone. Whether it stays alone is for the caller to watch: more bytes make it `ReplyFault.SURPLUS`.
 
     >>> check_rtu(Request(unit=1, function=4, address=9, count=1), bytes.fromhex("0104020008b8f6")).words
     (8,)
     """
     known = line[:3]
     if known[:1] not in (b"", bytes([request.unit])):
-        return Reply(fault=Fault.UNIT, text=f"unit {known[0]} answered instead of {request.unit}")
+        return Reply(fault=ReplyFault.UNIT, text=f"unit {known[0]} answered instead of {request.unit}")
     if known[1:2] not in (b"", bytes([request.function]), bytes([request.function | 0x80])):
-        return Reply(fault=Fault.FUNCTION, text=f"the reply is to function {known[1]:02x}, not {request.function:02x}")
+        return Reply(
+            fault=ReplyFault.FUNCTION, text=f"the reply is to function {known[1]:02x}, not {request.function:02x}"
+        )
     refused = known[1:2] == bytes([request.function | 0x80])
     if not refused and not request.writes and known[2:] not in (b"", bytes([request.data_bytes])):
-        return Reply(fault=Fault.LENGTH, text=f"the reply declares {known[2]} bytes, asked for {request.data_bytes}")
+        return Reply(
+            fault=ReplyFault.LENGTH, text=f"the reply declares {known[2]} bytes, asked for {request.data_bytes}"
+        )
     length = 5 if refused else request.reply_length + 3
     if len(line) < length:
         return None
     if len(line) > length:
-        return Reply(fault=Fault.SURPLUS, text=f"{len(line) - length} bytes behind the reply")
+        return Reply(fault=ReplyFault.SURPLUS, text=f"{len(line) - length} bytes behind the reply")
     if crc(line[:-2]) != line[-2:]:
-        return Reply(fault=Fault.CHECKSUM, text="the checksum of the reply is wrong")
+        return Reply(fault=ReplyFault.CHECKSUM, text="the checksum of the reply is wrong")
     return check_pdu(request, line[1:-2])
 
 
@@ -108,22 +112,24 @@ def check_pdu(request: Request, pdu: bytes) -> Reply:
     function, right = pdu[:1], bytes([request.function])
     if function == bytes([request.function | 0x80]) and len(pdu) == 2:
         words = EXCEPTIONS.get(pdu[1], "not in the standard")
-        return Reply(fault=Fault.EXCEPTION, text=f"exception {pdu[1]}: {words}", exception=pdu[1])
+        return Reply(fault=ReplyFault.EXCEPTION, text=f"exception {pdu[1]}: {words}", exception=pdu[1])
     if function != right:
-        return Reply(fault=Fault.FUNCTION, text=f"a reply to function {function.hex() or 'none'}, not {right.hex()}")
+        return Reply(
+            fault=ReplyFault.FUNCTION, text=f"a reply to function {function.hex() or 'none'}, not {right.hex()}"
+        )
     if len(pdu) != request.reply_length:
         text = f"the reply has {len(pdu)} bytes, {request.reply_length} are right for this request"
-        return Reply(fault=Fault.LENGTH, text=text)
+        return Reply(fault=ReplyFault.LENGTH, text=text)
     if request.writes:
         return _check_echo(request, pdu)
     if pdu[1] != request.data_bytes:
-        return Reply(fault=Fault.LENGTH, text=f"the reply declares {pdu[1]} bytes, asked for {request.data_bytes}")
+        return Reply(fault=ReplyFault.LENGTH, text=f"the reply declares {pdu[1]} bytes, asked for {request.data_bytes}")
     return Reply(_words(request, pdu[2:]))
 
 
 def _check_echo(request: Request, pdu: bytes) -> Reply:
     if pdu != request.pdu[:5]:
-        return Reply(fault=Fault.LENGTH, text=f"the device acknowledged {pdu[1:].hex()}, not what was written")
+        return Reply(fault=ReplyFault.LENGTH, text=f"the device acknowledged {pdu[1:].hex()}, not what was written")
     return Reply(request.words)
 
 

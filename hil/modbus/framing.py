@@ -54,7 +54,7 @@ class Frame(NamedTuple):
         return body + crc(body)
 
 
-class Header(NamedTuple):
+class FrameHeader(NamedTuple):
     """The first six bytes of a frame on TCP. length : of what follows them."""
 
     transaction: int
@@ -62,7 +62,7 @@ class Header(NamedTuple):
     length: int
 
     @classmethod
-    def at(cls, stream: bytes | bytearray, start: int = 0) -> Header | None:
+    def at(cls, stream: bytes | bytearray, start: int = 0) -> FrameHeader | None:
         """The header that begins there; None while it is not whole."""
         return cls(*_HEADER.unpack_from(stream, start)) if len(stream) - start >= _HEADER.size else None
 
@@ -88,7 +88,7 @@ def split_frames(stream: bytes) -> tuple[list[Frame], bytes, str | None]:
     ([Frame(transaction=7, unit=1, pdu=b'\\x04\\x02')], b'\\x00\\x08', None)
     """
     frames, start = list[Frame](), 0
-    while header := Header.at(stream, start):
+    while header := FrameHeader.at(stream, start):
         if header.problem:
             return frames, stream[start:], header.problem
         end = start + header.size

@@ -32,7 +32,7 @@ BEHIND_GATEWAY = (10, 11)
 """Exceptions by which a gateway says that the device behind it is silent."""
 
 
-class Fault(StrEnum):
+class ReplyFault(StrEnum):
     """Why a request has no answer that can be used; the value is the word for statistics."""
 
     SILENCE = "timeout"
@@ -55,14 +55,14 @@ class Reply(NamedTuple):
     """
 
     words: tuple[int, ...] = ()
-    fault: Fault | None = None
+    fault: ReplyFault | None = None
     text: str = ""
     exception: int = 0
 
     @property
     def device_silent(self) -> bool:
         """Whether the device itself said nothing: no reply at all, or a gateway that says so."""
-        return self.fault is Fault.SILENCE or self.exception in BEHIND_GATEWAY
+        return self.fault is ReplyFault.SILENCE or self.exception in BEHIND_GATEWAY
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,7 +14,7 @@ from hil.monitor.state import check_state, save_state
 from hil.monitor.valve import ValveStatus
 from hil.recorder.files import RecorderSettings
 from hil.recorder.recorder import Recorder, RecorderReport
-from hil.running import Job, Stop, first_of, freeze_garbage, repeating
+from hil.running import RepeatedTask, Stop, first_of, freeze_garbage, repeating
 from hil.source.sample import LinkEvent, Sample
 from hil.source.source import Source, SourceWrapper
 from hil.source.statistics import Statistics
@@ -22,7 +22,7 @@ from hil.source.statistics import Statistics
 Sink = Callable[[MonitorEvent], None]
 """Where events go: a file, a terminal, and later a page."""
 
-Show = Callable[[tuple[ValveStatus, ...], Statistics, float], None]
+ShowWatching = Callable[[tuple[ValveStatus, ...], Statistics, float], None]
 """Shown, once a second, how the valves stand, what the source has done, and the seconds since the start."""
 
 SHOW_EVERY_S = 1.0
@@ -34,7 +34,7 @@ BREATHE_EVERY = 64
 @dataclass(frozen=True)
 class MonitorSession:
     """sinks : where events go; duration_s : stop after so long [s]; state, model_key : file for what is learned, and
-    the model it belongs to; record : how the source is recorded meanwhile; show : see `Show`.
+    the model it belongs to; record : how the source is recorded meanwhile; show : see `ShowWatching`.
     """
 
     sinks: Sequence[Sink] = ()
@@ -42,7 +42,7 @@ class MonitorSession:
     state: Path | None = None
     model_key: str = ""
     record: RecorderSettings | None = None
-    show: Show | None = None
+    show: ShowWatching | None = None
 
 
 @dataclass(frozen=True)
@@ -106,8 +106,8 @@ async def monitor_session(source: Source, monitor: Monitor, session: MonitorSess
     return MonitorEnd(monitor.alarms, stop.seconds, stop.first_signal, report)
 
 
-def _jobs(monitor: Monitor, statistics: Statistics, session: MonitorSession, stop: Stop) -> list[Job]:
-    jobs: list[Job] = [(SAVE_EVERY_S, lambda: _save(monitor, session))]
+def _jobs(monitor: Monitor, statistics: Statistics, session: MonitorSession, stop: Stop) -> list[RepeatedTask]:
+    jobs: list[RepeatedTask] = [(SAVE_EVERY_S, lambda: _save(monitor, session))]
     show = session.show
     if show is not None:
         jobs.append((SHOW_EVERY_S, lambda: show(monitor.status, statistics, stop.seconds)))

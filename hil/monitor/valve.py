@@ -6,12 +6,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
-from detector import Judgement, Measurement, Measurements, Verdict, Watch, WatchState
+from detector import Judgement, Measurement, Measurements, SampleVerdict, Watch, WatchState
 from hil.monitor.event import MonitorEvent
 from recordings import BadInput
 
 Learner = Callable[[Measurements], Watch]
-Phase = Literal["learning", "watching", "alarm"]
+WatchPhase = Literal["learning", "watching", "alarm"]
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,7 @@ class ValveStatus:
     """
 
     valve: str
-    phase: Phase
+    phase: WatchPhase
     load: float
     fault: str | None
     learned: float
@@ -67,7 +67,7 @@ class ValveWatch:
         self._load = judgement.load if judgement.verdict.used else self._load
         if judgement.changed:
             return self._change(judgement, wall)
-        if judgement.verdict is Verdict.GAP and judgement.gap_s:
+        if judgement.verdict is SampleVerdict.GAP and judgement.gap_s:
             text = f"no usable sample for {judgement.gap_s:.3g} s; the detector starts its errors anew"
             return MonitorEvent(moment.time_s, wall, self.valve, "gap", text)
         return None
@@ -87,7 +87,7 @@ class ValveWatch:
             gathered = self._gathered
             learned = (gathered[-1].time_s - gathered[0].time_s) / (self.learn_s or 1.0) if gathered else 0.0
             return ValveStatus(self.valve, "learning", 0.0, None, min(learned, 1.0), self._samples)
-        phase: Phase = "alarm" if self.state.alarm else "watching"
+        phase: WatchPhase = "alarm" if self.state.alarm else "watching"
         return ValveStatus(self.valve, phase, self._load, self.state.kind, 1.0, self._samples)
 
 

@@ -8,10 +8,9 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hil.plant.orders import COMMANDS, FRICTION, INPUT_COMMANDS, Orders
-from recordings import Array, BadInput
+from recordings import Array, BadInput, Integers
 from simulator import CATALOGUE
 from simulator.damadics import (
     CHANNELS,
@@ -158,7 +157,7 @@ class ActuatorPlant:
         neutral = {p.symbol: p.neutral for p in parameters if p.neutral is not None}
         return {**self._setup.hidden[effect], **neutral}
 
-    def _inputs(self, steps: NDArray[np.int64]) -> Array:
+    def _inputs(self, steps: Integers) -> Array:
         """Rows of the actuator's inputs, shape (n_steps, 24)."""
         t = _times(steps)
         inputs = np.empty((len(steps), len(INPUTS)))
@@ -169,9 +168,7 @@ class ActuatorPlant:
         inputs[:, len(INPUT_COMMANDS) :] = strengths(self._faults, t)
         return inputs
 
-    def _samples(
-        self, signals: Array, noise: Noise | None, steps: NDArray[np.int64], setpoint: Array
-    ) -> dict[str, Array]:
+    def _samples(self, signals: Array, noise: Noise | None, steps: Integers, setpoint: Array) -> dict[str, Array]:
         shares = measured(signals, noise, steps)
         stroke = self._setup.parameters.stroke
         samples = {"setpoint": setpoint, "plant_time": _times(steps)}
@@ -182,6 +179,6 @@ class ActuatorPlant:
         return samples
 
 
-def _times(steps: NDArray[np.int64]) -> Array:
+def _times(steps: Integers) -> Array:
     """Times of steps [s], the same numbers as the simulator has: a fault starts at the same step."""
     return np.asarray(steps / round(1 / STEP), np.float64)

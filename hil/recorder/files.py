@@ -12,8 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from hil.source.sample import LinkEvent
-from recordings import BadInput, Event, Plant, RecordingWriter, SignalSpec
-from recordings import Source as Kind
+from recordings import BadInput, Event, Origin, Plant, RecordingWriter, SignalSpec
 
 Acknowledge = Callable[[Path, int], None]
 """Told after every batch which file holds how many samples that nothing can take any more."""
@@ -21,7 +20,7 @@ Acknowledge = Callable[[Path, int], None]
 Tell = Callable[[LinkEvent], None]
 """Told every event when it comes, for whoever watches the session."""
 
-Row = tuple[float, ...]
+RecordedRow = tuple[float, ...]
 
 
 @dataclass(frozen=True)
@@ -38,7 +37,7 @@ class RecorderSettings:
     rotate_s: float | None = None
     batch_s: float = 0.5
     title: str | None = None
-    kind: Kind | None = None
+    kind: Origin | None = None
     plant: Plant = field(default_factory=Plant)
     acknowledge: Acknowledge | None = None
     tell: Tell | None = None
@@ -85,10 +84,10 @@ class FileSeries:
         self._names = [spec.name for spec in signals]
         self._writer: RecordingWriter | None = None
         self._started = 0.0
-        self._rows: list[Row] = []
+        self._rows: list[RecordedRow] = []
         self._events: list[Event] = []
 
-    def write(self, rows: Sequence[Row], events: Sequence[Event]) -> None:
+    def write(self, rows: Sequence[RecordedRow], events: Sequence[Event]) -> None:
         """Add samples (one number for each signal, time first) and events; what is safe then is acknowledged."""
         self._rows += rows
         self._events += events

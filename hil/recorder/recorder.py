@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 
-from hil.recorder.files import FileSeries, RecorderSettings, Row
+from hil.recorder.files import FileSeries, RecordedRow, RecorderSettings
 from hil.running import first_of
 from hil.source.sample import LinkEvent, Sample
 from hil.source.source import Source
@@ -62,7 +62,7 @@ class _Lane:
     names: Sequence[str]
     report: ValveReport
     series: FileSeries | None = None
-    rows: list[Row] = field(default_factory=list)
+    rows: list[RecordedRow] = field(default_factory=list)
     events: list[LinkEvent] = field(default_factory=list)
 
     def take(self, sample: Sample, origin: float) -> None:
@@ -72,7 +72,7 @@ class _Lane:
         report.first = report.first if report.samples else moment
         report.last, report.samples = moment, report.samples + 1
 
-    def batch(self, origin: float) -> tuple[list[Row], list[Event]]:
+    def batch(self, origin: float) -> tuple[list[RecordedRow], list[Event]]:
         rows, events, self.rows, self.events = self.rows, self.events, [], []
         return rows, [Event(event.time - origin, event.kind, event.text) for event in events]
 
@@ -171,7 +171,7 @@ class Recorder:
                     stack.callback(lane.series.close)
 
 
-def _write_batches(batches: Sequence[tuple[FileSeries | None, list[Row], list[Event]]]) -> None:
+def _write_batches(batches: Sequence[tuple[FileSeries | None, list[RecordedRow], list[Event]]]) -> None:
     for series, rows, events in batches:
         if series is not None:
             series.write(rows, events)

@@ -11,7 +11,7 @@ from hil.recorder.recorder import Recorder, RecorderReport
 from hil.running import Stop, freeze_garbage, repeating
 from hil.source.source import Source
 
-Show = Callable[[RecorderReport, float], None]
+ShowRecording = Callable[[RecorderReport, float], None]
 """Shown the report so far and the seconds since the start, once a second."""
 
 SHOW_EVERY_S = 1.0
@@ -27,7 +27,7 @@ class RecorderEnd:
 
 
 async def record_session(
-    source: Source, settings: RecorderSettings, duration_s: float | None = None, show: Show | None = None
+    source: Source, settings: RecorderSettings, duration_s: float | None = None, show: ShowRecording | None = None
 ) -> RecorderEnd:
     """Record a source until the duration is over, SIGINT or SIGTERM comes, or the source ends.
 

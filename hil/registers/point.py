@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from recordings import BadInput, SignalSpec
 
-Table = Literal["holding", "input", "coil", "discrete"]
+RegisterTable = Literal["holding", "input", "coil", "discrete"]
 NumberType = Literal["int16", "uint16", "int32", "uint32", "float32", "float64", "bit"]
 ByteOrder = Literal["ABCD", "CDAB", "BADC", "DCBA"]
 
@@ -36,7 +36,7 @@ class Point(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     name: Annotated[str, Field(min_length=1, pattern=r"^[A-Za-z_][A-Za-z0-9_.\-]*$")]
-    table: Table
+    table: RegisterTable
     address: Annotated[int, Field(ge=0, le=65535, strict=True)]
     type: NumberType
     byte_order: ByteOrder = "ABCD"

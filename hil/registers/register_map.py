@@ -13,7 +13,7 @@ from typing import Annotated, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from hil.registers.map_file import read_csv, read_map, validated
-from hil.registers.point import BIT_TABLES, READ_FUNCTION, Point, Table
+from hil.registers.point import BIT_TABLES, READ_FUNCTION, Point, RegisterTable
 from hil.registers.ring import Ring
 from recordings import BadInput
 
@@ -26,7 +26,7 @@ class ReadBlock:
     """One read request and the points that its reply answers: `count` registers (or bits) from `address` on."""
 
     unit_id: int
-    table: Table
+    table: RegisterTable
     address: int
     count: int
     points: tuple[Point, ...]

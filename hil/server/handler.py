@@ -19,7 +19,7 @@ from pymodbus.pdu import ExceptionResponse, ModbusPDU
 from pymodbus.server import ModbusSerialServer, ModbusTcpServer, ModbusTlsServer
 from pymodbus.server.requesthandler import ServerRequestHandler
 
-from hil.modbus.framing import Header
+from hil.modbus.framing import FrameHeader
 
 ALLOWED = frozenset({1, 2, 3, 4, 5, 6, 15, 16, 22, 23})
 """Function codes that read or write registers; all others (diagnostics, files, restarts) are refused."""
@@ -71,7 +71,7 @@ class _Connection(_Guard):
         self.loop.call_soon(self._serve_next)
 
     def _serve_next(self) -> None:
-        if self._busy or not self.transport or (header := Header.at(self._waiting)) is None:
+        if self._busy or not self.transport or (header := FrameHeader.at(self._waiting)) is None:
             return
         if header.problem:
             self.close()

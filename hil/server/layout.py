@@ -31,7 +31,7 @@ OWN_COMMANDS = {"advance": Command(), "run": Command(), "reset": Command()}
 
 
 @dataclass(frozen=True)
-class Place:
+class ServedPoint:
     """A point of a map and how its value [point unit] comes from, or goes to, the plant's unit."""
 
     point: Point
@@ -41,7 +41,7 @@ class Place:
 
 
 @dataclass(frozen=True)
-class Layout:
+class ServedRegisters:
     """The registers of one served device.
 
     readable, writable : places by table; legal : what may be read, as first address and the one behind the last, by
@@ -49,10 +49,10 @@ class Layout:
     """
 
     read_map: RegisterMap
-    readable: Mapping[str, tuple[Place, ...]]
-    writable: Mapping[str, tuple[Place, ...]]
+    readable: Mapping[str, tuple[ServedPoint, ...]]
+    writable: Mapping[str, tuple[ServedPoint, ...]]
     legal: Mapping[str, tuple[tuple[int, int], ...]]
-    ring_places: tuple[Place, ...]
+    ring_places: tuple[ServedPoint, ...]
 
     def is_legal(self, table: str, address: int, count: int) -> bool:
         """Whether a read of `count` from `address` stays within registers that exist (holes inside a block do)."""
@@ -70,7 +70,7 @@ class Layout:
         return max((end for _, end in self.legal[table]), default=16)
 
 
-def layout(plant: ServedPlant, read_map: RegisterMap, write_map: WriteMap | None) -> Layout:
+def layout(plant: ServedPlant, read_map: RegisterMap, write_map: WriteMap | None) -> ServedRegisters:
     """Match maps with a plant. Raises BadInput for a point that the plant does not have, or in a foreign unit."""
     units = {**plant.units, **SERVICE}
     commands = {**plant.commands, **OWN_COMMANDS}
@@ -83,7 +83,7 @@ def layout(plant: ServedPlant, read_map: RegisterMap, write_map: WriteMap | None
         if name not in plant.units and name != "sample_counter":
             found = f"{name!r} is not a signal of the plant"
             raise BadInput(f"register map {read_map.name!r}: ring", found, f"it has {', '.join(plant.units)}")
-    return Layout(
+    return ServedRegisters(
         read_map,
         {t: tuple(p for p in readable if p.point.table == t) for t in TABLES},
         {t: tuple(p for p in writable if p.point.table == t) for t in TABLES},
@@ -92,23 +92,23 @@ def layout(plant: ServedPlant, read_map: RegisterMap, write_map: WriteMap | None
     )
 
 
-def _writable(map_name: str, point: Point, commands: Mapping[str, Command]) -> Place:
+def _writable(map_name: str, point: Point, commands: Mapping[str, Command]) -> ServedPoint:
     place = _place(map_name, point, {name: command.unit for name, command in commands.items()}, "command")
-    return Place(point, place.from_plant, place.to_plant, commands[point.name].harmful)
+    return ServedPoint(point, place.from_plant, place.to_plant, commands[point.name].harmful)
 
 
-def _place(map_name: str, point: Point, units: Mapping[str, str], what: str) -> Place:
+def _place(map_name: str, point: Point, units: Mapping[str, str], what: str) -> ServedPoint:
     where = f"register map {map_name!r}: point {point.name!r}"
     if point.name not in units:
         raise BadInput(where, f"the plant has no {what} of that name", f"it has {', '.join(units)}")
     own = units[point.name]
     if own == point.unit:
-        return Place(point, float, float)
+        return ServedPoint(point, float, float)
     convert(1.0, own, point.unit, where)
-    return Place(point, lambda v: convert(v, own, point.unit), lambda v: convert(v, point.unit, own))
+    return ServedPoint(point, lambda v: convert(v, own, point.unit), lambda v: convert(v, point.unit, own))
 
 
-def _refuse_disagreement(readable: tuple[Place, ...], writable: tuple[Place, ...]) -> None:
+def _refuse_disagreement(readable: tuple[ServedPoint, ...], writable: tuple[ServedPoint, ...]) -> None:
     """A register may be in both maps only as the same point: reading back what was written."""
     for one in (place.point for place in readable):
         for other in (place.point for place in writable):

@@ -8,7 +8,7 @@ import numpy as np
 
 from hil.registers.codec import saturated
 from hil.registers.ring import COUNTER
-from hil.server.layout import Place
+from hil.server.layout import ServedPoint
 from recordings import Array
 
 _NEVER = 0xFFFFFFFF
@@ -17,7 +17,7 @@ _NEVER = 0xFFFFFFFF
 class SampleMemory:
     """The last `slots` samples of some places, in the plant's units; slots never written carry no valid number."""
 
-    def __init__(self, places: Sequence[Place], slots: int) -> None:
+    def __init__(self, places: Sequence[ServedPoint], slots: int) -> None:
         self.slots = slots
         self._places = tuple(places)
         self._values = np.zeros((slots, len(self._places)))

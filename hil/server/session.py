@@ -11,8 +11,6 @@ from hil.plant.plant import ServedPlant
 from hil.running import Stop, first_of
 from hil.server.server import Server, ServerSettings
 
-Say = Callable[[str], None]
-
 
 @dataclass(frozen=True)
 class ServerEnd:
@@ -22,7 +20,7 @@ class ServerEnd:
 
 
 async def serve_session(
-    plants: Mapping[int, ServedPlant], settings: ServerSettings, duration: float | None, say: Say
+    plants: Mapping[int, ServedPlant], settings: ServerSettings, duration: float | None, say: Callable[[str], None]
 ) -> ServerEnd:
     """Serve until `duration` [s] is over or SIGINT or SIGTERM comes.
 

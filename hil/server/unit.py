@@ -10,7 +10,7 @@ import numpy as np
 from hil.plant.pace import LatenessReport, Pace
 from hil.plant.plant import ServedPlant
 from hil.registers.codec import decode, saturated
-from hil.server.layout import Layout, Place
+from hil.server.layout import ServedPoint, ServedRegisters
 from hil.server.sample_memory import SampleMemory
 from recordings import BadInput, BristleError
 
@@ -47,7 +47,7 @@ class ServedUnit:
     harm : whether registers may switch on what damages the plant.
     """
 
-    def __init__(self, plant: ServedPlant, layout: Layout, pace: Pace | None, harm: bool = False) -> None:
+    def __init__(self, plant: ServedPlant, layout: ServedRegisters, pace: Pace | None, harm: bool = False) -> None:
         self.plant, self.layout, self.pace, self._harm = plant, layout, pace, harm
         self.samples = 0
         self.requests = self.refused = 0
@@ -125,7 +125,7 @@ class ServedUnit:
     def _present(self) -> Mapping[str, np.ndarray]:
         return {name: np.array([value]) for name, value in self.plant.signals().items()}
 
-    def _covered(self, table: str, address: int, count: int) -> list[Place]:
+    def _covered(self, table: str, address: int, count: int) -> list[ServedPoint]:
         """The places that a write covers; it must cover whole points, no hole, and nothing that is off limits."""
         end = address + count
         places = [p for p in self.layout.writable[table] if p.point.address < end and p.point.end > address]
@@ -188,7 +188,9 @@ class ServedUnit:
         }
 
 
-def _fill(words: list[int], address: int, places: Sequence[Place], values: Callable[[], Mapping[str, float]]) -> None:
+def _fill(
+    words: list[int], address: int, places: Sequence[ServedPoint], values: Callable[[], Mapping[str, float]]
+) -> None:
     """Put the registers of the places that lie in the window into `words`; bits of one register are joined."""
     end = address + len(words)
     wanted = [p for p in places if p.point.address < end and p.point.end > address]
@@ -201,7 +203,7 @@ def _fill(words: list[int], address: int, places: Sequence[Place], values: Calla
                 words[at] = words[at] | word if point.bit is not None else word
 
 
-def _wrapped(place: Place, value: float) -> float:
+def _wrapped(place: ServedPoint, value: float) -> float:
     """A value as the point has it; counters begin again at 0 when their register is full."""
     if place.point.name == "sample_counter" and place.point.type in {"int16", "uint16", "int32", "uint32"}:
         bits = 16 * place.point.count - (place.point.type in {"int16", "int32"})

@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 
 from hil.client.link import Link
-from hil.client.state import REST, Input, LinkState, Phase
+from hil.client.state import REST, Input, LinkPhase, LinkState
 from hil.modbus.addresses import LiveAddress
-from hil.modbus.messages import Fault, Reply, Request
+from hil.modbus.messages import Reply, ReplyFault, Request
 from hil.source.sample import EventKind
 from hil.source.valve import Valve
 
@@ -26,7 +26,7 @@ class _Unit:
     down_since: float | None = None
 
 
-class Line:
+class DeviceLine:
     """Asks devices, and leaves a silent one alone for a while so that it costs the others one timeout a back-off.
 
     address : of the peer; valves : that the devices belong to; announce : see `Announce`; allow_write : as in `Link`.
@@ -56,13 +56,13 @@ class Line:
     async def ask(self, request: Request) -> Reply:
         """Send a request, and draw the conclusions from its reply."""
         unit = self._units[request.unit]
-        if unit.state.phase is Phase.BACKOFF:
+        if unit.state.phase is LinkPhase.BACKOFF:
             self._step(request.unit, unit, Input.DUE, "")
         reply = await self.link.exchange(request)
-        if reply.fault in (None, Fault.EXCEPTION) and not reply.device_silent:
-            if unit.state.phase is not Phase.UP:
+        if reply.fault in (None, ReplyFault.EXCEPTION) and not reply.device_silent:
+            if unit.state.phase is not LinkPhase.UP:
                 self._step(request.unit, unit, Input.ANSWERED, "it answers")
-        elif reply.fault is not Fault.LOST:  # the link tells of a loss itself
+        elif reply.fault is not ReplyFault.LOST:  # the link tells of a loss itself
             self._step(request.unit, unit, Input.UNANSWERED, reply.text)
             if reply.device_silent:
                 rest = REST.delay(max(unit.state.unanswered, 1))

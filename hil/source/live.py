@@ -8,12 +8,12 @@ from types import TracebackType
 from typing import Protocol, Self
 
 from hil.modbus.addresses import LiveAddress
-from hil.modbus.messages import WRITE_COILS, WRITE_REGISTERS, Fault, Reply, Request
+from hil.modbus.messages import WRITE_COILS, WRITE_REGISTERS, Reply, ReplyFault, Request
 from hil.registers.codec import encode
 from hil.registers.point import BIT_TABLES
 from hil.registers.register_map import WriteMap
 from hil.source.channel import Channel
-from hil.source.line import Line
+from hil.source.line import DeviceLine
 from hil.source.sample import EventKind, LinkEvent, Sample, wall_at
 from hil.source.statistics import Statistics
 from hil.source.valve import Valve
@@ -24,7 +24,7 @@ class PollingStopped(LinkError):
     """A task of a source ended, which it never should: no more samples will come. The cause is `__cause__`."""
 
 
-class Plan(Protocol):
+class ReadingPlan(Protocol):
     """How a source reads its valves; `Polling` and `RingReading` are the two."""
 
     def signals(self, valve: Valve) -> tuple[SignalSpec, ...]:
@@ -33,7 +33,7 @@ class Plan(Protocol):
     def check(self, valve: Valve) -> None:
         """Raise BadInput when the plan does not fit the valve's map."""
 
-    async def run(self, valves: Sequence[Valve], line: Line, channel: Channel, statistics: Statistics) -> None:
+    async def run(self, valves: Sequence[Valve], line: DeviceLine, channel: Channel, statistics: Statistics) -> None:
         """Read until cancelled."""
 
 
@@ -53,7 +53,7 @@ class LiveSource:
         self,
         address: LiveAddress,
         valves: Sequence[Valve],
-        plan: Plan,
+        plan: ReadingPlan,
         *,
         write_map: WriteMap | None = None,
         allow_write: bool = False,
@@ -66,7 +66,7 @@ class LiveSource:
         self._valves, self._plan = tuple(valves), plan
         self._channel = Channel()
         self._write_map, allowed = write_map, allow_write and write_map is not None
-        self._line = Line(address, valves, self._announce, allow_write=allowed)
+        self._line = DeviceLine(address, valves, self._announce, allow_write=allowed)
         self.statistics.faults = self._line.link.tally
         self._tasks: list[asyncio.Task[None]] = []
 
@@ -140,7 +140,7 @@ class LiveSource:
 
 def _unconfirmed(where: str, reply: Reply) -> BadInput | LinkError:
     """The error of a write whose reply has a fault."""
-    if reply.fault is Fault.EXCEPTION and not reply.device_silent:
+    if reply.fault is ReplyFault.EXCEPTION and not reply.device_silent:
         return BadInput(where, reply.text, "check the device, and whether it lets this register be written")
-    kind = LinkError if reply.device_silent or reply.fault is Fault.LOST else ProtocolError
+    kind = LinkError if reply.device_silent or reply.fault is ReplyFault.LOST else ProtocolError
     return kind(f"{where}: {reply.text}")

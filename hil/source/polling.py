@@ -6,9 +6,9 @@ import asyncio
 import math
 from collections.abc import Mapping, Sequence
 
-from hil.modbus.messages import Fault
+from hil.modbus.messages import ReplyFault
 from hil.source.channel import Channel
-from hil.source.line import Line
+from hil.source.line import DeviceLine
 from hil.source.quality import Episodes, Heartbeat
 from hil.source.sample import LinkEvent, Reading, Sample, wall_at
 from hil.source.statistics import Statistics
@@ -86,7 +86,7 @@ class Polling:
         if self._heartbeat is not None:
             valve.map.point(self._heartbeat)
 
-    async def run(self, valves: Sequence[Valve], line: Line, channel: Channel, statistics: Statistics) -> None:
+    async def run(self, valves: Sequence[Valve], line: DeviceLine, channel: Channel, statistics: Statistics) -> None:
         """Poll until cancelled."""
         rounds = [_Round(valve, line, self._pulse(valve)) for valve in valves]
         schedule = Schedule(self._rate, statistics)
@@ -112,7 +112,7 @@ class Polling:
 class _Round:
     """What one valve needs in every round, and what is remembered of it between rounds."""
 
-    def __init__(self, valve: Valve, line: Line, heartbeat: Heartbeat | None) -> None:
+    def __init__(self, valve: Valve, line: DeviceLine, heartbeat: Heartbeat | None) -> None:
         self._valve, self._line, self._heartbeat = valve, line, heartbeat
         self._episodes = Episodes()
 
@@ -145,7 +145,7 @@ class _Round:
                 readings.update(read.bad(resting))
                 continue
             reply = await self._line.ask(read.request)
-            if reply.fault is Fault.LOST:
+            if reply.fault is ReplyFault.LOST:
                 return None
             asked = True
             readings.update(read.readings(reply))

@@ -14,7 +14,7 @@ from hil.registers.point import READ_FUNCTION
 from hil.registers.register_map import grouped
 from hil.registers.ring import Ring
 from hil.source.channel import Channel
-from hil.source.line import Line
+from hil.source.line import DeviceLine
 from hil.source.polling import HEARTBEAT_S, Schedule, check_rate
 from hil.source.quality import Episodes
 from hil.source.sample import LinkEvent, Quality, Reading, Sample, wall_at
@@ -48,7 +48,7 @@ class RingReading:
         for name in (COUNTER, STEP):
             valve.map.point(name)
 
-    async def run(self, valves: Sequence[Valve], line: Line, channel: Channel, statistics: Statistics) -> None:
+    async def run(self, valves: Sequence[Valve], line: DeviceLine, channel: Channel, statistics: Statistics) -> None:
         """Fetch until cancelled."""
         schedule = Schedule(self._rate, statistics)
         readers = [_Reader(valve, line, channel, statistics) for valve in valves]
@@ -76,7 +76,7 @@ class _Clock:
 class _Reader:
     """One valve's ring, and how far it has been read."""
 
-    def __init__(self, valve: Valve, line: Line, channel: Channel, statistics: Statistics) -> None:
+    def __init__(self, valve: Valve, line: DeviceLine, channel: Channel, statistics: Statistics) -> None:
         self._valve, self._line, self._channel, self._statistics = valve, line, channel, statistics
         self._ring, points = _ring(valve), [valve.map.point(COUNTER), valve.map.point(STEP)]
         self._heads = [BlockRead(block) for block in grouped(points, valve.map.max_hole, valve.map.max_read)]

@@ -8,7 +8,7 @@ from typing import Protocol, Self
 
 from hil.registers.register_map import WriteMap
 from hil.source.address import ReplayAddress, parse_address
-from hil.source.live import LiveSource, Plan
+from hil.source.live import LiveSource, ReadingPlan
 from hil.source.replay import ReplaySource
 from hil.source.sample import LinkEvent, Sample
 from hil.source.statistics import Statistics
@@ -60,7 +60,7 @@ class SourceWrapper:
 def open_source(
     address: str,
     valves: Sequence[Valve] = (),
-    plan: Plan | None = None,
+    plan: ReadingPlan | None = None,
     *,
     name: str | None = None,
     write_map: WriteMap | None = None,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from hil.modbus.framing import MBAP, Frame, Header, rtu_reply_size
+from hil.modbus.framing import MBAP, Frame, FrameHeader, rtu_reply_size
 
 Framing = Literal["tcp", "rtu"]
 
@@ -40,5 +40,5 @@ class FrameCutter:
 
 
 def _tcp_size(data: bytearray) -> int | None:
-    header = Header.at(data)
+    header = FrameHeader.at(data)
     return None if header is None else max(header.size, MBAP + 1)

@@ -5,14 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from recordings import Array
-
-Indices = NDArray[np.intp]
+from recordings import Array, IndexArray, Integers
 
 
-def extremes(columns: Sequence[Array], most: int) -> Indices:
+def extremes(columns: Sequence[Array], most: int) -> IndexArray:
     """Indices, ascending, of at most about `most` samples that draw the same lines as all of them.
 
     columns : signals over one clock, each (n_samples,). Every stretch keeps where each signal is smallest and largest,
@@ -27,7 +24,7 @@ def extremes(columns: Sequence[Array], most: int) -> Indices:
         return np.arange(n)
     size = int(np.ceil(n * each / max(most - 2, each)))
     first = np.arange(0, n, size)
-    kept: list[Indices] = [np.array([0, n - 1])]
+    kept: list[IndexArray] = [np.array([0, n - 1])]
     for column in columns:
         block = np.append(column, np.full(len(first) * size - n, column[-1])).reshape(-1, size)
         unknown = np.isnan(block)
@@ -37,7 +34,7 @@ def extremes(columns: Sequence[Array], most: int) -> Indices:
     return np.unique(np.minimum(np.concatenate(kept), n - 1))
 
 
-def cells(x: Array, y: Array, across: int, up: int) -> tuple[Indices, NDArray[np.intp]]:
+def cells(x: Array, y: Array, across: int, up: int) -> tuple[IndexArray, IndexArray]:
     """One index per occupied cell of an `across` by `up` raster over finite points x, y, and the points in the cell.
 
     The fullest cells come first. A cloud thinned like this keeps its outline and its rare points.
@@ -50,6 +47,6 @@ def cells(x: Array, y: Array, across: int, up: int) -> tuple[Indices, NDArray[np
     return kept[order], count[order]
 
 
-def _raster(values: Array, parts: int) -> NDArray[np.int64]:
+def _raster(values: Array, parts: int) -> Integers:
     low, width = values.min(), np.ptp(values) or 1.0
     return np.minimum((values - low) / width * parts, parts - 1).astype(np.int64)

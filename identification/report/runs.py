@@ -16,7 +16,7 @@ FINE = 5e-5
 
 
 @dataclass(frozen=True)
-class Run:
+class RecordingRun:
     """A recording against the model: its place among them (from 1), whether it was fitted or held out."""
 
     trajectory: Trajectory
@@ -61,10 +61,10 @@ class Run:
         return self.trajectory.measured if self.trajectory.unit == "N" else self.trajectory.force
 
 
-def runs(identification: FitResult) -> tuple[Run, ...]:
+def runs(identification: FitResult) -> tuple[RecordingRun, ...]:
     """All runs, fitted ones first."""
     both = [(t, "fitted") for t in identification.trajectories] + [(t, "held out") for t in identification.holdout]
-    return tuple(Run(t, place, role) for place, (t, role) in enumerate(both, 1))
+    return tuple(RecordingRun(t, place, role) for place, (t, role) in enumerate(both, 1))
 
 
 def rms(values: Array) -> float:
@@ -73,13 +73,13 @@ def rms(values: Array) -> float:
     return float(np.sqrt(np.mean(finite**2))) if len(finite) else float("nan")
 
 
-def error_unit(all_runs: tuple[Run, ...]) -> tuple[float, str]:
+def error_unit(all_runs: tuple[RecordingRun, ...]) -> tuple[float, str]:
     """Factor and unit in which residuals are drawn: micrometres where they are small."""
     unit = all_runs[0].trajectory.unit
     largest = max((r.rms for r in all_runs if np.isfinite(r.rms)), default=0.0)
     return (1e6, "µm") if unit == "m" and largest < FINE else DRAWN[unit]
 
 
-def output_name(run: Run) -> str:
+def output_name(run: RecordingRun) -> str:
     """The signal that the model predicts."""
     return "position" if run.trajectory.unit == "m" else "force"

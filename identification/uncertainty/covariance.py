@@ -15,7 +15,7 @@ from identification.estimators.coordinates import parameters
 from identification.estimators.estimate import TUNING, Estimate
 from identification.estimators.fitted import Fit, Outcome
 from identification.estimators.noise_aware.resolution import RESOLVED, swing, turn
-from identification.estimators.output_error.problem import Problem, Setting
+from identification.estimators.output_error.problem import Problem, ResidualForm
 from recordings import Array
 from simulator import Status
 
@@ -98,7 +98,7 @@ def uncertainty_of(fit: Fit) -> Uncertainty:
     )
 
 
-def _covariances(problem: Problem, unknowns: Array, setting: Setting, rms: float) -> tuple[Array, Array, Array]:
+def _covariances(problem: Problem, unknowns: Array, setting: ResidualForm, rms: float) -> tuple[Array, Array, Array]:
     """The Gauss-Newton matrix and the classic and robust covariances of all unknowns."""
     size = len(unknowns)
     matrix, meat, blocks = np.zeros((size, size)), np.zeros((size, size)), 0

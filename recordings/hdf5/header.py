@@ -13,8 +13,8 @@ from recordings.errors import BadInput
 from recordings.plant import Plant, is_number
 from recordings.signal import SignalSpec, text_problem
 
-Source = Literal["plant", "rig", "simulated"]
-SOURCES: tuple[Source, ...] = get_args(Source)
+Origin = Literal["plant", "rig", "simulated"]
+ORIGINS: tuple[Origin, ...] = get_args(Origin)
 
 RESERVED = frozenset({"format", "version", "title", "source", "created", "journal"})
 """Root attributes with a meaning of their own; further attributes carry other names."""
@@ -27,7 +27,7 @@ class Header:
     signals: tuple[SignalSpec, ...]
     plant: Plant = field(default_factory=Plant)
     title: str | None = None
-    source: Source | None = None
+    source: Origin | None = None
     created: datetime | None = None
     attributes: Mapping[str, str | float] = field(default_factory=dict)
 
@@ -77,8 +77,8 @@ def _about_problem(header: Header) -> tuple[str, str, str] | None:
     wrong = None if header.title is None else text_problem(header.title)
     if wrong:
         return "attribute title", wrong, "the title is one line of text"
-    if header.source is not None and header.source not in SOURCES:
-        return "attribute source", f"it is '{header.source}'", f"allowed: {', '.join(SOURCES)}"
+    if header.source is not None and header.source not in ORIGINS:
+        return "attribute source", f"it is '{header.source}'", f"allowed: {', '.join(ORIGINS)}"
     problem = None if header.created is None else created_problem(header.created)
     if problem:
         return "attribute created", *problem

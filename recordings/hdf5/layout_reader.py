@@ -13,7 +13,7 @@ from typing import Any, cast
 import h5py
 
 from recordings.errors import BadInput
-from recordings.hdf5.header import RESERVED, SOURCES, Header, attribute_problem, created_problem, signals_problem
+from recordings.hdf5.header import ORIGINS, RESERVED, Header, attribute_problem, created_problem, signals_problem
 from recordings.hdf5.items import (
     NOT_PLAIN,
     check_column,
@@ -32,7 +32,7 @@ FORMAT, VERSION = "valve-recording", 1
 
 
 @dataclass(frozen=True)
-class Layout:
+class FileContents:
     """What a file declares: its header, its number of samples and its events."""
 
     header: Header
@@ -40,7 +40,7 @@ class Layout:
     events: tuple[Event, ...]
 
 
-def layout_of(file: h5py.File, name: str, problems: Problems, *, values: bool = False) -> Layout | None:
+def layout_of(file: h5py.File, name: str, problems: Problems, *, values: bool = False) -> FileContents | None:
     """What an open file declares; None when problems were found and collected.
 
     name : the file, for messages; values : whether the samples are judged too, one signal after the other. Every
@@ -52,7 +52,7 @@ def layout_of(file: h5py.File, name: str, problems: Problems, *, values: bool = 
         specs, n_samples = _signals(file, name, problems, values)
         plant, about, events = _plant(file, name, problems), _about(file, name, problems), _events(file, name, problems)
         if len(problems.found) == before:
-            return Layout(Header(specs, plant, **about), n_samples, events)
+            return FileContents(Header(specs, plant, **about), n_samples, events)
     return None
 
 
@@ -162,8 +162,8 @@ def _about(file: h5py.File, name: str, problems: Problems) -> dict[str, Any]:
 
 
 def _source(text: str | None, name: str) -> str | None:
-    if text is not None and text not in SOURCES:
-        raise BadInput(f"{name}: attribute source", f"it is '{text}'", f"allowed: {', '.join(SOURCES)}")
+    if text is not None and text not in ORIGINS:
+        raise BadInput(f"{name}: attribute source", f"it is '{text}'", f"allowed: {', '.join(ORIGINS)}")
     return text
 
 

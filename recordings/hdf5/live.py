@@ -18,7 +18,7 @@ from recordings.arrays import Array
 from recordings.atomic_files import sync, writing
 from recordings.errors import BadInput
 from recordings.hdf5.disk import Disk, undisturbed
-from recordings.hdf5.header import Header, Source
+from recordings.hdf5.header import Header, Origin
 from recordings.hdf5.journal import Chunk, Journal
 from recordings.hdf5.layout_writer import append_events, append_samples, create_events, create_signal, write_header
 from recordings.hdf5.opening import check_vacant, journal_path
@@ -75,7 +75,7 @@ class RecordingWriter:
         *,
         plant: Plant | None = None,
         title: str | None = None,
-        source: Source | None = None,
+        source: Origin | None = None,
         created: datetime | None = None,
         attributes: Mapping[str, str | float] | None = None,
         overwrite: bool = False,

@@ -12,7 +12,7 @@ from recordings.arrays import Array
 from recordings.errors import BadInput
 from recordings.hdf5.header import Header
 from recordings.hdf5.items import member, numbers_of
-from recordings.hdf5.layout_reader import Layout, layout_of
+from recordings.hdf5.layout_reader import FileContents, layout_of
 from recordings.hdf5.opening import open_hdf5
 from recordings.hdf5.probe import probe
 from recordings.hdf5.problems import Problems, h5py_errors
@@ -28,7 +28,7 @@ class RecordingFile:
     Made by `open_recording`; a context manager.
     """
 
-    def __init__(self, path: Path, file: h5py.File, layout: Layout) -> None:
+    def __init__(self, path: Path, file: h5py.File, layout: FileContents) -> None:
         self.path = path
         self._file, self._layout = file, layout
 

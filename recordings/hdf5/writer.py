@@ -20,6 +20,7 @@ from recordings.recording import Recording
 from recordings.signal import text_problem
 
 Truth = Mapping[str, "float | str | Array"]
+"""What a simulated recording hides: numbers, words, and signals without noise (n_samples,), by name."""
 
 _CHUNK_ROWS = 16384
 """128 KiB of float64: deflate works well and a reader needs little memory beside the values."""

@@ -33,7 +33,7 @@ from recordings.importers.file_kind import kind_of
 from recordings.importers.mapping import ImportMapping, load_mapping, mapping_names, mapping_of, with_changes
 from recordings.importers.matlab import read_mat, read_mat73
 from recordings.importers.parquet import read_parquet
-from recordings.importers.table import Table
+from recordings.importers.table import ForeignTable
 from recordings.importers.text import read_text
 
 __all__ = [
@@ -75,7 +75,7 @@ def import_file(path: str | Path, mapping: ImportMapping | None = None) -> Impor
     return assemble(table, mapping, created=first_date(table, mapping.time) or written, **about)
 
 
-def _table(path: Path, mapping: ImportMapping) -> Table:
+def _table(path: Path, mapping: ImportMapping) -> ForeignTable:
     kind, variable = kind_of(path), mapping.file.variable
     if kind == "recording":
         raise BadInput(str(path), "it is a recording already", "use it as it is")

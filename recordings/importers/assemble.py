@@ -14,7 +14,7 @@ from recordings.errors import BadInput
 from recordings.importers.clock import keep_rows, time_column
 from recordings.importers.formula import evaluate, names_in
 from recordings.importers.mapping import ImportMapping, SignalSource
-from recordings.importers.table import Table
+from recordings.importers.table import ForeignTable
 from recordings.plant import Plant
 from recordings.recording import Recording
 from recordings.sample_checks import holds_number
@@ -41,12 +41,12 @@ class _Raw:
     unit: str
 
 
-def assemble(table: Table, mapping: ImportMapping, **about: Any) -> Imported:
+def assemble(table: ForeignTable, mapping: ImportMapping, **about: Any) -> Imported:
     """Make a recording of a table.
 
     Parameters
     ----------
-    table : Table
+    table : ForeignTable
         The columns of the file.
     mapping : ImportMapping
         What they are.
@@ -92,18 +92,18 @@ def _plant(mapping: ImportMapping, where: str) -> Plant:
         raise BadInput(f"{where}: {wrong.where}", wrong.found, wrong.remedy) from None
 
 
-def _is_there(table: Table, source: SignalSource) -> bool:
+def _is_there(table: ForeignTable, source: SignalSource) -> bool:
     return source.column is not None and table.find(source.column) is not None
 
 
-def _formula(table: Table, source: SignalSource) -> str | None:
+def _formula(table: ForeignTable, source: SignalSource) -> str | None:
     """The formula of a source: given as one, or as the name of a column that is none."""
     if source.formula is not None or table.find(str(source.column)) is not None:
         return source.formula
     return str(source.column) if _OPERATOR.search(str(source.column)) else None
 
 
-def _raw(table: Table, name: str, source: SignalSource, constants: Mapping[str, float]) -> _Raw:
+def _raw(table: ForeignTable, name: str, source: SignalSource, constants: Mapping[str, float]) -> _Raw:
     where = f"{table.where}: signal '{name}'"
     formula = _formula(table, source)
     if formula is not None:
@@ -117,7 +117,7 @@ def _raw(table: Table, name: str, source: SignalSource, constants: Mapping[str, 
     return _Raw(table.numbers(column), symbol)
 
 
-def _common_length(table: Table, mapping: ImportMapping, raw: Mapping[str, _Raw]) -> int:
+def _common_length(table: ForeignTable, mapping: ImportMapping, raw: Mapping[str, _Raw]) -> int:
     lengths = {name: len(one.values) for name, one in raw.items()}
     column = time_column(table, mapping.time)
     if column is not None:
@@ -150,7 +150,7 @@ def _usual_role(name: str, names: set[str]) -> Role:
 
 
 def _carried(
-    table: Table, mapping: ImportMapping, named: Mapping[str, SignalSource]
+    table: ForeignTable, mapping: ImportMapping, named: Mapping[str, SignalSource]
 ) -> tuple[dict[str, SignalSource], list[str]]:
     """The columns nobody named, as signals where their unit is known, and notes about those left out."""
     carried: dict[str, SignalSource] = {}
@@ -172,7 +172,7 @@ def _carried(
     return carried, notes
 
 
-def _unnamed(table: Table, mapping: ImportMapping, named: Mapping[str, SignalSource]) -> Iterator[str]:
+def _unnamed(table: ForeignTable, mapping: ImportMapping, named: Mapping[str, SignalSource]) -> Iterator[str]:
     used = {time_column(table, mapping.time)}
     for name, source in named.items():
         formula = _formula(table, source)

@@ -5,22 +5,19 @@ from __future__ import annotations
 from datetime import UTC, datetime
 
 import numpy as np
-from numpy.typing import NDArray
 
-from recordings.arrays import Array
+from recordings.arrays import Array, IndexArray
 from recordings.errors import BadInput
-from recordings.importers.mapping import Clock, FileLayout
-from recordings.importers.table import Table
+from recordings.importers.mapping import FileLayout, TimeAxis
+from recordings.importers.table import ForeignTable
 from recordings.sample_checks import time_fault
 from recordings.units import convert
-
-Rows = NDArray[np.intp]
 
 _REPAIR = "the time of the rows must increase; choose the repair 'drop', which leaves out those that do not, or 'sort'"
 _GIVE_TIME = "say which column is time and its unit, or give the rate of evenly spaced rows"
 
 
-def time_column(table: Table, clock: Clock) -> str | None:
+def time_column(table: ForeignTable, clock: TimeAxis) -> str | None:
     """The column that holds time: the one named, else one called time or t with a unit; None for a rate."""
     if clock.column is not None:
         return table.name_of(clock.column)
@@ -33,7 +30,7 @@ def time_column(table: Table, clock: Clock) -> str | None:
     return found
 
 
-def keep_rows(table: Table, clock: Clock, layout: FileLayout, n_rows: int) -> tuple[Rows, Array]:
+def keep_rows(table: ForeignTable, clock: TimeAxis, layout: FileLayout, n_rows: int) -> tuple[IndexArray, Array]:
     """The rows to keep, in the order of time, and their time [s]; shape (n_kept,) each.
 
     Rows are dropped from the start, turned round, repaired and cut as the layout and the clock say.
@@ -66,7 +63,7 @@ def keep_rows(table: Table, clock: Clock, layout: FileLayout, n_rows: int) -> tu
     return rows[inside], time[inside]
 
 
-def first_date(table: Table, clock: Clock) -> datetime | None:
+def first_date(table: ForeignTable, clock: TimeAxis) -> datetime | None:
     """The date of the first row, when time is written as dates with a time zone."""
     if clock.unit != "iso8601" or clock.column is None:
         return None
@@ -85,7 +82,7 @@ def _or(value: float | None, other: float) -> float:
     return other if value is None else value
 
 
-def _turned(table: Table, layout: FileLayout, rows: Rows) -> Rows:
+def _turned(table: ForeignTable, layout: FileLayout, rows: IndexArray) -> IndexArray:
     """The rows with those turned round that were listed against their order in time."""
     if layout.reverse is None:
         return rows
@@ -96,7 +93,7 @@ def _turned(table: Table, layout: FileLayout, rows: Rows) -> Rows:
     return turned
 
 
-def _repaired(rows: Rows, time: Array, how: str) -> tuple[Rows, Array]:
+def _repaired(rows: IndexArray, time: Array, how: str) -> tuple[IndexArray, Array]:
     """Rows without missing times, sorted when asked for, without those at which time does not increase."""
     there = np.isfinite(time)
     rows, time = rows[there], time[there]
@@ -107,7 +104,7 @@ def _repaired(rows: Rows, time: Array, how: str) -> tuple[Rows, Array]:
     return rows[time > latest], time[time > latest]
 
 
-def _seconds(table: Table, column: str, clock: Clock) -> Array:
+def _seconds(table: ForeignTable, column: str, clock: TimeAxis) -> Array:
     if clock.unit == "iso8601":
         return _seconds_of_dates(table, column)
     symbol = clock.unit or table.units.get(column)
@@ -117,7 +114,7 @@ def _seconds(table: Table, column: str, clock: Clock) -> Array:
     return convert(table.numbers(column), symbol, "s", where)
 
 
-def _dates(table: Table, column: str) -> list[datetime | None]:
+def _dates(table: ForeignTable, column: str) -> list[datetime | None]:
     dates: list[datetime | None] = []
     for row, text in enumerate(table.texts.get(column, ())):
         try:
@@ -128,7 +125,7 @@ def _dates(table: Table, column: str) -> list[datetime | None]:
     return dates
 
 
-def _seconds_of_dates(table: Table, column: str) -> Array:
+def _seconds_of_dates(table: ForeignTable, column: str) -> Array:
     """Seconds since the first date that is there; dates without a time zone are taken as they stand."""
     dates = [date.replace(tzinfo=date.tzinfo or UTC) if date else None for date in _dates(table, column)]
     first = next((date for date in dates if date), None)

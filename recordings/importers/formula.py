@@ -18,7 +18,7 @@ import numpy as np
 
 from recordings.arrays import Array
 from recordings.errors import BadInput
-from recordings.importers.table import Table
+from recordings.importers.table import ForeignTable
 from recordings.units import convert, unit
 
 _TOKEN = re.compile(
@@ -46,22 +46,22 @@ class Factor:
     unit: str | None = None
 
 
-Term = tuple[Factor, ...]
+Product = tuple[Factor, ...]
 
 
-def parse(text: str, where: str = "formula") -> tuple[Term, ...]:
+def parse(text: str, where: str = "formula") -> tuple[Product, ...]:
     """The terms of a formula; a minus sign is a factor -1. Raises `BadInput` saying where it is not understood.
 
     >>> parse("2 * x[mm] - y")[1]
     (Factor(name=None, value=-1.0, unit=None), Factor(name='y', value=1.0, unit=None))
     """
-    tokens, terms = deque([*_tokens(text, where), _END]), list[Term]()
+    tokens, terms = deque([*_tokens(text, where), _END]), list[Product]()
     while not terms or tokens[0] != _END:
         terms.append(_term(tokens, text, where))
     return tuple(terms)
 
 
-def evaluate(text: str, target: str, table: Table, constants: Mapping[str, float], where: str) -> Array:
+def evaluate(text: str, target: str, table: ForeignTable, constants: Mapping[str, float], where: str) -> Array:
     """The values of a formula in the unit `target`, shape (n_rows,).
 
     Columns with a unit are taken in SI, and the sum is then converted to `target`; without any unit in the formula the
@@ -91,7 +91,7 @@ def names_in(text: str, where: str = "formula") -> set[str]:
     return {factor.name for term in parse(text, where) for factor in term if factor.name}
 
 
-def _product(term: Term, columns: Mapping[str, Array], constants: Mapping[str, float], where: str) -> Array | float:
+def _product(term: Product, columns: Mapping[str, Array], constants: Mapping[str, float], where: str) -> Array | float:
     gain, values = 1.0, None
     for factor in term:
         if factor.name is None:
@@ -117,7 +117,7 @@ def _tokens(text: str, where: str) -> list[Token]:
     return tokens
 
 
-def _term(tokens: deque[Token], text: str, where: str) -> Term:
+def _term(tokens: deque[Token], text: str, where: str) -> Product:
     factors = list[Factor]()
     while tokens[0] in {("sign", "+"), ("sign", "-")}:
         if tokens.popleft()[1] == "-":

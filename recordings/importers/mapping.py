@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, ValidationError, field_validator, model_validator
 
 from recordings.errors import BadInput
-from recordings.hdf5.header import Source
+from recordings.hdf5.header import Origin
 from recordings.plant import PLANT_NAMES
 from recordings.signal import Role
 from recordings.units import UNITS, find_unit
@@ -70,7 +70,7 @@ class FileLayout(_Strict):
         return self
 
 
-class Clock(_Strict):
+class TimeAxis(_Strict):
     """Where time comes from: a column, or a rate for evenly spaced rows."""
 
     column: Column | None = None
@@ -81,7 +81,7 @@ class Clock(_Strict):
     until_s: float | None = None
 
     @model_validator(mode="after")
-    def _one_source(self) -> Clock:
+    def _one_source(self) -> TimeAxis:
         if self.column is not None and self.rate_hz is not None:
             raise ValueError("time comes from a column or from a rate (rate_hz), not from both")
         return self
@@ -125,10 +125,10 @@ class ImportMapping(_Strict):
     """
 
     title: str | None = None
-    source: Source | None = None
+    source: Origin | None = None
     carry: bool = True
     file: FileLayout = FileLayout()
-    time: Clock = Clock()
+    time: TimeAxis = TimeAxis()
     signals: dict[str, SignalSource] = {}
     plant: dict[str, float | str] = {}
     attributes: dict[str, str | int | float] = {}
@@ -213,6 +213,6 @@ def _in_words(error: Any, where: str) -> tuple[str, str, str]:
 
 
 def _known_keys(place: Sequence[str]) -> list[str]:
-    models: dict[str, type[BaseModel]] = {"file": FileLayout, "time": Clock, "signals": SignalSource}
+    models: dict[str, type[BaseModel]] = {"file": FileLayout, "time": TimeAxis, "signals": SignalSource}
     model = models.get(place[0], ImportMapping) if place else ImportMapping
     return list((Reverse if "reverse" in place else model).model_fields)

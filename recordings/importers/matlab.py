@@ -16,12 +16,12 @@ from recordings.hdf5.items import check_size, is_plain
 from recordings.hdf5.opening import open_hdf5
 from recordings.hdf5.probe import probe
 from recordings.hdf5.problems import h5py_errors
-from recordings.importers.table import Table
+from recordings.importers.table import ForeignTable
 
 Variables = dict[str, Array]
 
 
-def read_mat(path: Path, variable: str | None = None) -> Table:
+def read_mat(path: Path, variable: str | None = None) -> ForeignTable:
     """Read a MATLAB file of version 4, 5, 6 or 7.
 
     Vectors become columns of their name, single numbers become constants, fields of a structure are called
@@ -44,7 +44,7 @@ def read_mat(path: Path, variable: str | None = None) -> Table:
     return _table(str(path), dict(_from_scipy(named)), variable)
 
 
-def read_mat73(path: Path, variable: str | None = None) -> Table:
+def read_mat73(path: Path, variable: str | None = None) -> ForeignTable:
     """Read a MATLAB file of version 7.3, or any HDF5 file with datasets at its root or a group below; as `read_mat`."""
     probe(path, lambda: _list_hdf5(path))
     with open_hdf5(path) as file, h5py_errors(str(path)):
@@ -85,7 +85,7 @@ def _holds_numbers(dataset: h5py.Dataset) -> bool:
     return dataset.attrs.get("MATLAB_class") != b"char" and "MATLAB_empty" not in dataset.attrs
 
 
-def _table(where: str, variables: Variables, chosen: str | None) -> Table:
+def _table(where: str, variables: Variables, chosen: str | None) -> ForeignTable:
     constants = {name: float(value.reshape(())) for name, value in variables.items() if value.size == 1}
     vectors = {name: value for name, value in variables.items() if value.ndim == 1 and value.size > 1}
     matrices = {name: value for name, value in variables.items() if value.ndim == 2 and value.size > 1}
@@ -102,7 +102,7 @@ def _table(where: str, variables: Variables, chosen: str | None) -> Table:
     names, units = named_columns(headers)
     hint = f"; a matrix can be chosen as the variable: {_shapes(matrices)}" if matrices and chosen is None else ""
     by_name = {name: np.ascontiguousarray(column) for name, column in zip(names, columns, strict=True)}
-    return Table(where, by_name, units, constants, row_word="sample", hint=hint)
+    return ForeignTable(where, by_name, units, constants, row_word="sample", hint=hint)
 
 
 def _shapes(matrices: Variables) -> str:

@@ -10,10 +10,10 @@ import numpy as np
 from recordings.arrays import Array
 from recordings.column_headers import named_columns
 from recordings.errors import BadInput
-from recordings.importers.table import BadCell, Table
+from recordings.importers.table import BadCell, ForeignTable
 
 
-def read_parquet(path: Path) -> Table:
+def read_parquet(path: Path) -> ForeignTable:
     """Read a Parquet file: numbers as they are, dates as seconds since the first row, nulls as missing.
 
     Raises
@@ -45,7 +45,7 @@ def read_parquet(path: Path) -> Table:
             columns[name] = np.empty(0)
             remedy = "only columns of numbers and dates can be used"
             bad_cells[name] = BadCell(1, f"a value of the type {kind}", remedy, parameter=None)
-    return Table(str(path), columns, units, bad_cells=bad_cells)
+    return ForeignTable(str(path), columns, units, bad_cells=bad_cells)
 
 
 def _seconds(column: Any, pa: Any) -> Array:

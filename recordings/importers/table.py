@@ -6,10 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-import numpy as np
-from numpy.typing import NDArray
-
-from recordings.arrays import Array
+from recordings.arrays import Array, Integers
 from recordings.column_headers import split_unit
 from recordings.errors import BadInput
 
@@ -30,7 +27,7 @@ class BadCell:
 
 
 @dataclass(frozen=True)
-class Table:
+class ForeignTable:
     """Columns of a foreign file.
 
     where : the file, for messages; columns : values by name, each of shape (n_rows,), missing cells NaN; units : by
@@ -45,7 +42,7 @@ class Table:
     constants: Mapping[str, float] = field(default_factory=dict)
     texts: Mapping[str, Sequence[str]] = field(default_factory=dict)
     bad_cells: Mapping[str, BadCell] = field(default_factory=dict)
-    rows: NDArray[np.int64] | None = None
+    rows: Integers | None = None
     row_word: str = "row"
     hint: str = ""
 

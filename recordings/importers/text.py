@@ -21,7 +21,7 @@ from recordings.arrays import Array
 from recordings.column_headers import named_columns
 from recordings.errors import BadInput
 from recordings.importers.mapping import FileLayout
-from recordings.importers.table import BadCell, Table
+from recordings.importers.table import BadCell, ForeignTable
 from recordings.importers.text_dialect import (
     WHITESPACE,
     guess_separator,
@@ -35,10 +35,10 @@ _BLOCK_ROWS = 20_000
 _SAMPLE_LINES = 60
 _MISSING = frozenset({"", "-", "--", "?", "na", "n/a", "#n/a", "nan", "null", "none", "nil", "missing"})
 
-Line = tuple[int, str]
+TextLine = tuple[int, str]
 
 
-def read_text(path: Path, layout: FileLayout, texts: Iterable[str | int] = ()) -> Table:
+def read_text(path: Path, layout: FileLayout, texts: Iterable[str | int] = ()) -> ForeignTable:
     """Read a text table.
 
     Parameters
@@ -92,7 +92,7 @@ class _Parser:
     def __init__(self, path: Path, layout: FileLayout, texts: tuple[str | int, ...]) -> None:
         self._path, self._layout, self._wanted_texts = path, layout, texts
 
-    def table(self, stream: Iterable[str]) -> Table:
+    def table(self, stream: Iterable[str]) -> ForeignTable:
         lines = self._lines(stream)
         sample = list(islice(lines, _SAMPLE_LINES))
         if sample and sample[0][1].lower().startswith("sep=") and len(sample[0][1]) == 5:
@@ -103,7 +103,7 @@ class _Parser:
             raise BadInput(str(self._path), "it holds no data", "give a file with at least two rows of numbers")
         headers, units, skipped = self._head(sample, separator)
         names, named_units = named_columns(headers)
-        empty = Table(str(self._path), dict.fromkeys(names, np.empty(0)))
+        empty = ForeignTable(str(self._path), dict.fromkeys(names, np.empty(0)))
         columns = _Columns(names, self._layout, {empty.name_of(text) for text in self._wanted_texts})
         for block in self._blocks(chain(sample[skipped:], lines), separator, len(names)):
             columns.add(block)
@@ -111,7 +111,7 @@ class _Parser:
             raise BadInput(str(self._path), "it holds no data", "give a file with at least two rows of numbers")
         return columns.table(str(self._path), named_units | units)
 
-    def _lines(self, stream: Iterable[str]) -> Iterator[Line]:
+    def _lines(self, stream: Iterable[str]) -> Iterator[TextLine]:
         """The lines that count, with their number in the file."""
         comment = self._layout.comment
         for number, line in enumerate(stream, start=1):
@@ -120,7 +120,7 @@ class _Parser:
             if number > self._layout.skip_lines and not blank:
                 yield number, line
 
-    def _head(self, sample: list[Line], separator: str) -> tuple[list[str], dict[str, str], int]:
+    def _head(self, sample: list[TextLine], separator: str) -> tuple[list[str], dict[str, str], int]:
         """The headers of the columns, units from a row of their own, and how many lines they took."""
         first = split_row(sample[0][1], separator)
         has_names = looks_like_names(first) if self._layout.header is None else self._layout.header
@@ -136,12 +136,12 @@ class _Parser:
         units = {name: cell.strip(" []()") for name, cell in zip(names, second, strict=False) if cell.strip()}
         return headers, units, 2
 
-    def _blocks(self, lines: Iterable[Line], separator: str, width: int) -> Iterator[list[tuple[int, list[str]]]]:
+    def _blocks(self, lines: Iterable[TextLine], separator: str, width: int) -> Iterator[list[tuple[int, list[str]]]]:
         rows = self._rows(lines, separator, width)
         while block := list(islice(rows, _BLOCK_ROWS)):
             yield block
 
-    def _rows(self, lines: Iterable[Line], separator: str, width: int) -> Iterator[tuple[int, list[str]]]:
+    def _rows(self, lines: Iterable[TextLine], separator: str, width: int) -> Iterator[tuple[int, list[str]]]:
         """Rows of `width` cells with their number; empty cells too many are dropped, anything else is refused."""
         for number, cells in _split(lines, separator):
             while len(cells) > width and not cells[-1].strip():
@@ -154,7 +154,7 @@ class _Parser:
             yield number, cells
 
 
-def _split(lines: Iterable[Line], separator: str) -> Iterator[tuple[int, list[str]]]:
+def _split(lines: Iterable[TextLine], separator: str) -> Iterator[tuple[int, list[str]]]:
     if separator == WHITESPACE:
         for number, line in lines:
             yield number, line.split()
@@ -196,11 +196,11 @@ class _Columns:
                     self._bad[name] = self._bad_cell(numbers[bad], cells[bad])
                     self._parts[name].clear()
 
-    def table(self, where: str, units: dict[str, str]) -> Table:
+    def table(self, where: str, units: dict[str, str]) -> ForeignTable:
         empty = np.empty(0)
         columns = {name: np.concatenate(parts) if parts else empty for name, parts in self._parts.items()}
         rows = np.frombuffer(self.rows, np.int64)
-        return Table(where, columns, units, texts=self._texts, bad_cells=self._bad, rows=rows)
+        return ForeignTable(where, columns, units, texts=self._texts, bad_cells=self._bad, rows=rows)
 
     def _convert(self, cells: Sequence[str]) -> tuple[Array, int | None]:
         """Values of the cells, and the index of the first that is neither a number nor missing."""

@@ -12,7 +12,7 @@ import numpy as np
 from recordings import Array, BadInput
 from simulator.compile.c_compiler import compiler
 from simulator.compile.scan import Scan, Scanner, Shots
-from simulator.compile.step import Layout, force_driven, force_with_error, motion_driven
+from simulator.compile.step import VectorLayout, force_driven, force_with_error, motion_driven
 from simulator.delay import delay_columns
 from simulator.effect import Catalogue, Effect, Memory, Site
 from simulator.effects import CATALOGUE
@@ -35,7 +35,7 @@ class Kernel:
 
     effects: tuple[str, ...]
     causality: KernelCausality
-    layout: Layout
+    layout: VectorLayout
     scanner: Scanner
     catalogue: Catalogue = CATALOGUE
 
@@ -147,7 +147,7 @@ def _kernel(
 @functools.lru_cache(maxsize=128)
 def _assembled(
     effects: tuple[Effect, ...], causality: KernelCausality, _compiler: tuple[str, ...] | None
-) -> tuple[Layout, Scanner]:
+) -> tuple[VectorLayout, Scanner]:
     """The machine code of a choice of effects, which catalogues that extend one another share."""
     recurrence, layout = ASSEMBLED[causality](effects)
     return layout, Scanner(recurrence)

@@ -7,15 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
 from recordings import Array
-
-Expression = Any
+from simulator.relaxation import Expression
 
 
 class Sizes(NamedTuple):

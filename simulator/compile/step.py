@@ -19,7 +19,7 @@ States = dict[str, dict[str, Expression]]
 
 
 @dataclass(frozen=True)
-class Layout:
+class VectorLayout:
     """Which parameter and which state of which effect stands where in the kernel's vectors.
 
     delay : full name of the parameter by which an effect looks back in the force, empty where none does.
@@ -31,7 +31,7 @@ class Layout:
     delay: str = ""
 
     @classmethod
-    def of(cls, effects: tuple[Effect, ...], imposed: bool) -> Layout:
+    def of(cls, effects: tuple[Effect, ...], imposed: bool) -> VectorLayout:
         """The layout for some effects; with the motion imposed, x and v are inputs instead of states."""
         names = tuple(name for effect in effects for name in effect.parameter_names())
         memory = tuple(m for effect in effects for m in effect.memory)
@@ -58,7 +58,7 @@ class _Assembly:
     def __init__(self, effects: tuple[Effect, ...], imposed: bool) -> None:
         self.effects = effects
         self.asked = sorted(effects, key=_turn)
-        self.layout = Layout.of(effects, imposed)
+        self.layout = VectorLayout.of(effects, imposed)
         self.p = ca.SX.sym("p", len(self.layout.parameters))
         self.s = ca.SX.sym("s", len(self.layout.states))
         by_name = {name: self.p[i] for i, name in enumerate(self.layout.parameters)}
@@ -135,7 +135,7 @@ def _behind(effect: Effect, q: Quantities, p: Values, s: Values) -> Quantities:
     return replace(q, friction=q.friction * level, speed=speed)
 
 
-def force_driven(effects: tuple[Effect, ...]) -> tuple[Recurrence, Layout]:
+def force_driven(effects: tuple[Effect, ...]) -> tuple[Recurrence, VectorLayout]:
     """Force in, position out: states [x, v, memory...], input u [N], output the measured position [m].
 
     Where an effect has a delay, the inputs are u and the two `delay_columns`.
@@ -159,7 +159,7 @@ def force_driven(effects: tuple[Effect, ...]) -> tuple[Recurrence, Layout]:
     return recurrence, a.layout
 
 
-def force_with_error(effects: tuple[Effect, ...]) -> tuple[Recurrence, Layout]:
+def force_with_error(effects: tuple[Effect, ...]) -> tuple[Recurrence, VectorLayout]:
     """As `force_driven`, with the force a state: states [x, v, memory..., u, du], the force moving by its slope du.
 
     For estimating the force along with the motion. No inputs, or with a delay its two `delay_columns`.
@@ -180,10 +180,10 @@ def force_with_error(effects: tuple[Effect, ...]) -> tuple[Recurrence, Layout]:
         implicit=driven.implicit, residual=residual, guess=guess, scale=driven.scale, ends=driven.ends and n > 0,
     )  # fmt: skip
     names = (*layout.states, "u", "du")
-    return recurrence, Layout(layout.parameters, names, layout.memory, layout.delay)
+    return recurrence, VectorLayout(layout.parameters, names, layout.memory, layout.delay)
 
 
-def motion_driven(effects: tuple[Effect, ...]) -> tuple[Recurrence, Layout]:
+def motion_driven(effects: tuple[Effect, ...]) -> tuple[Recurrence, VectorLayout]:
     """Motion in, force out: states [memory...], inputs x [m], v [m/s], a [m/s2] and a load [N], output the recorded
     actuating force [N].
 

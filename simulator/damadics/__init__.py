@@ -14,7 +14,7 @@ from simulator.damadics.actuator.outputs import SIGNALS
 from simulator.damadics.actuator.parameters import STEP, Parameters
 from simulator.damadics.faults import FAULTS, LEVELS, Fault, FaultKind, limited, strengths
 from simulator.damadics.noise import CHANNELS, Noise
-from simulator.damadics.records import HIDDEN, Truth
+from simulator.damadics.records import HIDDEN
 from simulator.damadics.runs import run, run_scenario
 from simulator.damadics.scenarios import SCENARIOS, Scenario, scenario
 from simulator.damadics.stimuli import Stimulus
@@ -41,7 +41,6 @@ __all__ = [
     "Scenario",
     "State",
     "Stimulus",
-    "Truth",
     "limited",
     "measured",
     "run",

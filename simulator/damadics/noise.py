@@ -12,9 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
-from recordings import Array, BadInput
-
-Steps = NDArray[np.int64]
+from recordings import Array, BadInput, Integers
 
 CHANNELS = ("CV", "P1", "P2", "T1", "X", "F", "CVI", "Ps", "Pz")
 """The measured signals, in the order of the columns of `Noise.measured`."""
@@ -48,11 +46,11 @@ class Noise:
             if not (np.isfinite(value) and value >= 0):
                 raise BadInput("noise", f"the {name} is {value:g}", "it is a share of the span, not negative")
 
-    def setpoint(self, steps: Steps) -> Array:
+    def setpoint(self, steps: Integers) -> Array:
         """What is added to CV on its way into the actuator, shape (n,), for step numbers (n,)."""
         return self._channel(CHANNELS.index("CV"), steps)
 
-    def measured(self, steps: Steps) -> Array:
+    def measured(self, steps: Integers) -> Array:
         """What is added to the normalised measurements, shape (n, 9), columns `CHANNELS`; CV has its noise already."""
         silent = np.zeros(len(steps))
         return np.column_stack([silent, *(self._channel(number, steps) for number in range(1, len(CHANNELS)))])
@@ -62,11 +60,11 @@ class Noise:
         hum = self.hum * _HUM[np.arange(0, stride * len(_HUM), stride) % len(_HUM)]
         return float(np.sqrt(self.white**2 + np.mean(hum**2)))
 
-    def _channel(self, number: int, steps: Steps) -> Array:
+    def _channel(self, number: int, steps: Integers) -> Array:
         return self.white * normal(self.seed, number, steps) + self.hum * _HUM[steps % len(_HUM)]
 
 
-def normal(seed: int, channel: int, steps: Steps) -> Array:
+def normal(seed: int, channel: int, steps: Integers) -> Array:
     """Standard normal numbers, shape (n,), one for each step number of a channel of a seed."""
     key = np.random.SeedSequence([seed, channel]).generate_state(1, np.uint64)[0]
     bits = _mixed(key + steps.astype(np.uint64) * _GOLDEN)

@@ -5,17 +5,14 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from recordings import Array, Event, Plant, Recording, Role, Signal
+from recordings import Array, Event, Integers, Plant, Recording, Role, Signal, Truth
 from simulator.damadics.actuator.actuator import COLUMN, Actuator
 from simulator.damadics.actuator.parameters import Parameters
 from simulator.damadics.faults import STEPS_PER_SECOND, Fault, strengths
 from simulator.damadics.noise import CHANNELS, Noise
 from simulator.damadics.scenarios import Scenario
 from simulator.damadics.transmitters import SPANS
-
-Truth = dict[str, float | Array | str]
 
 HIDDEN = ("Fv", "Fv3", "Fvc", "X3", "position", "pressure", "x", "v", "friction", "density")
 """Signals that are never measured; in the truth, with the signed strength of every fault as ``f4``."""
@@ -27,7 +24,7 @@ _TAG = "DAMADICS-3"
 class Samples:
     """Samples of a run: step numbers (n,), noise-free set point (n,), signals (n, n_signals), transmitters (n, 9)."""
 
-    steps: NDArray[np.int64]
+    steps: Integers
     setpoint: Array
     signals: Array
     shares: Array
@@ -88,7 +85,7 @@ def recording(what: Scenario, actuator: Actuator, noise: Noise | None, samples: 
 
 def truth(what: Scenario, actuator: Actuator, noise: Noise | None, samples: Samples) -> Truth:
     """What only the simulator knows: hidden signals and fault strengths over time, and every constant."""
-    values: Truth = {name: samples.signals[:, COLUMN[name]] for name in HIDDEN}
+    values: dict[str, float | str | Array] = {name: samples.signals[:, COLUMN[name]] for name in HIDDEN}
     every = strengths(what.faults, samples.time)
     values |= {f"f{fault.number}": every[:, fault.number - 1] for fault in what.faults}
     values |= {

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from recordings import BadInput, Progress, Recording, silent
+from recordings import BadInput, Progress, Recording, Truth, silent
 from simulator.damadics import records
 from simulator.damadics.actuator.actuator import Actuator, Form
 from simulator.damadics.actuator.inputs import INPUTS
 from simulator.damadics.actuator.parameters import Parameters
 from simulator.damadics.faults import STEPS_PER_SECOND, strengths
 from simulator.damadics.noise import Noise
-from simulator.damadics.records import Samples, Truth
+from simulator.damadics.records import Samples
 from simulator.damadics.scenarios import Scenario, scenario
 from simulator.damadics.transmitters import measured
 from simulator.effect import Catalogue

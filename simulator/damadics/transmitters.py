@@ -7,8 +7,8 @@ from types import MappingProxyType
 
 import numpy as np
 
-from recordings import Array
-from simulator.damadics.noise import CHANNELS, Noise, Steps
+from recordings import Array, Integers
+from simulator.damadics.noise import CHANNELS, Noise
 
 SPANS: Mapping[str, float] = MappingProxyType(
     {"CV": 1.0, "P1": 4e6, "P2": 4e6, "T1": 200.0, "X": 1.0, "F": 40.0, "CVI": 1.0, "Ps": 1e6, "Pz": 1e6}
@@ -19,7 +19,7 @@ diagram divides by 1 MPa, the text says 0.6 MPa."""
 _SPANS = np.array([SPANS[name] for name in CHANNELS])
 
 
-def measured(signals: Array, noise: Noise | None = None, steps: Steps | None = None) -> Array:
+def measured(signals: Array, noise: Noise | None = None, steps: Integers | None = None) -> Array:
     """What the transmitters send, shape (n, 9), columns `CHANNELS`, shares of the spans within 0 to 1.
 
     signals (n, n_signals): as `Actuator.advance` returns them; noise: added unless None; steps (n,): step numbers of

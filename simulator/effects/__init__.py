@@ -29,7 +29,7 @@ from simulator.effects.input.actuator_hysteresis import ActuatorHysteresis
 from simulator.effects.input.actuator_lag import ActuatorLag
 from simulator.effects.input.dead_time import DeadTime
 from simulator.effects.input.force_gain import ForceGain
-from simulator.effects.output.backlash import Backlash
+from simulator.effects.output.backlash import PositionBacklash
 from simulator.effects.output.sensor_drift import SensorDrift
 from simulator.effects.output.sensor_lag import SensorLag
 from simulator.effects.output.sensor_nonlinearity import SensorNonlinearity
@@ -45,7 +45,7 @@ CATALOGUE = Catalogue(
         *(QuadraticDrag(), HardeningSpring(), ContactStiffness(), FlowForce()),
         *(PeriodicForce(), PositionPeriodicForce(), ForceOffsetDrift()),
         *(DeadTime(), ForceGain(), ActuatorHysteresis(), ActuatorLag()),
-        *(Backlash(), SensorLag(), SensorNonlinearity(), SensorDrift()),
+        *(PositionBacklash(), SensorLag(), SensorNonlinearity(), SensorDrift()),
     )
 )
 

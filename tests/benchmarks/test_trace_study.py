@@ -165,9 +165,9 @@ def test_report_counts_names_and_errors(capsys: pytest.CaptureFixture[str]) -> N
 
 def test_report_says_what_chance_gains_where_nothing_is_missing(capsys: pytest.CaptureFixture[str]) -> None:
     def tried(gain: float, held: float, p: float) -> Any:
-        return SimpleNamespace(effect="backlash", gain=gain, held=SimpleNamespace(gain=held, p_value=p))
+        return SimpleNamespace(effect="backlash", gain=gain, held_out=SimpleNamespace(gain=held, p_value=p))
 
-    only_scored = SimpleNamespace(effect="dead_time", gain=400.0, held=None)
+    only_scored = SimpleNamespace(effect="dead_time", gain=400.0, held_out=None)
     verdicts = [answer("none", candidates=(only_scored, tried(3.0, -2.0, 0.5), tried(8.0, 1.0, 0.01))), answer("none"),
                 answer("none", candidates=(tried(17.0, 9.0, 0.001),))]  # fmt: skip
     study.report([study.examine("controls", Case(3, seed=i), lambda f, holdout, v=v: v)

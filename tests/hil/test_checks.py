@@ -9,7 +9,7 @@ import pytest
 
 from hil.modbus.checks import check_pdu, check_rtu, check_tcp, ends_in_frame, transactions
 from hil.modbus.framing import Frame, crc, crc16, split_frames
-from hil.modbus.messages import Fault, Reply, Request
+from hil.modbus.messages import Reply, ReplyFault, Request
 
 READ = Request(unit=1, function=3, address=0x10, count=2)
 BITS = Request(unit=1, function=2, address=0, count=10)
@@ -60,21 +60,21 @@ def test_an_acknowledged_write_gives_what_was_written():
 @pytest.mark.parametrize(
     ("request_", "pdu", "fault"),
     [
-        (READ, "", Fault.FUNCTION),
-        (READ, "03", Fault.LENGTH),
-        (READ, "0302" + "0001", Fault.LENGTH),  # too few registers
-        (READ, "0306" + "000100020003", Fault.LENGTH),  # too many
-        (READ, "0304" + "000100", Fault.LENGTH),  # byte count does not fit
-        (READ, "0303" + "00010002", Fault.LENGTH),  # byte count odd
-        (READ, "0404" + "00010002", Fault.FUNCTION),
-        (READ, "8402", Fault.FUNCTION),  # an exception to another function
-        (READ, "83", Fault.FUNCTION),
-        (READ, "830201", Fault.FUNCTION),
-        (READ, "8302", Fault.EXCEPTION),
-        (READ, "834d", Fault.EXCEPTION),
-        (BITS, "0201" + "05", Fault.LENGTH),
-        (WRITE, "1000040001", Fault.LENGTH),  # fewer registers written than asked
-        (WRITE, "1000050002", Fault.LENGTH),
+        (READ, "", ReplyFault.FUNCTION),
+        (READ, "03", ReplyFault.LENGTH),
+        (READ, "0302" + "0001", ReplyFault.LENGTH),  # too few registers
+        (READ, "0306" + "000100020003", ReplyFault.LENGTH),  # too many
+        (READ, "0304" + "000100", ReplyFault.LENGTH),  # byte count does not fit
+        (READ, "0303" + "00010002", ReplyFault.LENGTH),  # byte count odd
+        (READ, "0404" + "00010002", ReplyFault.FUNCTION),
+        (READ, "8402", ReplyFault.FUNCTION),  # an exception to another function
+        (READ, "83", ReplyFault.FUNCTION),
+        (READ, "830201", ReplyFault.FUNCTION),
+        (READ, "8302", ReplyFault.EXCEPTION),
+        (READ, "834d", ReplyFault.EXCEPTION),
+        (BITS, "0201" + "05", ReplyFault.LENGTH),
+        (WRITE, "1000040001", ReplyFault.LENGTH),  # fewer registers written than asked
+        (WRITE, "1000050002", ReplyFault.LENGTH),
     ],
 )
 def test_a_wrong_reply_is_refused_and_named(request_, pdu, fault):
@@ -92,9 +92,9 @@ def test_only_a_gateway_that_found_nobody_makes_a_device_silent(code, silent):
 def test_a_frame_counts_only_with_the_transaction_and_the_unit_that_were_asked():
     pdu = bytes.fromhex("030400010002")
     assert check_tcp(READ, 7, Frame(7, 1, pdu)).words == (1, 2)
-    assert check_tcp(READ, 7, Frame(0, 1, pdu)).fault is Fault.TRANSACTION  # 0, which other clients take for any
-    assert check_tcp(READ, 7, Frame(8, 1, pdu)).fault is Fault.TRANSACTION
-    assert check_tcp(READ, 7, Frame(7, 2, pdu)).fault is Fault.UNIT
+    assert check_tcp(READ, 7, Frame(0, 1, pdu)).fault is ReplyFault.TRANSACTION  # 0, which other clients take for any
+    assert check_tcp(READ, 7, Frame(8, 1, pdu)).fault is ReplyFault.TRANSACTION
+    assert check_tcp(READ, 7, Frame(7, 2, pdu)).fault is ReplyFault.UNIT
 
 
 def test_transaction_ids_are_never_zero_never_neighbours_and_come_once_in_65535():
@@ -128,14 +128,14 @@ def test_a_reply_that_ends_in_another_whole_reply_is_noticed():
 @pytest.mark.parametrize(
     ("line", "fault"),
     [
-        (rtu("020304" + "00010002"), Fault.UNIT),
-        (rtu("010404" + "00010002"), Fault.FUNCTION),
-        (rtu("010306" + "000100020003"), Fault.LENGTH),
-        (rtu("010304" + "00010002")[:-1] + b"\0", Fault.CHECKSUM),
-        (rtu("010304" + "00010002") + b"\0", Fault.SURPLUS),  # not alone: it may not be ours
-        (b"\0" + rtu("010304" + "00010002"), Fault.UNIT),
-        (rtu("018302"), Fault.EXCEPTION),
-        (rtu("018402"), Fault.FUNCTION),
+        (rtu("020304" + "00010002"), ReplyFault.UNIT),
+        (rtu("010404" + "00010002"), ReplyFault.FUNCTION),
+        (rtu("010306" + "000100020003"), ReplyFault.LENGTH),
+        (rtu("010304" + "00010002")[:-1] + b"\0", ReplyFault.CHECKSUM),
+        (rtu("010304" + "00010002") + b"\0", ReplyFault.SURPLUS),  # not alone: it may not be ours
+        (b"\0" + rtu("010304" + "00010002"), ReplyFault.UNIT),
+        (rtu("018302"), ReplyFault.EXCEPTION),
+        (rtu("018402"), ReplyFault.FUNCTION),
     ],
 )
 def test_a_wrong_line_is_refused_and_named(line, fault):
@@ -188,7 +188,14 @@ def test_a_hundred_thousand_harmed_frames_are_judged_without_a_single_exception(
         body = bytes([request.unit]) + pdu
         line = check_rtu(request, harmed(random, body + crc(body)))
         verdicts.add(line.fault if line else None)
-    assert verdicts >= {Fault.TRANSACTION, Fault.UNIT, Fault.FUNCTION, Fault.LENGTH, Fault.CHECKSUM, Fault.SURPLUS}
+    assert verdicts >= {
+        ReplyFault.TRANSACTION,
+        ReplyFault.UNIT,
+        ReplyFault.FUNCTION,
+        ReplyFault.LENGTH,
+        ReplyFault.CHECKSUM,
+        ReplyFault.SURPLUS,
+    }
 
 
 def test_a_stream_in_pieces_gives_the_frames_of_the_whole_stream():
@@ -216,7 +223,7 @@ def test_a_line_in_pieces_is_never_accepted_where_the_whole_is_refused():
         verdicts = [check_rtu(request, line[:n]) for n in range(len(line) + 1)]
         first = next((n for n, verdict in enumerate(verdicts) if verdict is not None), None)
         if first is not None and verdicts[first].fault is None and first < len(line):
-            assert whole.fault is Fault.SURPLUS  # and the caller, who waits for silence, sees the surplus too
+            assert whole.fault is ReplyFault.SURPLUS  # and the caller, who waits for silence, sees the surplus too
         elif whole is not None and whole.fault is None:
             assert verdicts[first] == whole
 

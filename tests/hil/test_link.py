@@ -12,9 +12,9 @@ from link_peers import TcpPeer, within
 
 from hil import BackOff, LinkState, parse_address
 from hil.client.link import DEAF_AFTER_S, OPEN_WITHIN_S, Link
-from hil.client.state import REOPEN, REST, TRANSITIONS, Input, Phase
+from hil.client.state import REOPEN, REST, TRANSITIONS, Input, LinkPhase
 from hil.client.tcp import TcpWire
-from hil.modbus.messages import Fault, Request
+from hil.modbus.messages import ReplyFault, Request
 
 READ = Request(unit=1, function=3, address=0, count=2)
 
@@ -72,10 +72,10 @@ def test_the_life_of_a_link(inputs, phases, said):
 
 
 def test_from_every_phase_there_is_a_way_up_and_a_loss_is_always_down():
-    for phase in Phase:
+    for phase in LinkPhase:
         assert any(start is phase for start, _ in TRANSITIONS)
-        assert LinkState(phase).after(Input.LOST)[0].phase is Phase.DOWN
-    assert {TRANSITIONS[start, happening] for start, happening in TRANSITIONS} == set(Phase)
+        assert LinkState(phase).after(Input.LOST)[0].phase is LinkPhase.DOWN
+    assert {TRANSITIONS[start, happening] for start, happening in TRANSITIONS} == set(LinkPhase)
 
 
 def test_up_and_down_are_announced_in_turn_whatever_happens():
@@ -107,7 +107,7 @@ def test_a_peer_that_is_absent_at_start_is_connected_to_when_it_comes():
         async with Watched(f"tcp://127.0.0.1:{peer.port}") as watched:
             for _ in range(3):  # attempts that fail
                 await watched.until(Input.LOST)
-            assert (await watched.link.exchange(READ)).fault is Fault.LOST
+            assert (await watched.link.exchange(READ)).fault is ReplyFault.LOST
             await peer.start()
             await watched.until(Input.OPENED)
             reply = await watched.link.exchange(READ)
@@ -118,7 +118,7 @@ def test_a_peer_that_is_absent_at_start_is_connected_to_when_it_comes():
 
 
 def test_a_loss_ends_the_request_under_way_at_once():
-    async def story() -> Fault | None:
+    async def story() -> ReplyFault | None:
         peer = await TcpPeer(lambda *_: None).start()
         async with Watched(f"tcp://127.0.0.1:{peer.port}?timeout=60") as watched:
             await watched.until(Input.OPENED)
@@ -131,7 +131,7 @@ def test_a_loss_ends_the_request_under_way_at_once():
             await peer.stop()
         return reply.fault
 
-    assert asyncio.run(story()) is Fault.LOST
+    assert asyncio.run(story()) is ReplyFault.LOST
 
 
 def test_a_link_that_is_ended_just_when_it_opens_ends():
@@ -243,15 +243,15 @@ def reply(transaction: int, words: str = "00080009", pdu: str = "0304") -> bytes
         ([reply(1)[:5], reply(1)[5:]], None),  # in pieces
         ([bytes([byte]) for byte in reply(1)], None),
         ([reply(7) + reply(1)], None),  # a late one and ours in one chunk
-        ([reply(1) + b"\0"], Fault.FRAMING),  # bytes behind it: who knows whose end it has
+        ([reply(1) + b"\0"], ReplyFault.FRAMING),  # bytes behind it: who knows whose end it has
         ([reply(1) + reply(7)], None),
-        ([b"\0\1\0\1\0\6" + bytes(6)], Fault.FRAMING),
-        ([reply(1, "0008")], Fault.LENGTH),
-        ([reply(1, pdu="0404")], Fault.FUNCTION),
+        ([b"\0\1\0\1\0\6" + bytes(6)], ReplyFault.FRAMING),
+        ([reply(1, "0008")], ReplyFault.LENGTH),
+        ([reply(1, pdu="0404")], ReplyFault.FUNCTION),
     ],
 )
 def test_what_a_stream_must_be_to_be_believed(chunks, fault):
-    async def story() -> tuple[Fault | None, tuple[int, ...], bool]:
+    async def story() -> tuple[ReplyFault | None, tuple[int, ...], bool]:
         lost: list[object] = []
         one, memory = wire(lost)
         asked = asyncio.create_task(one.exchange(READ))
@@ -264,13 +264,13 @@ def test_what_a_stream_must_be_to_be_believed(chunks, fault):
 
     verdict = asyncio.run(story())
     assert verdict[:2] == (fault, () if fault else (8, 9))
-    assert verdict[2] == (fault is Fault.FRAMING)
+    assert verdict[2] == (fault is ReplyFault.FRAMING)
 
 
 def test_half_a_reply_filled_up_by_an_earlier_one_is_not_believed():
     """A device that stops in the middle of a reply and then repeats an earlier one, which fits exactly."""
 
-    async def story() -> Fault | None:
+    async def story() -> ReplyFault | None:
         one, _ = wire([])
         first = asyncio.create_task(one.exchange(READ))
         await asyncio.sleep(0)
@@ -282,7 +282,7 @@ def test_half_a_reply_filled_up_by_an_earlier_one_is_not_believed():
         one.data_received(right[: len(right) - len(reply(1))] + reply(1))
         return (await within(asked)).fault
 
-    assert asyncio.run(story()) is Fault.FRAMING
+    assert asyncio.run(story()) is ReplyFault.FRAMING
 
 
 def test_late_and_repeated_replies_are_counted():
@@ -302,8 +302,8 @@ def test_late_and_repeated_replies_are_counted():
 def test_fuzzed_frames_leave_every_request_with_a_verdict():
     """Through the wire itself: every chunk of noise is taken, and a lost connection says so."""
 
-    async def story() -> Counter[Fault | None]:
-        random, verdicts, lost = Random(8), Counter[Fault | None](), list[object]()
+    async def story() -> Counter[ReplyFault | None]:
+        random, verdicts, lost = Random(8), Counter[ReplyFault | None](), list[object]()
         problems: list[dict[str, object]] = []
         asyncio.get_running_loop().set_exception_handler(lambda loop, context: problems.append(context))
         one, memory = wire(lost, ids=range(1, 200_000))
@@ -326,4 +326,11 @@ def test_fuzzed_frames_leave_every_request_with_a_verdict():
 
     verdicts = asyncio.run(story())
     assert verdicts.total() == 20_000
-    assert set(verdicts) >= {None, Fault.FRAMING, Fault.LOST, Fault.UNIT, Fault.FUNCTION, Fault.LENGTH}
+    assert set(verdicts) >= {
+        None,
+        ReplyFault.FRAMING,
+        ReplyFault.LOST,
+        ReplyFault.UNIT,
+        ReplyFault.FUNCTION,
+        ReplyFault.LENGTH,
+    }

@@ -21,7 +21,7 @@ from pymodbus.client import AsyncModbusSerialClient, AsyncModbusTcpClient
 from hil import parse_address
 from hil.client.link import Link
 from hil.client.rtu import RtuWire
-from hil.modbus.messages import Fault, Reply, Request
+from hil.modbus.messages import Reply, ReplyFault, Request
 from hil.testing import FaultInjector, FaultSchedule, Send
 
 
@@ -125,7 +125,7 @@ async def interrogate(exchange: Exchange, device: Device, tale: Tale, n_harmed: 
             tale.good += 1
             if tuple(reply.words) != tuple(device.truth):
                 tale.wrong.append(f"{request} got {reply.words[:4]}, meant was {device.truth[:4]}")
-        elif reply.fault is Fault.LOST:
+        elif reply.fault is ReplyFault.LOST:
             await asyncio.sleep(0.001)
 
 

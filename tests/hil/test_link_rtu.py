@@ -19,7 +19,7 @@ from hil.client.link import Link
 from hil.client.rtu import RtuWire
 from hil.client.state import Input
 from hil.modbus.framing import crc
-from hil.modbus.messages import Fault, Reply, Request
+from hil.modbus.messages import Reply, ReplyFault, Request
 from hil.testing import Send
 from recordings import BadInput
 
@@ -69,15 +69,15 @@ def test_a_late_reply_never_shifts_into_the_next_answer():
     """The device answers in turn and is slow once, as in the report that showed four of eight answers wrong."""
     slow = iter([0.0, 0.0, TIMEOUT + 0.03] + [0.0] * 5)
     replies, _ = asked(lambda frame: [Send(frame, next(slow))], 8)
-    assert [reply.fault for reply in replies] == [None, None, Fault.SILENCE, None, None, None, None, None]
+    assert [reply.fault for reply in replies] == [None, None, ReplyFault.SILENCE, None, None, None, None, None]
     assert all(reply == right(100 * k) for k, reply in enumerate(replies) if k != 2)
 
 
 @pytest.mark.parametrize("lag", [0.0, 0.001, 0.02, 0.049])
 def test_a_repeated_reply_never_becomes_the_answer_to_another_request(lag):
     replies, tally = asked(lambda frame: [Send(frame), Send(frame, lag)], 5)
-    assert all(reply.fault is Fault.SURPLUS or reply == right(100 * k) for k, reply in enumerate(replies))
-    assert tally["stray bytes on the line"] > 0 or any(reply.fault is Fault.SURPLUS for reply in replies)
+    assert all(reply.fault is ReplyFault.SURPLUS or reply == right(100 * k) for k, reply in enumerate(replies))
+    assert tally["stray bytes on the line"] > 0 or any(reply.fault is ReplyFault.SURPLUS for reply in replies)
 
 
 def test_a_stray_frame_in_the_place_of_the_reply_takes_both_away():
@@ -89,7 +89,7 @@ def test_a_stray_frame_in_the_place_of_the_reply_takes_both_away():
         return [Send(frame)] if len(sent) != 26 else [Send(sent[-2]), Send(frame, 0.0005)]
 
     replies, _ = asked(shifted, 28)
-    assert replies[25].fault is Fault.SURPLUS
+    assert replies[25].fault is ReplyFault.SURPLUS
     assert all(reply == right(100 * k) for k, reply in enumerate(replies) if k != 25)
 
 
@@ -172,7 +172,7 @@ def test_a_line_that_is_never_silent_ends_the_request_and_not_the_program():
         return replies
 
     (reply,) = in_virtual_time(story())
-    assert (reply.fault, reply.text) == (Fault.FRAMING, "the line is never silent")
+    assert (reply.fault, reply.text) == (ReplyFault.FRAMING, "the line is never silent")
 
 
 def test_a_cancelled_request_leaves_no_wrong_answer_behind():
@@ -222,14 +222,14 @@ def test_what_the_device_says_on_its_own_is_noticed_and_dropped():
 
 
 def test_an_exception_and_a_foreign_unit_are_told_apart():
-    async def story() -> list[Fault | None]:
+    async def story() -> list[ReplyFault | None]:
         async with PtyPeer(lambda unit, *_: 2 if unit == 1 else [0, 0]) as peer, Serial(peer) as link:
             first = await within(link.exchange(read(0)))
             peer.harm = lambda frame: [Send(bytes([9]) + frame[1:])]
             second = await within(link.exchange(read(0, unit=2)))
         return [first.fault, second.fault]
 
-    assert asyncio.run(story()) == [Fault.EXCEPTION, Fault.UNIT]
+    assert asyncio.run(story()) == [ReplyFault.EXCEPTION, ReplyFault.UNIT]
 
 
 def test_a_device_that_is_pulled_out_is_noticed_at_once():
@@ -240,7 +240,7 @@ def test_a_device_that_is_pulled_out_is_noticed_at_once():
             peer.unplug()
             return [(await within(asked)).fault, link.open]
 
-    assert asyncio.run(story()) == [Fault.LOST, False]
+    assert asyncio.run(story()) == [ReplyFault.LOST, False]
 
 
 def test_a_device_that_is_missing_or_busy_or_no_device_is_bad_input(tmp_path):

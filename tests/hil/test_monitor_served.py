@@ -68,7 +68,7 @@ def test_over_rtu_a_spring_fault_is_found_by_what_was_learned_from_a_recording(m
     asyncio.run(story())
 
 
-def test_over_tls_a_healthy_valve_and_a_killed_server_are_no_alarm_and_what_was_learned_is_taken_up(
+def test_over_tls_a_healthy_valve_and_a_killed_server_are_no_alarm_and_what_was_learned_is_resumed(
     model, healthy, tmp_path
 ):
     sides = make_loopback_authority(tmp_path / "tls")
@@ -98,7 +98,7 @@ def test_over_tls_a_healthy_valve_and_a_killed_server_are_no_alarm_and_what_was_
                 assert {"link_up", "link_down"} <= kinds
                 assert not kinds & {"alarm", "cleared"}
                 again = await MonitorProcess.start(source, model, *state)
-                assert "state.json" in await again.said("taken up")
+                assert "state.json" in await again.said("resumed from")
                 await again.event("link_up")
                 assert await again.end(signal.SIGINT) == 130
         finally:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from seeded_valves import fitted, recorded
 
-from identification import Crosscheck, Outcome, Row, crosscheck, experiment, fit, identify
+from identification import ComparedCoefficient, Crosscheck, Outcome, crosscheck, experiment, fit, identify
 from simulator import random_valve
 
 
@@ -61,9 +61,9 @@ def test_there_is_none_for_a_fit_without_values():
 
 def test_rows_and_sentence_tell_the_worst_difference():
     rows = (
-        Row("spring.K", "N/m", 100.0, 101.0, 0.02, True),
-        Row("lugre.sigma2", "N s/m", 100.0, 150.0, 0.25, True),
-        Row("mass.m", "kg", 0.0, 5.0, 0.3, False),
+        ComparedCoefficient("spring.K", "N/m", 100.0, 101.0, 0.02, True),
+        ComparedCoefficient("lugre.sigma2", "N s/m", 100.0, 150.0, 0.25, True),
+        ComparedCoefficient("mass.m", "kg", 0.0, 5.0, 0.3, False),
     )
     check = Crosscheck(rows, ("x", "v"), 0.01)
     assert [row.agrees for row in rows] == [True, False, True]

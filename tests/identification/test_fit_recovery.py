@@ -1,4 +1,4 @@
-"""Simulate, fit, recover: random valves without a start value, judged against what the simulator knows."""
+"""Simulate, fit, recover: random valves without a starting value, judged against what the simulator knows."""
 
 from __future__ import annotations
 

@@ -13,8 +13,8 @@ def command(
 ) -> None:
     """Fit a bundled valve; record another over Modbus, trace what its model lacks, watch it, and find a fault.
 
-    The second valve is simulated, in a process of its own on loopback, with an effect that nobody declared. Takes
-    about a minute.
+    The second valve is simulated, in a process of its own on loopback, with an effect that the model does not have.
+    Takes about a minute.
 
     Example: bristle demo --out demo-output
     """

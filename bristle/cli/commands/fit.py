@@ -1,4 +1,4 @@
-"""`bristle fit`: LuGre friction and spring from recordings, without start values."""
+"""`bristle fit`: LuGre friction and spring from recordings, without starting values."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ import typer
 
 Text = str | None
 Texts = list[str] | None
-Number = float | None
+CellNumber = float | None
 
 
 def _column(words: str, *names: str) -> Any:
@@ -33,10 +33,10 @@ def command(
         Texts, _column("NAME=COLUMN[:UNIT[:ROLE]]; a name, a number from 1, or a formula: gtau*vir.")
     ] = None,
     time: Annotated[Text, _column("COLUMN[:UNIT]; the unit iso8601 reads dates.")] = None,
-    rate: Annotated[Number, _column("Rows a second, where no column holds the time.")] = None,
+    rate: Annotated[CellNumber, _column("Rows a second, where no column holds the time.")] = None,
     time_repair: Annotated[Text, _column("refuse, drop or sort rows whose time does not increase.")] = None,
-    from_s: Annotated[Number, _column("First time to keep, in s.", "--from")] = None,
-    until_s: Annotated[Number, _column("Last time to keep, in s.", "--until")] = None,
+    from_s: Annotated[CellNumber, _column("First time to keep, in s.", "--from")] = None,
+    until_s: Annotated[CellNumber, _column("Last time to keep, in s.", "--until")] = None,
     separator: Annotated[Text, _layout("auto, comma, semicolon, tab, space or one character.")] = None,
     decimal: Annotated[Text, _layout("Decimal sign: . or ,")] = None,
     thousands: Annotated[Text, _layout("Sign between thousands, to be dropped.")] = None,

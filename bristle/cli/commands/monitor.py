@@ -14,7 +14,9 @@ def command(
     ],
     model: Annotated[Path, Option(help="Model of the valve, from bristle fit or trace.")],
     map_: Annotated[str | None, Option("--map", help="Register map: a file, or a shipped one by name.")] = None,
-    rate: Annotated[float, Option(help="Polls (with --ring: looks) per second.", min=1e-4, max=1e4)] = 10.0,
+    rate: Annotated[
+        float, Option(help="Polls per second (with --ring: readings of the ring).", min=1e-4, max=1e4)
+    ] = 10.0,
     learn: Annotated[float | None, Option(help="Learn from the first so many seconds.", min=1.0, max=1e9)] = None,
     calibrate: Annotated[list[Path] | None, Option(help="Learn from this healthy recording (repeat).")] = None,
     state: Annotated[Path | None, Option(help="What was learned; MODEL.state.json otherwise.")] = None,

@@ -19,7 +19,9 @@ def command(
     ],
     to: Annotated[Path, typer.Option(help="Directory, or a new file ending in .h5 for one valve.")],
     map_: Annotated[str | None, typer.Option("--map", help="Register map: a file, or a shipped one by name.")] = None,
-    rate: Annotated[float, typer.Option(help="Polls (with --ring: looks) per second.", min=1e-4, max=1e4)] = 10.0,
+    rate: Annotated[
+        float, typer.Option(help="Polls per second (with --ring: readings of the ring).", min=1e-4, max=1e4)
+    ] = 10.0,
     duration: Annotated[float | None, typer.Option(help="Stop after so many seconds.", min=0.0, max=1e9)] = None,
     unit: Annotated[str | None, typer.Option(help="Device ids of equal valves on one line: 1,2,5-7.")] = None,
     valve: Annotated[str | None, typer.Option(help="Names of the valves, one for each device id: A,B,C.")] = None,

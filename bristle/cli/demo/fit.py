@@ -15,7 +15,7 @@ NAMES = ("step", "sine")
 
 def fit_stage(out: Path, console: Console) -> None:
     """Fit, cross-check, model and report. Raises NegativeAnswer when the cross-check does not agree."""
-    console.print(f"Fitting bundled recordings {' and '.join(NAMES)}; 'mixed' is held out to judge. No start values.")
+    console.print(f"Fitting bundled recordings {' and '.join(NAMES)}; 'mixed' is held out. No starting values.")
     found = identify([bundled(name) for name in NAMES], holdout=[bundled("mixed")])
     truth = {k: float(v) for k, v in read_truth(bundled_path("step")).items() if k in found.model.parameters}
     console.print(parameter_table(found, truth))

@@ -42,20 +42,22 @@ def other_sines(t: float) -> float:
 
 
 @dataclass(frozen=True)
-class Run:
+class PlannedRecording:
     """A recording to be made: set point over plant time, and how long [s]."""
 
     setpoint: Callable[[float], float]
     seconds: float
 
-    def later(self, seconds: float) -> Run:
+    def later(self, seconds: float) -> PlannedRecording:
         """What is left of it after so many seconds."""
-        return Run(lambda t: self.setpoint(seconds + t), self.seconds - seconds)
+        return PlannedRecording(lambda t: self.setpoint(seconds + t), self.seconds - seconds)
 
 
-RUNS: Mapping[str, Run] = {
-    "staircase": Run(staircase, 16.0), "sines": Run(sines, 16.0), "held-out": Run(other_sines, 28.0),
-}  # fmt: skip
+RUNS: Mapping[str, PlannedRecording] = {
+    "staircase": PlannedRecording(staircase, 16.0),
+    "sines": PlannedRecording(sines, 16.0),
+    "held-out": PlannedRecording(other_sines, 28.0),
+}
 """The last one judges."""
 
 
@@ -71,7 +73,7 @@ async def _stage(out: Path, say: Say) -> tuple[Path, ...]:
         return tuple([await _recorded(address, plant, run, out / f"{name}.h5") for name, run in RUNS.items()])
 
 
-async def _recorded(address: str, plant: LiveSource, run: Run, path: Path) -> Path:
+async def _recorded(address: str, plant: LiveSource, run: PlannedRecording, path: Path) -> Path:
     """One recording. Raises BadInput when it cannot be written, or the valve does not answer."""
     await _moved(plant, lambda _: run.setpoint(0.0), PREPARED_S)
     source, stop = ring(address), asyncio.Event()

@@ -15,7 +15,7 @@ from recordings import NegativeAnswer, Recording, read
 
 
 def trace_stage(recorded: Sequence[Path], out: Path, console: Console) -> Path:
-    """Trace the effect that nobody declared; the last recording judges. The file of the traced model.
+    """Trace the effect that the model does not have; the last recording judges. The file of the traced model.
 
     Raises NegativeAnswer when none is found, or it does not explain the held-out recording better.
     """

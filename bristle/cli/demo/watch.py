@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from bristle.cli.demo.record import Say
 from bristle.cli.demo.valve import (
     DATA_SHEET,
     FRICTION,
@@ -40,11 +40,9 @@ WORSE = 2.0
 FALSE_ALARMS = 100.0
 """A month: as few as so short a learning time can support."""
 
-Say = Callable[[str], None]
-
 
 @dataclass(frozen=True)
-class Watched:
+class DemoWatch:
     """What came of it. alarm_s : from the fault to the alarm [s of the clock]; named_s : to its name, None if it got
     none in time; fault : the name; events : the file with all events.
     """
@@ -55,7 +53,7 @@ class Watched:
     events: Path
 
 
-def watch_stage(model: Path, out: Path, say: Say = print) -> Watched:
+def watch_stage(model: Path, out: Path, say: Say = print) -> DemoWatch:
     """Watch the simulated valve with a model file until an injected friction fault is found.
 
     Everything runs on loopback and is ended before this returns. Raises NegativeAnswer when no alarm comes, or one
@@ -67,7 +65,7 @@ def watch_stage(model: Path, out: Path, say: Say = print) -> Watched:
         return asyncio.run(_stage(known, out / "events.jsonl", say))
 
 
-async def _stage(model: ValveModel, events: Path, say: Say) -> Watched:
+async def _stage(model: ValveModel, events: Path, say: Say) -> DemoWatch:
     async with (
         served("--speed", f"{SPEED:g}", "--allow-faults") as address,
         controller(address) as plant,
@@ -81,7 +79,7 @@ def setpoint(t: float) -> float:
     return 0.5 + 0.2 * math.sin(2 * math.pi * t / 8.0) + 0.1 * math.sin(t / 2.6)
 
 
-async def _watched(address: str, plant: LiveSource, model: ValveModel, events: Path, say: Say) -> Watched:
+async def _watched(address: str, plant: LiveSource, model: ValveModel, events: Path, say: Say) -> DemoWatch:
     say(f"The monitor learns the valve behind {address} for {LEARN_S / SPEED:.0f} s, at {SPEED:g} times real time.")
     learned, news = asyncio.Event(), asyncio.Queue[MonitorEvent]()
 
@@ -115,7 +113,7 @@ async def _watched(address: str, plant: LiveSource, model: ValveModel, events: P
 async def _fault(
     plant: LiveSource, monitor: Monitor, learned: asyncio.Event, news: asyncio.Queue[MonitorEvent], events: Path,
     say: Say,
-) -> Watched:  # fmt: skip
+) -> DemoWatch:  # fmt: skip
     """Inject the fault when the healthy valve was watched for a while, and wait for the alarm and its name."""
     await learned.wait()
     await _judged(monitor, round(BEFORE_S / (HUM_SAMPLES * STEP_S)))
@@ -138,11 +136,11 @@ async def _fault(
                 say(f"Alarm {passed:.1f} s after the fault: {event.text}")
                 alarm_s = passed if alarm_s is None else alarm_s
                 if event.fault == "friction":
-                    return Watched(alarm_s, passed, event.fault, events)
+                    return DemoWatch(alarm_s, passed, event.fault, events)
     except TimeoutError:
         if alarm_s is None:
             raise NegativeAnswer(f"no alarm came within {PATIENCE_S:.0f} s of the fault") from None
-        return Watched(alarm_s, None, None, events)
+        return DemoWatch(alarm_s, None, None, events)
 
 
 async def _judged(monitor: Monitor, n_samples: int) -> None:

@@ -9,9 +9,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-from recordings import Array, BadInput
+from recordings import Array, BadInput, Integers
 from simulator.damadics import (
     CHANNELS,
     FAULTS,
@@ -95,7 +94,7 @@ def simulate(
     return rows
 
 
-def _seconds(signals: Array, setpoint: Array, steps: NDArray[np.int64], noise: Noise, rate: int) -> Array:
+def _seconds(signals: Array, setpoint: Array, steps: Integers, noise: Noise, rate: int) -> Array:
     """One row per second: the mean of the samples of that second."""
     stride = _PER_SECOND // rate
     keep = slice(0, None, stride)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from detector.evaluation.benchmark.runs import CV, X
 from detector.evaluation.isolation.symptoms import MEMORIES, SCORES
-from recordings import Array, BadInput
+from recordings import Array, BadInput, Integers
 
 WINDOW_S = 300
 """Symptoms are taken together over so long [s], or since the alarm where that is less."""
@@ -34,7 +34,7 @@ _CONFUSED = 0.25
 _FLOOR = 0.3
 
 
-def feature_vectors(run: Array, symptoms: Array, alarm: NDArray[np.bool_]) -> tuple[NDArray[np.int64], Array]:
+def feature_vectors(run: Array, symptoms: Array, alarm: NDArray[np.bool_]) -> tuple[Integers, Array]:
     """Rows at which a diagnosis is made, and what is then known: (n_rows, n_features): mean and spread of each symptom,
     their size taken by asinh, and of X - CV, over the window; and how much X moves, on a logarithmic scale. Symptoms
     saturate, so that one wild reading is soon forgotten; where the rod is, and whether it moves at all, tells those
@@ -62,11 +62,11 @@ class Diagnosis:
     """
 
     features: Array
-    faults: NDArray[np.int64]
+    faults: Integers
     deviation: Array
     group: dict[int, int]
 
-    def distances(self, features: Array) -> tuple[NDArray[np.int64], Array]:
+    def distances(self, features: Array) -> tuple[Integers, Array]:
         """Faults known (n_faults,), and distances (n, n_faults): to the nearest signatures of each fault."""
         known = np.unique(self.faults)
         apart = _apart(features / self.deviation, self.features / self.deviation)
@@ -78,7 +78,7 @@ class Diagnosis:
         order = np.argsort(apart[0])
         return [(int(known[i]), float(apart[0, i])) for i in order]
 
-    def flagged(self, run: Array, symptoms: Array, alarm: NDArray[np.bool_]) -> NDArray[np.int64]:
+    def flagged(self, run: Array, symptoms: Array, alarm: NDArray[np.bool_]) -> Integers:
         """The fault named first at each second (n,), 0 where none is: before the first diagnosis and without alarm."""
         named = np.zeros(len(alarm), np.int64)
         at, features = feature_vectors(run, symptoms, alarm)
@@ -117,7 +117,7 @@ def learn_diagnosis(examples: Sequence[tuple[int, str, Array]]) -> Diagnosis:
     return Diagnosis(features, faults, deviation, groups)
 
 
-def _confusion(features: Array, faults: NDArray[np.int64], runs: NDArray[np.int64], known: NDArray[np.int64]) -> Array:
+def _confusion(features: Array, faults: Integers, runs: Integers, known: Integers) -> Array:
     """Share of the features of a fault (rows) named as each (columns), every run judged by all others."""
     table = np.zeros((len(known), len(known)))
     for run in np.unique(runs):
@@ -133,7 +133,7 @@ def _confusion(features: Array, faults: NDArray[np.int64], runs: NDArray[np.int6
     return table / np.maximum(table.sum(axis=1, keepdims=True), 1.0)
 
 
-def _groups(known: NDArray[np.int64], confusion: Array) -> dict[int, int]:
+def _groups(known: Integers, confusion: Array) -> dict[int, int]:
     """Faults joined where either is taken for the other too often."""
     number = np.arange(len(known))
     for i in range(len(known)):

@@ -8,11 +8,11 @@ from pathlib import Path
 from detector.evaluation.outcome import Evaluation
 from detector.evaluation.results.html import page
 from detector.evaluation.results.rows import tables
-from detector.evaluation.results.table import Table
+from detector.evaluation.results.table import ResultTable
 from recordings import save_text
 
 
-def write(outcome: Evaluation, out: Path, more: Sequence[Table] = ()) -> list[Path]:
+def write(outcome: Evaluation, out: Path, more: Sequence[ResultTable] = ()) -> list[Path]:
     """One CSV file per table, ``evaluation.md`` and ``evaluation.html``; `more` tables stand before the last.
 
     Raises BadInput when they cannot be written.

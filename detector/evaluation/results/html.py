@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from detector.evaluation.outcome import Evaluation
-from detector.evaluation.results.table import Table
+from detector.evaluation.results.table import ResultTable
 from simulator.damadics import scenario
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ th { background: #f3f5f7; position: sticky; top: 0; } td.long { white-space: nor
 """
 
 
-def page(outcome: Evaluation, made: Sequence[Table]) -> str:
+def page(outcome: Evaluation, made: Sequence[ResultTable]) -> str:
     """The page; it needs no network."""
     from bokeh.embed import components
     from bokeh.resources import Resources
@@ -85,7 +85,7 @@ def _caption(outcome: Evaluation) -> str:
     )
 
 
-def _section(table: Table) -> str:
+def _section(table: ResultTable) -> str:
     heads = "".join(f"<th>{escape(head)}</th>" for head in table.heads)
     rows = "".join("<tr>" + "".join(_cell(cell) for cell in row) + "</tr>" for row in table.rows[:_ON_PAGE])
     left = len(table.rows) - _ON_PAGE

@@ -8,12 +8,12 @@ import numpy as np
 
 from detector.evaluation.learned import BANK
 from detector.evaluation.outcome import Evaluation
-from detector.evaluation.results.table import Table, number
+from detector.evaluation.results.table import ResultTable, number
 from detector.evaluation.results.verdicts import correctly_isolated, detected
 from simulator.damadics import FAULTS, scenario
 
 
-def isolation_table(outcome: Evaluation) -> Table:
+def isolation_table(outcome: Evaluation) -> ResultTable:
     """A row for each trial that was diagnosed."""
     rows = []
     for name, trials in outcome.trials[outcome.plan.variants[0]].items():
@@ -43,7 +43,7 @@ def isolation_table(outcome: Evaluation) -> Table:
         "rmi",
         "dacc",
     )
-    return Table("isolation", "Which fault it is", note, heads, tuple(rows))
+    return ResultTable("isolation", "Which fault it is", note, heads, tuple(rows))
 
 
 def isolation_words(outcome: Evaluation) -> str:
@@ -66,7 +66,7 @@ def _group_words(groups: Sequence[Sequence[int]]) -> str:
     return ", ".join("{" + " ".join(f"f{fault}" for fault in sorted(group)) + "}" for group in groups if len(group) > 1)
 
 
-def confusion_table(outcome: Evaluation) -> Table:
+def confusion_table(outcome: Evaluation) -> ResultTable:
     """True faults against those named first."""
     counts = np.zeros((len(FAULTS) + 1, len(FAULTS) + 1), int)
     for name, trials in outcome.trials[outcome.plan.variants[0]].items():
@@ -79,7 +79,7 @@ def confusion_table(outcome: Evaluation) -> Table:
     ]  # fmt: skip
     heads = ("true", *(f"f{fault}" for fault in FAULTS), "none")
     note = "Trials by true fault (rows) and the fault named first five minutes after the alarm (columns)."
-    return Table("confusion", "Confusion matrix", note, heads, tuple(rows))
+    return ResultTable("confusion", "Confusion matrix", note, heads, tuple(rows))
 
 
 def _yes(value: bool) -> str:

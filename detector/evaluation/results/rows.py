@@ -11,12 +11,12 @@ from detector.evaluation.isolation.structure import groups as structural_groups
 from detector.evaluation.outcome import Evaluation
 from detector.evaluation.plan import Plan
 from detector.evaluation.results.isolation_rows import confusion_table, isolation_table
-from detector.evaluation.results.table import Table, number
+from detector.evaluation.results.table import ResultTable, number
 from detector.evaluation.results.verdicts import detected
 from simulator.damadics import Form, scenario
 
 
-def tables(outcome: Evaluation) -> list[Table]:
+def tables(outcome: Evaluation) -> list[ResultTable]:
     """All tables, in the order of the page."""
     made = [_summary(outcome), _scenarios(outcome)]
     if outcome.groups:
@@ -24,7 +24,7 @@ def tables(outcome: Evaluation) -> list[Table]:
     return [*made, _unseen(outcome), _structure(), _published(), _trials(outcome)]
 
 
-def _summary(outcome: Evaluation) -> Table:
+def _summary(outcome: Evaluation) -> ResultTable:
     rows = []
     for variant, scenarios in outcome.trials.items():
         for detector in outcome.plan.detectors:
@@ -47,7 +47,7 @@ def _summary(outcome: Evaluation) -> Table:
         f"the faulty and of the fault-free time with an alarm. {_trial_words(outcome)}"
     )
     heads = ("variant", "detector", "detected", "median time [s]", "mean rtd", "mean rfd", "false alarms", "per hour")
-    return Table("summary", "All detectors at one rate of false alarms", note, heads, tuple(rows))
+    return ResultTable("summary", "All detectors at one rate of false alarms", note, heads, tuple(rows))
 
 
 def _trial_words(outcome: Evaluation) -> str:
@@ -74,7 +74,7 @@ def _hours(hours: Sequence[float]) -> str:
     return " + ".join(f"{one:g}" for one in hours) + " h"
 
 
-def _scenarios(outcome: Evaluation) -> Table:
+def _scenarios(outcome: Evaluation) -> ResultTable:
     """A row per scenario and variant: time of the first alarm, median over the trials, by detector."""
     rows = []
     for variant, scenarios in outcome.trials.items():
@@ -86,7 +86,7 @@ def _scenarios(outcome: Evaluation) -> Table:
         f"R2: published, dynamic GMDH.{_short_words(outcome)}"
     )
     heads = ("variant", "scenario", "trials", *outcome.plan.detectors, "R2")
-    return Table("scenarios", "When each detector sees each fault", note, heads, tuple(rows))
+    return ResultTable("scenarios", "When each detector sees each fault", note, heads, tuple(rows))
 
 
 def _short_words(outcome: Evaluation) -> str:
@@ -112,7 +112,7 @@ def _cell(outcome: Evaluation, variant: str, name: str, detector: str) -> str:
     return middle if hits == count else f"{middle} ({hits}/{count})"
 
 
-def _unseen(outcome: Evaluation) -> Table:
+def _unseen(outcome: Evaluation) -> ResultTable:
     rows = []
     for name, found in outcome.detectability.items():
         reason = "no basic signal is touched" if found["all"] < 1e-9 else "its trace drowns in the noise"
@@ -124,31 +124,31 @@ def _unseen(outcome: Evaluation) -> Table:
         "deviation of the residual (0.25 % of stroke, 0.3 % of span); and the ratio of a filter matched to all of it."
     )
     heads = ("scenario", "X", "F", "matched filter", "reason")
-    return Table("unseen", "What is missed, and how much of it there is to see", note, heads, tuple(rows))
+    return ResultTable("unseen", "What is missed, and how much of it there is to see", note, heads, tuple(rows))
 
 
-def _structure() -> Table:
+def _structure() -> ResultTable:
     rows = tuple((", ".join(f"f{fault}" for fault in group),) for group in structural_groups())
     note = "Faults that violate the same relations between basic signals; only size and shape can tell them apart."
-    return Table("structure", "What structure alone can tell apart", note, ("group",), rows)
+    return ResultTable("structure", "What structure alone can tell apart", note, ("group",), rows)
 
 
-def plant_table(counts: Mapping[str, int | str], rate_per_h: float, hours: float) -> Table:
+def plant_table(counts: Mapping[str, int | str], rate_per_h: float, hours: float) -> ResultTable:
     """Alarms on measured data by detector."""
     rows = tuple((name, str(count)) for name, count in counts.items())
     note = (
         f"Learned and calibrated on the first third of the record, {rate_per_h:g} an hour stated; alarms in the "
         f"{hours:.2f} h after it, in which no fault is documented."
     )
-    return Table("plant", "Measured data of a plant", note, ("detector", "alarms"), rows)
+    return ResultTable("plant", "Measured data of a plant", note, ("detector", "alarms"), rows)
 
 
-def _published() -> Table:
+def _published() -> ResultTable:
     note = "Results of others on the benchmark; methods, data and noise differ."
-    return Table("published", "Published results", note, ("id", "method", "data", "result"), OTHERS)
+    return ResultTable("published", "Published results", note, ("id", "method", "data", "result"), OTHERS)
 
 
-def _trials(outcome: Evaluation) -> Table:
+def _trials(outcome: Evaluation) -> ResultTable:
     """Every index of every trial."""
     rows = []
     for variant, scenarios in outcome.trials.items():
@@ -173,4 +173,4 @@ def _trials(outcome: Evaluation) -> Table:
         "fsd",
     )
     note = "Times from onset to the first and (tdt) to the last rising edge; shares of fault-free and faulty time."
-    return Table("trials", "All indices of all trials", note, heads, tuple(rows))
+    return ResultTable("trials", "All indices of all trials", note, heads, tuple(rows))

@@ -9,7 +9,7 @@ from typing import Any
 
 
 @dataclass(frozen=True)
-class Table:
+class ResultTable:
     """name : of its file; title; note : how to read it; heads and rows : text."""
 
     name: str

@@ -15,7 +15,7 @@ from identification.estimators.coordinates import Coordinates
 from identification.estimators.fitted import Fit, Outcome, fit_of_free_runs
 from identification.estimators.least_squares import descend
 from identification.estimators.output_error.homotopy import Minimum
-from identification.estimators.output_error.problem import Problem, Setting
+from identification.estimators.output_error.problem import Problem, ResidualForm
 from identification.estimators.output_error.starting_values import starting_values
 from recordings import Progress, silent
 from simulator import Kernel
@@ -29,7 +29,7 @@ def fit_imposed_motion(
 ) -> Fit:
     """Fit from several starting values, keep the best. The residual is the predicted force minus the measured one."""
     problem, best = Problem(valve, coordinates, experiments), None
-    setting = Setting(0.0)
+    setting = ResidualForm(0.0)
     progress("starting values", 0, 0)
     starts = starting_values(experiments, valve, coordinates)[:STARTS]
     for done, start in enumerate(starts):

@@ -20,7 +20,7 @@ from identification.estimators.noise_aware.resolution import quickest, resolving
 from identification.estimators.noise_aware.search import UNEXPLAINED, best_on_chunks, on_chunks, on_whole_recordings
 from identification.estimators.output_error.basin_search import basin_search
 from identification.estimators.output_error.homotopy import Homotopy, Minimum
-from identification.estimators.output_error.problem import Problem, Setting
+from identification.estimators.output_error.problem import Problem, ResidualForm
 from identification.estimators.output_error.starting_values import regression, starting_values
 from recordings import Array, Progress, silent
 from simulator import Kernel, kernel
@@ -66,7 +66,7 @@ def fit_noise_aware(
         return Fit(Outcome.DIVERGED, valve, coordinates)
     problem = Problem(valve, coordinates, smooth)
     unknowns = _free_run_start(problem, estimate)
-    return fit_of(estimate, problem, Minimum(unknowns, estimate.normal, Setting(FREE_STEP), 0, estimate.settled))
+    return fit_of(estimate, problem, Minimum(unknowns, estimate.normal, ResidualForm(FREE_STEP), 0, estimate.settled))
 
 
 def smoothed_starts(valve: Kernel, coordinates: Coordinates, smooth: Sequence[Experiment]) -> list[Array]:

@@ -12,7 +12,7 @@ from identification.estimators.fitted import Fit, Outcome, fit_of_free_runs
 from identification.estimators.noise_aware.fit import start_of_free_runs
 from identification.estimators.output_error.basin_search import basin_search
 from identification.estimators.output_error.homotopy import Homotopy, Minimum
-from identification.estimators.output_error.starting_values import Start, starting_values
+from identification.estimators.output_error.starting_values import StartingPoint, starting_values
 from recordings import Array, Progress, silent
 from simulator import Kernel
 
@@ -56,7 +56,7 @@ def integrates(coordinates: Coordinates) -> bool:
     return held and not coordinates.is_free("spring.K")
 
 
-def _best_minimum(homotopy: Homotopy, ranked: Sequence[Start], progress: Progress) -> Minimum | None:
+def _best_minimum(homotopy: Homotopy, ranked: Sequence[StartingPoint], progress: Progress) -> Minimum | None:
     """The end of the robust stages with the least cost, from one start after the other while that helps."""
     best: Minimum | None = None
     for attempt in range(TRIES):
@@ -72,7 +72,9 @@ def _best_minimum(homotopy: Homotopy, ranked: Sequence[Start], progress: Progres
     return best
 
 
-def _next_start(attempt: int, ranked: Sequence[Start], best: Minimum | None, homotopy: Homotopy) -> Array | None:
+def _next_start(
+    attempt: int, ranked: Sequence[StartingPoint], best: Minimum | None, homotopy: Homotopy
+) -> Array | None:
     """The best start first; then the end of a basin search from the best minimum; then those from other starts."""
     if attempt == 1 and best is not None:
         return basin_search(best.unknowns[: homotopy.full.n_free], homotopy)

@@ -15,7 +15,7 @@ from identification.data.chunks import to_the_ends
 from identification.data.experiment import Experiment, Segment
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.least_squares import Descent, Normal, descend
-from identification.estimators.output_error.problem import Problem, Setting
+from identification.estimators.output_error.problem import Problem, ResidualForm
 from identification.estimators.output_error.starting_values import PRIOR_STD, precision
 from recordings import Array
 from simulator import Kernel
@@ -49,7 +49,7 @@ class Minimum:
 
     unknowns: Array
     normal: Normal
-    setting: Setting
+    setting: ResidualForm
     evaluations: int
     settled: bool
     level: float = 1.0
@@ -72,7 +72,7 @@ class Homotopy:
 
     def first(self, theta: Array) -> Descent | None:
         """The first robust stage alone: cheap, and its cost already tells a wrong basin from the right one."""
-        return self._stage(self.early, theta, Setting(self.coarse, max(WINDOWS[0], 2 * self.dt), TUNING))
+        return self._stage(self.early, theta, ResidualForm(self.coarse, max(WINDOWS[0], 2 * self.dt), TUNING))
 
     def follow(self, theta: Array) -> Minimum | None:
         """All robust stages from a start, on the chunks of long recordings; None when the model diverges everywhere."""
@@ -85,11 +85,11 @@ class Homotopy:
             minimum = Minimum(end.theta, end.normal, setting, used, end.settled, end.normal.cost / self.early.samples)
         return minimum
 
-    def _settings(self) -> list[Setting]:
+    def _settings(self) -> list[ResidualForm]:
         early = [w for w in WINDOWS if self.dt < w < self.last_window]
         late = [LATE] if min(self.longest, self.last_window) >= LATE else []
-        settings = [Setting(self.coarse, w, TUNING) for w in early]
-        return settings + [Setting(self.coarse / 2, w, TUNING) for w in dict.fromkeys((*late, self.last_window))]
+        settings = [ResidualForm(self.coarse, w, TUNING) for w in early]
+        return settings + [ResidualForm(self.coarse / 2, w, TUNING) for w in dict.fromkeys((*late, self.last_window))]
 
     def carried(self, minimum: Minimum) -> Minimum | None:
         """A minimum on chunks carried to whole recordings; None where the model diverges there."""
@@ -117,7 +117,7 @@ class Homotopy:
             end = self._plain(minimum.unknowns, setting, 6, minimum.level)
         return self._sharpened(minimum)
 
-    def _fine_enough(self, unknowns: Array, setting: Setting, level: float) -> Setting:
+    def _fine_enough(self, unknowns: Array, setting: ResidualForm, level: float) -> ResidualForm:
         """The setting with the sub-step halved until its error is small beside the residual."""
         while setting.h_max > FINEST:
             finer = replace(setting, h_max=setting.h_max / 2)
@@ -138,7 +138,7 @@ class Homotopy:
         level = end.normal.cost / self.full.samples
         return Minimum(end.theta, end.normal, setting, minimum.evaluations + end.evaluations, minimum.settled, level)
 
-    def step_error(self, unknowns: Array, setting: Setting, finer: Setting) -> float:
+    def step_error(self, unknowns: Array, setting: ResidualForm, finer: ResidualForm) -> float:
         """Root mean square change of the prediction, in sigmas, when the sub-step is halved."""
         pairs = zip(self.full.responses(unknowns, setting), self.full.responses(unknowns, finer), strict=True)
         square = 0.0
@@ -148,12 +148,12 @@ class Homotopy:
             square += float(np.sum(((a.predicted - b.predicted) / piece.noise) ** 2))
         return float(np.sqrt(square / self.full.samples))
 
-    def _plain(self, unknowns: Array, setting: Setting, iterations: int, level: float) -> Descent | None:
+    def _plain(self, unknowns: Array, setting: ResidualForm, iterations: int, level: float) -> Descent | None:
         evaluate = self.full.held(unknowns, setting, level)
         tolerance = max(1e-6, INSIGNIFICANT / self.full.samples)
         return descend(evaluate, unknowns, iterations=iterations, tolerance=tolerance, damping=1e-3)
 
-    def _stage(self, problem: Problem, theta: Array, setting: Setting) -> Descent | None:
+    def _stage(self, problem: Problem, theta: Array, setting: ResidualForm) -> Descent | None:
         unknowns = problem.start(theta)
         centre, wide = unknowns.copy(), np.zeros(len(unknowns))
         wide[: len(theta)] = self.freedom

@@ -6,13 +6,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identification.data.experiment import Experiment, Segment
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.least_squares import Normal, weighted
 from identification.parallel import each
-from recordings import Array
+from recordings import Array, IndexArray
 from simulator import Kernel
 
 HELD = 10.0
@@ -25,7 +24,7 @@ micrometres to millimetres, and a descent moves at most one unit in an iteration
 
 
 @dataclass(frozen=True)
-class Setting:
+class ResidualForm:
     """How the residual is formed: h_max [s] largest sub-step; window [s] after which x and v are set back to the
     smoothed data (inf: never, that is plain output error); tuning : of the Cauchy loss in sigmas (inf: squares).
     """
@@ -94,7 +93,7 @@ class Problem:
             local.append(first[self.local] / self.local_scale(piece))
         return np.concatenate([theta, *local])
 
-    def evaluate(self, unknowns: Array, setting: Setting) -> Normal | None:
+    def evaluate(self, unknowns: Array, setting: ResidualForm) -> Normal | None:
         """Normal equations of all segments at once; None where the model diverges."""
         normals = each(lambda i: self._normal(i, unknowns, setting), range(len(self.pieces)))
         size = self.n_free + self.n_local * len(self.pieces)
@@ -108,7 +107,7 @@ class Problem:
             total = replace(total, cost=total.cost + one.cost)
         return total
 
-    def held(self, unknowns: Array, setting: Setting, level: float) -> Callable[[Array], Normal | None]:
+    def held(self, unknowns: Array, setting: ResidualForm, level: float) -> Callable[[Array], Normal | None]:
         """`evaluate` with a weak hold on the shared parameters where they are now; level : mean square residual."""
         hold = np.zeros(len(unknowns))
         hold[: self.n_free] = max(1.0, level) / np.log(HELD) ** 2
@@ -119,7 +118,9 @@ class Problem:
 
         return evaluate
 
-    def responses(self, unknowns: Array, setting: Setting, *, sensitivities: bool = False) -> list[Response | None]:
+    def responses(
+        self, unknowns: Array, setting: ResidualForm, *, sensitivities: bool = False
+    ) -> list[Response | None]:
         """The model's answer for every segment."""
         return each(lambda i: self._response(i, unknowns, setting, sensitivities), range(len(self.pieces)))
 
@@ -129,10 +130,10 @@ class Problem:
         measured = piece.segment.y if self.kernel.causality == "force" else piece.segment.u
         return np.where(piece.segment.seen, (response.predicted - measured) / piece.noise, 0.0)
 
-    def _local_slice(self, i: int) -> NDArray[np.intp]:
+    def _local_slice(self, i: int) -> IndexArray:
         return np.arange(self.n_free + i * self.n_local, self.n_free + (i + 1) * self.n_local)
 
-    def _normal(self, i: int, unknowns: Array, setting: Setting) -> Normal | None:
+    def _normal(self, i: int, unknowns: Array, setting: ResidualForm) -> Normal | None:
         response = self._response(i, unknowns, setting, True)
         if response is None or response.by is None:
             return None
@@ -141,7 +142,7 @@ class Problem:
         normal = weighted(self.residual(i, response), jacobian, setting.tuning)
         return _with_memory_prior(normal, unknowns[self._local_slice(i)], self.n_free, self.kernel.causality)
 
-    def _response(self, i: int, unknowns: Array, setting: Setting, sensitivities: bool) -> Response | None:
+    def _response(self, i: int, unknowns: Array, setting: ResidualForm, sensitivities: bool) -> Response | None:
         piece, kernel = self.pieces[i], self.kernel
         segment, scale = piece.segment, self.local_scale(piece)
         p = self.coordinates.p(unknowns[: self.n_free])

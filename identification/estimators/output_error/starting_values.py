@@ -14,7 +14,7 @@ import numpy as np
 from identification.data.experiment import Experiment, imposed
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.least_squares import Descent, Normal, descend
-from identification.estimators.output_error.problem import Problem, Setting
+from identification.estimators.output_error.problem import Problem, ResidualForm
 from recordings import Array
 from simulator import Kernel, kernel, shows_imposed
 
@@ -31,14 +31,14 @@ FORCE_ERROR = 0.02
 
 
 @dataclass(frozen=True)
-class Start:
+class StartingPoint:
     """Starting values: theta (n_free,) and its cost, smaller is better."""
 
     theta: Array
     cost: float
 
 
-def starting_values(experiments: Sequence[Experiment], valve: Kernel, coordinates: Coordinates) -> list[Start]:
+def starting_values(experiments: Sequence[Experiment], valve: Kernel, coordinates: Coordinates) -> list[StartingPoint]:
     """Starting values for a fit, best first. Empty when nothing moves. Effects that have no part in the force of an
     imposed motion start from what they are by default.
     """
@@ -60,7 +60,7 @@ def starting_values(experiments: Sequence[Experiment], valve: Kernel, coordinate
             end = _descend(problem, first, prior)
             if end is not None:
                 values = default | own.values(end.theta[: len(first)])
-                found.append(Start(coordinates.theta_of(values), end.normal.cost))
+                found.append(StartingPoint(coordinates.theta_of(values), end.normal.cost))
     return sorted(found, key=lambda s: s.cost)
 
 
@@ -72,7 +72,7 @@ def _held(coordinates: Coordinates, name: str) -> float | None:
 
 
 def _descend(problem: Problem, theta: Array, prior: Array) -> Descent | None:
-    setting = Setting(0.0, tuning=0.5)
+    setting = ResidualForm(0.0, tuning=0.5)
     unknowns = problem.start(theta)
     wide = np.concatenate([prior, np.zeros(len(unknowns) - len(theta))])
 

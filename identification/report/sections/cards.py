@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from identification.report.wording.key_figures import KeyFigures, key_figures
 from identification.report.wording.numbers import force_words, mm_words, number, percent, plain
-from identification.report.wording.verdict import Verdict
+from identification.report.wording.verdict import FitQuality
 from identification.result import FitResult
 
 
@@ -24,7 +24,7 @@ class Card:
     rests_on: tuple[str, ...] = ()
 
 
-def cards(identification: FitResult, judged: Verdict | None) -> list[Card]:
+def cards(identification: FitResult, judged: FitQuality | None) -> list[Card]:
     """All cards; a figure that rests on a weak parameter is a warning. judged : None where it is said elsewhere."""
     weak = {n for n, p in identification.model.parameters.items() if p.status in ("weak", "at_bound")}
     valve = [
@@ -66,7 +66,7 @@ def _preload_words(f: KeyFigures, preload: float) -> str:
     return "force at x = 0; no diaphragm area is known, so no bench set"
 
 
-def _residual(judged: Verdict) -> Card:
+def _residual(judged: FitQuality) -> Card:
     below = "no recording was held out"
     if judged.held_out is not None:
         below = f"held-out recordings: {number(judged.held_out)}"

@@ -8,7 +8,7 @@ from typing import Any
 from identification.report.section import Section
 from identification.report.wording.numbers import NARROW, number
 from identification.result import FitResult
-from identification.sparse_regression import Row
+from identification.sparse_regression import ComparedCoefficient
 
 
 def crosscheck(identification: FitResult) -> Section:
@@ -23,7 +23,7 @@ def crosscheck(identification: FitResult) -> Section:
     return Section("crosscheck", "Cross-check", words)
 
 
-def _row(row: Row) -> dict[str, Any]:
+def _row(row: ComparedCoefficient) -> dict[str, Any]:
     verdict = "informs only" if not row.counts else "agrees" if row.agrees else "disagrees"
     difference = 100 * float(row.difference)
     shown = f"{'+' if difference > 0 else ''}{number(difference, 2)}{NARROW}%" if math.isfinite(difference) else "–"

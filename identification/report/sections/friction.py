@@ -8,7 +8,7 @@ import numpy as np
 
 from identification.report.canvas import INK, MEASURED, REFERENCE, canvas, finish_legend, inked
 from identification.report.decimate import cells
-from identification.report.runs import Run, runs
+from identification.report.runs import RecordingRun, runs
 from identification.report.section import Section
 from identification.report.wording.numbers import number
 from identification.result import FitResult
@@ -43,13 +43,13 @@ def friction(identification: FitResult) -> Section:
     return Section("friction", "Friction against velocity", words, plots)
 
 
-def measured_friction(run: Run, values: dict[str, float]) -> Cloud:
+def measured_friction(run: RecordingRun, values: dict[str, float]) -> Cloud:
     """Friction u - m a - K x - F0 from the smoothed measured motion and the measured force, where both are known."""
     tr = run.trajectory
     return _balance(run, tr.position, tr.velocity, run.actuator_force, values)
 
 
-def modelled_friction(run: Run, values: dict[str, float]) -> Cloud:
+def modelled_friction(run: RecordingRun, values: dict[str, float]) -> Cloud:
     """The same of the model's run: its own motion where the force drives, its own force where the motion is imposed."""
     tr = run.trajectory
     if tr.unit == "N":
@@ -64,7 +64,7 @@ def steady_curve(v: Array, values: dict[str, float]) -> Array:
     return level * np.sign(v) + sigma2 * v
 
 
-def _balance(run: Run, x: Array, v: Array, u: Array, values: dict[str, float]) -> Cloud:
+def _balance(run: RecordingRun, x: Array, v: Array, u: Array, values: dict[str, float]) -> Cloud:
     mass, K, F0 = (values.get(name, 0.0) for name in ("mass.m", "spring.K", "spring.F0"))
     t = run.trajectory.t
     force = u - mass * _rate(v, t) - K * x - F0

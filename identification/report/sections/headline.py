@@ -13,7 +13,7 @@ from identification.report.section import Section
 from identification.report.sections.cards import cards
 from identification.report.wording.key_figures import KeyFigures, key_figures
 from identification.report.wording.numbers import force_words, mm_words, number, percent, plain
-from identification.report.wording.verdict import AT_FLOOR, FAR_BELOW, NEAR_FLOOR, Verdict, page_mood, verdict
+from identification.report.wording.verdict import AT_FLOOR, FAR_BELOW, NEAR_FLOOR, FitQuality, page_mood, verdict
 from identification.result import FitResult
 
 WIDEST = 5
@@ -58,7 +58,7 @@ def _valve(f: KeyFigures, weak: Sequence[str]) -> str:
     return f"This {'valve' if f.rate else 'plant'} {both}{lost}."
 
 
-def _trust(identification: FitResult, judged: Verdict) -> str:
+def _trust(identification: FitResult, judged: FitQuality) -> str:
     """How the fit ended and how well it follows the data."""
     outcome, every = identification.fit.outcome.value, runs(identification)
     factor, unit = error_unit(every)

@@ -8,7 +8,7 @@ import numpy as np
 
 from identification.report.canvas import INK, MEASURED, NARROW, REFERENCE, WIDE, canvas, dress, finish_legend, inked
 from identification.report.decimate import extremes
-from identification.report.runs import Run, runs
+from identification.report.runs import RecordingRun, runs
 from identification.report.section import Section
 from identification.report.wording.key_figures import KeyFigures, key_figures
 from identification.report.wording.numbers import number
@@ -32,7 +32,7 @@ def loop(identification: FitResult) -> Section:
     return Section("loop", "Valve signature: force against position", words, {"loop": _drawn(every, figures)})
 
 
-def _drawn(every: tuple[Run, ...], figures: KeyFigures) -> Any:
+def _drawn(every: tuple[RecordingRun, ...], figures: KeyFigures) -> Any:
     plot = canvas("position [mm]", "actuator force [N]", 460)
     most = max(MOST_POINTS // len(every), 2000)
     for run in every:
@@ -45,7 +45,7 @@ def _drawn(every: tuple[Run, ...], figures: KeyFigures) -> Any:
     return plot
 
 
-def _add(plot: Any, run: Run, most: int, *, labelled: bool) -> None:
+def _add(plot: Any, run: RecordingRun, most: int, *, labelled: bool) -> None:
     tr = run.trajectory
     driven = tr.unit == "m"
     kept = extremes([tr.measured, tr.simulated, tr.force if driven else tr.position], most)
@@ -59,7 +59,7 @@ def _add(plot: Any, run: Run, most: int, *, labelled: bool) -> None:
             inked(line)
 
 
-def _add_spring(plot: Any, every: tuple[Run, ...], f: KeyFigures) -> None:
+def _add_spring(plot: Any, every: tuple[RecordingRun, ...], f: KeyFigures) -> None:
     """The line K x + F0 and the two lines a friction level above and below it, on which slow strokes run."""
     low, high = _extent([r.trajectory.position for r in every])
     x = np.array([low, high])
@@ -70,7 +70,7 @@ def _add_spring(plot: Any, every: tuple[Run, ...], f: KeyFigures) -> None:
         plot.line(1e3 * x, level, color=REFERENCE, line_width=1.5, line_dash="dashed", legend_label="spring ± friction")
 
 
-def _add_pressure_axis(plot: Any, every: tuple[Run, ...], area: float) -> None:
+def _add_pressure_axis(plot: Any, every: tuple[RecordingRun, ...], area: float) -> None:
     """A second axis with the actuator pressure; both ranges are set, so that they stay in step while zooming."""
     from bokeh.models import LinearAxis, Range1d
 

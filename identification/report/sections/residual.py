@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from identification.report.canvas import ALARM, BAND, INK, RESIDUAL, canvas, finish_legend, inked, shade
-from identification.report.runs import Run, runs
+from identification.report.runs import RecordingRun, runs
 from identification.report.section import Section
 from identification.report.wording.numbers import number, percent
 from identification.report.wording.verdict import AT_FLOOR, over_noise, verdict
@@ -67,7 +67,7 @@ def _lagged_products(signal: Array, lags: int) -> Array:
     return np.fft.irfft(np.abs(spectrum) ** 2, size)[: lags + 1]
 
 
-def _lag_unit(fitted: Sequence[Run]) -> tuple[float, str]:
+def _lag_unit(fitted: Sequence[RecordingRun]) -> tuple[float, str]:
     """Milliseconds per lag where all recordings have one spacing; else lags are counted in samples."""
     spacings = [float(np.nanmedian(np.diff(r.trajectory.t))) for r in fitted]
     same = max(spacings) - min(spacings) <= 0.01 * max(spacings)

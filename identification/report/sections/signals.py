@@ -21,7 +21,7 @@ from identification.report.canvas import (
     unprinted,
 )
 from identification.report.decimate import extremes
-from identification.report.runs import DRAWN, Run, error_unit, output_name, runs
+from identification.report.runs import DRAWN, RecordingRun, error_unit, output_name, runs
 from identification.report.section import Section
 from identification.report.wording.numbers import count, number, plain
 from identification.report.wording.verdict import verdict
@@ -52,7 +52,7 @@ def signals(identification: FitResult) -> Section:
     return Section("signals", "Measured and simulated over time", words, plots)
 
 
-def _facts(run: Run, most: int, scale: tuple[float, str]) -> dict[str, Any]:
+def _facts(run: RecordingRun, most: int, scale: tuple[float, str]) -> dict[str, Any]:
     t, error = run.trajectory.t, run.error[np.isfinite(run.error)]
     n, missing = len(t), int(np.isnan(run.trajectory.measured[np.isfinite(t)]).sum())
     return {
@@ -72,7 +72,7 @@ def overlay(identification: FitResult) -> Any:
     return plot
 
 
-def _signal(run: Run, source: Any) -> Any:
+def _signal(run: RecordingRun, source: Any) -> Any:
     """Measured and simulated signal over time."""
     factor, unit = DRAWN[run.trajectory.unit]
     limits = robust_range(factor * run.trajectory.measured, [factor * run.trajectory.simulated])
@@ -84,7 +84,7 @@ def _signal(run: Run, source: Any) -> Any:
     return plot
 
 
-def _drawn(run: Run, most: int, scale: tuple[float, str]) -> Any:
+def _drawn(run: RecordingRun, most: int, scale: tuple[float, str]) -> Any:
     """Three plots over one time axis: signal, residual, input."""
     from bokeh.layouts import gridplot
 
@@ -102,7 +102,7 @@ def _drawn(run: Run, most: int, scale: tuple[float, str]) -> Any:
     return grid
 
 
-def _source(run: Run, most: int, error_factor: float) -> Any:
+def _source(run: RecordingRun, most: int, error_factor: float) -> Any:
     """The columns drawn, thinned to about `most` rows; single precision is far finer than a pixel, but not for a long
     recording's clock.
     """

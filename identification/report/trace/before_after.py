@@ -22,7 +22,7 @@ from identification.report.canvas import (
     unprinted,
 )
 from identification.report.decimate import extremes
-from identification.report.runs import DRAWN, Run, error_unit, output_name, rms, runs
+from identification.report.runs import DRAWN, RecordingRun, error_unit, output_name, rms, runs
 from identification.result import Trajectory
 from identification.tracing.result import TraceResult
 from recordings import Array
@@ -39,8 +39,8 @@ class BeforeAfter:
     """
 
     role: str
-    before: Run
-    after: Run | None
+    before: RecordingRun
+    after: RecordingRun | None
     scale: tuple[float, str]
 
     @property
@@ -58,7 +58,7 @@ def before_after(trace: TraceResult) -> BeforeAfter:
         else zip(trace.base.trajectories, trace.final.trajectories, strict=True)
     )
     worst = max(range(len(pairs)), key=lambda i: np.nan_to_num(_missed(pairs[i][0]), nan=np.inf))
-    first, last = (Run(t, worst + 1, "held out" if held else "fitted") for t in pairs[worst])
+    first, last = (RecordingRun(t, worst + 1, "held out" if held else "fitted") for t in pairs[worst])
     return BeforeAfter(first.role, first, last if trace.effects_added else None, error_unit(runs(trace.final)))
 
 
@@ -136,7 +136,7 @@ def errors(shown: BeforeAfter) -> Any:
     return plot
 
 
-def _curves(shown: BeforeAfter) -> list[tuple[Run, str, str]]:
+def _curves(shown: BeforeAfter) -> list[tuple[RecordingRun, str, str]]:
     """What is drawn beside the measured signal: run, colour, name."""
     if shown.after is None:
         return [(shown.before, INK, "model")]

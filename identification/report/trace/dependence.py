@@ -10,9 +10,7 @@ from numpy.typing import NDArray
 from identification.tracing.models.model import Model
 from identification.tracing.residual import quantities
 from identification.tracing.result import TraceResult
-from recordings import Array
-
-Indices = NDArray[np.intp]
+from recordings import Array, IndexArray
 
 BINS = 20
 """Bins of as many samples each, over which means are taken."""
@@ -71,7 +69,7 @@ def edges(values: Array, parts: int = BINS) -> Array:
     return np.unique(np.quantile(values, np.linspace(0, 1, parts + 1)[1:-1]))
 
 
-def explained(force: Array, place: Indices) -> float:
+def explained(force: Array, place: IndexArray) -> float:
     """Share of the variance of a force (n_samples,) that the bins `place` (n_samples,) explain: the correlation ratio,
     adjusted for the number of bins (Kelley's epsilon squared).
     """

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from identification.estimators.fitted import Outcome
-from identification.report.runs import Run, rms, runs
+from identification.report.runs import RecordingRun, rms, runs
 from identification.result import FitResult
 
 FAR_BELOW, AT_FLOOR, NEAR_FLOOR = 0.5, 1.1, 2.0
@@ -16,7 +16,7 @@ to which it explains nearly all."""
 
 
 @dataclass(frozen=True)
-class Verdict:
+class FitQuality:
     """ratio : residual of the fit over the noise floor; free, held_out : the same of the free runs on the fitted and on
     the held-out recordings (None: there are none); window [s] : after which the fit set the motion back to the data
     (None: never; then ratio and free are one).
@@ -35,17 +35,17 @@ class Verdict:
         return "warn" if self.ratio <= NEAR_FLOOR or not np.isfinite(self.ratio) else "bad"
 
 
-def verdict(identification: FitResult) -> Verdict:
+def verdict(identification: FitResult) -> FitQuality:
     """The verdict on an identification."""
     every, path = runs(identification), identification.fit.minimum
     fitted, held_out = ([r for r in every if r.role == role] for role in ("fitted", "held out"))
     window = path.setting.window if path is not None and np.isfinite(path.setting.window) else None
     free = over_noise(fitted)
     ratio = identification.fit.rms if window is not None else free
-    return Verdict(ratio, free, over_noise(held_out) if held_out else None, window)
+    return FitQuality(ratio, free, over_noise(held_out) if held_out else None, window)
 
 
-def over_noise(some: list[Run]) -> float:
+def over_noise(some: list[RecordingRun]) -> float:
     """Root mean square error in multiples of the noise over several runs."""
     return rms(np.concatenate([r.error / (r.trajectory.noise or np.nan) for r in some]))
 

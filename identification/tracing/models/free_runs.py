@@ -11,7 +11,7 @@ from identification.data.experiment import Experiment, imposed
 from identification.data.grid import with_smooth_force
 from identification.estimators.fitted import FREE_STEP, Fit, fit_of, fit_of_free_runs
 from identification.estimators.output_error.homotopy import Minimum
-from identification.estimators.output_error.problem import Problem, Setting
+from identification.estimators.output_error.problem import Problem, ResidualForm
 from identification.identified import Identification
 from identification.result import error_of, free_runs, valve_model
 from identification.sparse_regression import crosscheck
@@ -36,9 +36,9 @@ def as_fit(model: Model, experiments: Sequence[Experiment]) -> Fit:
     problem, estimate = Problem(valve, model.coordinates, experiments), model.estimate
     if model.data.imposed:
         unknowns = problem.start(estimate.theta)
-        minimum = Minimum(unknowns, estimate.normal, Setting(0.0), 0, estimate.settled)
+        minimum = Minimum(unknowns, estimate.normal, ResidualForm(0.0), 0, estimate.settled)
         return fit_of_free_runs(valve, model.coordinates, problem, minimum)
-    minimum = Minimum(problem.start(estimate.theta), estimate.normal, Setting(FREE_STEP), 0, estimate.settled)
+    minimum = Minimum(problem.start(estimate.theta), estimate.normal, ResidualForm(FREE_STEP), 0, estimate.settled)
     return fit_of(estimate, problem, minimum)
 
 
@@ -91,6 +91,6 @@ def _position_error(model: Model, experiments: Sequence[Experiment]) -> dict[str
         return {}
     valve = kernel(model.effects, "force", model.data.catalogue)
     problem = Problem(valve, model.coordinates, experiments)
-    minimum = Minimum(problem.start(model.estimate.theta), model.estimate.normal, Setting(FREE_STEP), 0, True)
+    minimum = Minimum(problem.start(model.estimate.theta), model.estimate.normal, ResidualForm(FREE_STEP), 0, True)
     fit = fit_of_free_runs(valve, model.coordinates, problem, minimum)
     return (error_of(free_runs(fit, experiments, fitted=False)) or {}) if fit.problem is not None else {}

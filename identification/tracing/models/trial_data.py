@@ -19,7 +19,7 @@ from identification.estimators.path_estimator import PathEstimator
 from identification.tracing import settings
 from simulator import Catalogue, Kernel, kernel
 
-Place = tuple[int, slice]
+ChunkPlace = tuple[int, slice]
 """Where a chunk is: the number of its grid, and the nodes of it."""
 
 
@@ -62,7 +62,7 @@ class TrialData:
         """Share of those nodes that lies in chunks."""
         return self.on_chunks()[0].samples / self.samples
 
-    def on_chunks(self) -> tuple[TrialData, list[Place]]:
+    def on_chunks(self) -> tuple[TrialData, list[ChunkPlace]]:
         """The same with chunks of the fitted grids, and where each is: enough for a first fit."""
         if self.imposed:  # memory would have to be found anew in every chunk, and the whole costs little
             return self, [(i, slice(0, len(grid.t))) for i, grid in enumerate(self.fitted)]

@@ -13,7 +13,7 @@ from typing import Any
 import casadi as ca
 
 from simulator.compile.recurrence import Recurrence
-from simulator.compile.step import Layout, force_driven, motion_driven
+from simulator.compile.step import VectorLayout, force_driven, motion_driven
 from simulator.damadics.actuator import past as recall
 from simulator.damadics.actuator import positioner, servomotor, valve_flow
 from simulator.damadics.actuator.expressions import clip
@@ -81,7 +81,7 @@ class _Stem:
         return self._friction(memory, ca.vertcat(t, 0.0, motion, *later), values)
 
 
-def force_form(effects: tuple[Effect, ...]) -> tuple[Recurrence, Layout]:
+def force_form(effects: tuple[Effect, ...]) -> tuple[Recurrence, VectorLayout]:
     """One sub-step of 0.5 ms: the states of `state_names`; parameters of `symbols`, the layout, and the sense.
 
     effects : inertia, spring and LuGre friction, and any others, in the order of the catalogue.
@@ -109,7 +109,7 @@ def force_form(effects: tuple[Effect, ...]) -> tuple[Recurrence, Layout]:
     return recurrence, stem.layout
 
 
-def state_names(layout: Layout) -> tuple[str, ...]:
+def state_names(layout: VectorLayout) -> tuple[str, ...]:
     """All states of the form, in order: `FRONT`, forces of the last steps where an effect delays them, the stem's."""
     return (*FRONT, *recall.names(layout), *layout.states)
 

@@ -10,9 +10,8 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
-from recordings import BadInput
+from recordings import Array, BadInput
 
 STEP = 0.0025
 """The fixed step of the benchmark model [s]."""
@@ -92,7 +91,7 @@ class Parameters:
         """Force of the spring with the valve open [N]."""
         return self.spring_rate * self.preload_travel
 
-    def vector(self) -> NDArray[np.float64]:
+    def vector(self) -> Array:
         """The values in the order of `symbols`."""
         return np.array(astuple(self), float)
 

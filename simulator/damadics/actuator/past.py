@@ -9,7 +9,7 @@ import math
 
 import casadi as ca
 
-from simulator.compile.step import Layout
+from simulator.compile.step import VectorLayout
 from simulator.damadics.actuator.parameters import STEP
 from simulator.delay import LONGEST
 from simulator.effect import Expression
@@ -17,7 +17,7 @@ from simulator.effect import Expression
 Expressions = list[Expression]
 
 
-def names(layout: Layout) -> tuple[str, ...]:
+def names(layout: VectorLayout) -> tuple[str, ...]:
     """Names of the states that hold the force at the start of the last steps, newest first; none without a delay."""
     count = math.ceil(LONGEST / STEP) + 1
     return tuple(f"push{i}" for i in range(1, count + 1)) if layout.delay else ()

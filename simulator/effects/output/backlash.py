@@ -9,7 +9,7 @@ from simulator.effect import Effect, Expression, Memory, Parameter, Quantities, 
 from simulator.play import play
 
 
-class Backlash(Effect):
+class PositionBacklash(Effect):
     """y -> w, which the stem drags along at either end of a gap: (2.36) with m = 1 and crossings cr = -cl = width/2."""
 
     id = "backlash"
