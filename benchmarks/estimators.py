@@ -75,7 +75,7 @@ def with_excess(values: dict[str, float]) -> dict[str, float]:
 
 def bound(truth: dict[str, float], experiments: list[Experiment]) -> Array:
     """Standard deviations at the bound [%] in the order of `NAMES`."""
-    model = kernel(BASE, "uncertain force")
+    model = kernel(BASE, "force with error")
     c = coordinates(experiments)
     found = NoiseAware(model, c, grids(experiments)).start(c.theta(model.vector(truth)), 4)
     if found is None:
@@ -90,7 +90,7 @@ def bound(truth: dict[str, float], experiments: list[Experiment]) -> Array:
 def coordinates(experiments: list[Experiment]) -> Coordinates:
     """All parameters of the base model free, scaled by the force of the experiments."""
     force = float(np.std(np.concatenate([s.u for e in experiments for s in e.segments])))
-    return Coordinates.of(kernel(BASE, "uncertain force"), {}, force)
+    return Coordinates.of(kernel(BASE, "force with error"), {}, force)
 
 
 def fitted(name: str, experiments: list[Experiment]) -> Fit:

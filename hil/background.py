@@ -20,7 +20,7 @@ from hil.plant.pace import LatenessReport
 from hil.plant.plant import ServedPlant
 from hil.recorder.files import RecorderSettings
 from hil.recorder.recorder import Recorder, RecorderReport
-from hil.running import LoopThread
+from hil.running import LoopThread, Stop
 from hil.server.server import Server, ServerSettings
 from hil.source.source import Source
 
@@ -101,7 +101,7 @@ class BackgroundRecorder:
         self._thread = LoopThread("bristle recorder")
         try:
             self._thread.run(self._source.__aenter__())
-            self._stop = asyncio.Event()
+            self._stop = Stop(self._duration_s, heard=())
             self._task = self._thread.start(self._record())
         except BaseException:
             self._thread.close()
@@ -129,17 +129,16 @@ class BackgroundRecorder:
         return self._ended.wait(timeout_s)
 
     async def _record(self) -> None:
-        if self._duration_s is not None:
-            asyncio.get_running_loop().call_later(self._duration_s, self._stop.set)
         try:
             async with AsyncExitStack() as opened:
                 opened.push_async_exit(self._source)
-                await self._recorder.run(self._stop)
+                with self._stop:
+                    await self._recorder.run(self._stop.event)
         except Exception as failure:
             self._failure = failure
         finally:
             self._ended.set()
 
     async def _left(self) -> None:
-        self._stop.set()
+        self._stop.event.set()
         await self._task

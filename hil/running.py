@@ -6,8 +6,8 @@ import asyncio
 import gc
 import signal
 import threading
-from collections.abc import Callable, Coroutine, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Awaitable, Callable, Coroutine, Iterator, Sequence
+from contextlib import AbstractAsyncContextManager, contextmanager, nullcontext, suppress
 from types import TracebackType
 from typing import Any, Self, TypeVar
 
@@ -19,25 +19,46 @@ RepeatedTask = tuple[float, Callable[[], None]]
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
+async def first_of(*work: Awaitable[object], held: AbstractAsyncContextManager[object] | None = None) -> None:
+    """Do several things at once until one of them has ended; then cancel the others, and wait until they have ended.
+
+    held : a lock to have while they are cancelled, so that what may not be interrupted is not. Raises what one of them
+    raised, the first in the order of `work`.
+    """
+    tasks = [asyncio.ensure_future(one) for one in work]
+    try:
+        await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+    finally:
+        async with held or nullcontext():
+            for task in tasks:
+                task.cancel()
+        ends = await asyncio.gather(*tasks, return_exceptions=True)
+    for end in ends:
+        if isinstance(end, Exception):
+            raise end
+
+
 class Stop:
     """The end of a session: SIGINT, SIGTERM, or a duration that is over. A context manager inside a running event loop.
 
-    Only the main thread hears signals. `event` is set when the session is to end.
+    `event` is set when the session is to end.
 
     Parameters
     ----------
     duration_s : float, optional
         How long the session lasts [s], from entering on; None for no limit.
+    heard : sequence of signals, optional
+        The signals that end it. Only the main thread hears any; other threads give none.
     """
 
-    def __init__(self, duration_s: float | None = None) -> None:
+    def __init__(self, duration_s: float | None = None, heard: Sequence[signal.Signals] = SIGNALS) -> None:
         self.event = asyncio.Event()
         self.signals: list[signal.Signals] = []
-        self._duration_s = duration_s
+        self._duration_s, self._heard_signals = duration_s, heard
 
     def __enter__(self) -> Self:
         self._loop = asyncio.get_running_loop()
-        for which in SIGNALS:
+        for which in self._heard_signals:
             self._loop.add_signal_handler(which, self._heard, which)
         self._entered = self._loop.time()
         self._timer = None if self._duration_s is None else self._loop.call_later(self._duration_s, self.event.set)
@@ -46,7 +67,7 @@ class Stop:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         if self._timer is not None:
             self._timer.cancel()
-        for which in SIGNALS:
+        for which in self._heard_signals:
             self._loop.remove_signal_handler(which)
 
     @property

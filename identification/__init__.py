@@ -5,11 +5,12 @@ from identification.data.noise import noise_std
 from identification.estimators.fit import Estimator, fit
 from identification.estimators.fitted import Fit, Outcome
 from identification.given import free_parameters, with_area, without_effects
+from identification.identified import Identification
 from identification.procedure import identify
-from identification.result import Identification, Trajectory
+from identification.result import Trajectory
 from identification.sparse_regression import ComparedCoefficient, Crosscheck, crosscheck
 from identification.tracing.judge import Candidate
-from identification.tracing.result import Trace, trace
+from identification.tracing_procedure import Trace, trace
 from identification.uncertainty.covariance import Uncertainty, uncertainty_of
 from identification.uncertainty.profile import Profile, profile
 

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
+from identification.data.experiment import Experiment
 from recordings import BadParameter, Recording
 from simulator import BASE, CATALOGUE, Catalogue
 
 LEFT_OUT: Mapping[str, Mapping[str, float]] = {"spring": {"spring.K": 0.0}}
 """Effects that a plant may lack, as the values that say so. The constant force F0 stays: weight, offset, drive zero."""
+
+
+PLANT_CONSTANTS = {"moving_mass_kg": "mass.m"}
+"""Items of /plant that are measured constants and are held in a fit, with the parameter each fixes. Spring constant and
+preload of a data sheet are nominal values: they are what a fit is to find, and are not held unless given."""
 
 
 def without_effects(names: Iterable[str]) -> dict[str, float]:
@@ -44,3 +50,13 @@ def free_parameters(held: Mapping[str, float], catalogue: Catalogue = CATALOGUE)
     """
     every = (name for effect in BASE for name in catalogue[effect].parameter_names())
     return tuple(name for name in every if name not in held)
+
+
+def plant_constants(experiments: Sequence[Experiment]) -> dict[str, float]:
+    """The parameters that the recordings' plants fix, by full name, SI units."""
+    return {
+        parameter: float(e.plant[item])
+        for e in experiments
+        for item, parameter in PLANT_CONSTANTS.items()
+        if item in e.plant
+    }

@@ -5,19 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from identification.advice import advice
-from identification.data.experiment import Experiment, experiment
+from identification.data.experiment import experiment
 from identification.data.grid import with_smooth_force
 from identification.estimators.fit import Estimator, fit
-from identification.result import Identification, free_runs, valve_model
+from identification.given import plant_constants
+from identification.identified import Identification
+from identification.result import free_runs, valve_model
 from identification.sparse_regression import crosscheck
 from identification.uncertainty.bootstrap import bootstrap_of, checked_trials, with_bootstrap
 from identification.uncertainty.covariance import uncertainty_of
 from recordings import NegativeAnswer, Progress, Recording, silent
 from simulator import BASE, CATALOGUE, Catalogue, Causality
-
-PLANT_CONSTANTS = {"moving_mass_kg": "mass.m"}
-"""Items of /plant that are measured constants and are held in a fit, with the parameter each fixes. Spring constant and
-preload of a data sheet are nominal values: they are what a fit is to find, and are not held unless given."""
 
 
 def identify(
@@ -104,13 +102,3 @@ def identify(
     }
     model = valve_model(found, known, recordings, experiments, {"fit": runs, "holdout": held_out}, quality)
     return Identification(found, known, model, runs, held_out, checked, advice(known))
-
-
-def plant_constants(experiments: Sequence[Experiment]) -> dict[str, float]:
-    """The parameters that the recordings' plants fix, by full name, SI units."""
-    return {
-        parameter: float(e.plant[item])
-        for e in experiments
-        for item, parameter in PLANT_CONSTANTS.items()
-        if item in e.plant
-    }

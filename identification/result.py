@@ -6,7 +6,6 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -16,7 +15,6 @@ from identification.estimators.fitted import Fit, Outcome
 from identification.estimators.least_squares import Normal, descend
 from identification.estimators.output_error.problem import Piece, Problem, ResidualForm, Response
 from identification.sparse_regression import Crosscheck
-from identification.summary import fit_html, fit_text
 from identification.uncertainty.covariance import Uncertainty
 from recordings import Array, Recording
 from simulator import FittedTo, Value, ValveModel
@@ -56,14 +54,8 @@ class Trajectory:
 
 
 @dataclass(frozen=True, repr=False)
-class Identification:
-    """An identified valve: a fit, how well its parameters are known, and its free runs.
-
-    fit : see `Fit`; uncertainty : of its parameters; model : the valve as `model.json` has it, ``model.write(path)``;
-    trajectories, holdout : free runs against the fitted recordings and those held out; crosscheck : against sparse
-    regression, None where that was not asked for or says nothing; advice : what to record to know weak parameters
-    better, in sentences.
-    """
+class FitResult:
+    """What a fit found. `Identification` says what its fields are, and shows it."""
 
     fit: Fit
     uncertainty: Uncertainty
@@ -72,12 +64,6 @@ class Identification:
     holdout: tuple[Trajectory, ...]
     crosscheck: Crosscheck | None
     advice: tuple[str, ...]
-
-    def __repr__(self) -> str:
-        return fit_text(self)
-
-    def _repr_html_(self) -> str:
-        return fit_html(self)
 
     @property
     def converged(self) -> bool:
@@ -92,18 +78,6 @@ class Identification:
     def write(self, path: str | os.PathLike[str]) -> None:
         """Write the model as `model.json`, all or nothing. Raises BadInput when it cannot be written."""
         self.model.write(path)
-
-    def report(self, path: str | os.PathLike[str]) -> None:
-        """Write the report, one self-contained HTML page. Raises BadInput when it cannot be written."""
-        from identification.report import write_report
-
-        write_report(path, self)
-
-    def plot(self) -> Any:
-        """The main pictures, one below the other, as a bokeh layout: ``bokeh.io.show(found.plot())``."""
-        from identification.report import stacked
-
-        return stacked(self)
 
 
 def free_runs(fit: Fit, experiments: Sequence[Experiment], fitted: bool) -> tuple[Trajectory, ...]:

@@ -7,21 +7,21 @@ from html import escape
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from identification.result import Identification
-    from identification.tracing.result import Trace
+    from identification.result import FitResult
+    from identification.tracing.result import TraceResult
     from simulator import ValveModel
 
 BEST = 5
 """Candidates of a trace that its table shows."""
 
 
-def fit_text(found: Identification) -> str:
+def fit_text(found: FitResult) -> str:
     """A fit in three lines."""
     values = ", ".join(f"{name} {value:.4g}" for name, value in found.values.items())
     return f"<Identification of {_names(found)}: {_outcome(found)}\n {values}\n {_errors(found.model)}>"
 
 
-def fit_html(found: Identification) -> str:
+def fit_html(found: FitResult) -> str:
     """A fit as a table: every parameter with its standard deviation, unit and status."""
     rows = [
         (name, f"{p.value:.6g}", "" if p.std is None else f"{p.std:.2g}", p.unit, p.status)
@@ -31,12 +31,12 @@ def fit_html(found: Identification) -> str:
     return _table(caption, ("parameter", "value", "± std", "unit", "status"), rows)
 
 
-def trace_text(found: Trace) -> str:
+def trace_text(found: TraceResult) -> str:
     """A trace in three lines."""
     return f"<Trace of {_names(found.final)}: {found.verdict}\n {_said(found)}\n {_change(found)}>"
 
 
-def trace_html(found: Trace) -> str:
+def trace_html(found: TraceResult) -> str:
     """A trace as a table: the best candidates, and what became of each."""
     rows = [
         (c.effect, f"{c.gain:.4g}", _number(found.holdout_rmse.get(c.effect)), "accepted" if c.accepted else c.why)
@@ -46,11 +46,11 @@ def trace_html(found: Trace) -> str:
     return _table(f"{found.verdict}. {_said(found)} {_change(found)}", heads, rows)
 
 
-def _names(found: Identification) -> str:
+def _names(found: FitResult) -> str:
     return ", ".join(run.name for run in found.trajectories)
 
 
-def _outcome(found: Identification) -> str:
+def _outcome(found: FitResult) -> str:
     return "converged" if found.converged else found.fit.outcome.value
 
 
@@ -64,12 +64,12 @@ def _rmse(error: Mapping[str, float]) -> str:
     return ", ".join(f"{value:.3g} {name.removeprefix('rmse_')}" for name, value in error.items() if "rmse_" in name)
 
 
-def _said(found: Trace) -> str:
+def _said(found: TraceResult) -> str:
     """The first sentence of the answer."""
     return next(iter(found.sentences()), "")
 
 
-def _change(found: Trace) -> str:
+def _change(found: TraceResult) -> str:
     sides = (_number((found.error[side]["holdout"] or {}).get(f"rmse_{found.unit}")) for side in ("before", "after"))
     before, after = sides
     return f"held-out error: {before or '?'} {found.unit} before, {after or '?'} {found.unit} after"

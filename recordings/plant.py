@@ -91,4 +91,5 @@ class Event:
 
 
 def is_number(value: Any) -> bool:
+    """Whether a value is a real number, and not a truth value."""
     return isinstance(value, numbers.Real) and not isinstance(value, bool)

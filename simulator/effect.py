@@ -18,7 +18,7 @@ from abc import ABC
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 from simulator.relaxation import Expression as Expression
 from simulator.relaxation import Law
@@ -64,8 +64,9 @@ class Parameter:
     symbol : name in equations and files; unit : SI unit; lower, upper : physical bounds, in `unit`;
     scale : typical magnitude, in `unit`; neutral : the value at which the effect vanishes, None for the base effects
     and for what only shapes an effect (the place of a tight spot) while another parameter sets its strength;
-    positive : whether its logarithm is the natural coordinate (it spans decades); known : whether it is to be held at
-    what is known of the valve, because a change of it looks like one of the base effects; tried_at : values at which
+    positive : whether its logarithm is the natural coordinate (it spans decades); known : what of the
+    valve it is to be held at (``stroke``), because a change of it looks like one of the base effects, empty where it is
+    free; tried_at : values at which
     tracing tries it; meaning : one line in words.
     """
 
@@ -77,7 +78,7 @@ class Parameter:
     upper: float = float("inf")
     neutral: float | None = None
     positive: bool = False
-    known: bool = False
+    known: Literal["", "stroke"] = ""
     tried_at: TriedAt = TriedAt.SCALE
 
     def allows(self, value: float) -> bool:

@@ -74,15 +74,13 @@ class ValveModel(BaseModel):
         try:
             text = Path(path).read_text(encoding="utf-8")
         except (OSError, UnicodeDecodeError) as error:
-            raise BadInput(
-                str(path), f"cannot be read ({error})", "give a model.json written by 'bristle fit'"
-            ) from error
+            raise BadInput(str(path), f"cannot be read ({error})", "give a model.json of a fit or a trace") from error
         try:
             model = cls.model_validate_json(text)
         except ValidationError as error:
             first = error.errors()[0]
             place = ".".join(str(part) for part in first["loc"]) or "the whole file"
-            raise BadInput(f"{path}: {place}", first["msg"], "give a model.json written by 'bristle fit'") from error
+            raise BadInput(f"{path}: {place}", first["msg"], "give a model.json of a fit or a trace") from error
         _check_complete(model, str(path), catalogue)
         return model
 

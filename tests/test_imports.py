@@ -143,40 +143,21 @@ def circle(graph: Mapping[str, set[str]]) -> list[str]:
     return []
 
 
-LATE = ("identification",)
-"""Rooms in which a result imports, when asked, the report that imports it: no circle in what runs at import."""
-
-
-def at_import(source: str) -> str:
-    """A module without what does not run when it is imported: functions, and imports for types alone."""
-
-    class Cut(ast.NodeTransformer):
-        def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.stmt:
-            return ast.Pass()
-
-        def visit_If(self, node: ast.If) -> ast.stmt:
-            return ast.Pass() if "TYPE_CHECKING" in ast.unparse(node.test) else node
-
-    return ast.unparse(Cut().visit(ast.parse(source)))
-
-
-def graph_of(room: str, late: bool) -> dict[str, set[str]]:
-    """Which modules of a room import which; `late`: also inside functions, and for types alone."""
+def graph_of(room: str) -> dict[str, set[str]]:
+    """Which modules of a room import which, also inside functions, and for types alone: those only hide a circle."""
     texts = {dotted(p): p.read_text("utf-8") for p in MODULES if p.relative_to(HOUSE).parts[0] == room}
-    found = {name: set(imported(text if late else at_import(text))) for name, text in texts.items()}
+    found = {name: set(imported(text)) for name, text in texts.items()}
     return {name: (targets & set(texts)) - {name} for name, targets in found.items()}
 
 
 @pytest.mark.parametrize("room", ARROWS)
 def test_no_modules_of_a_room_import_each_other_in_a_circle(room):
-    """Imports inside functions, and those for types alone, count as well where they can: they only hide a circle."""
-    assert circle(graph_of(room, late=room not in LATE)) == []
+    assert circle(graph_of(room)) == []
 
 
-def test_what_does_not_run_at_import_is_left_out():
+def test_late_imports_count():
     text = "import a\nif TYPE_CHECKING:\n    import b\nclass C:\n    def f(self):\n        import c\n"
     assert set(imported(text)) == {"a", "b", "c"}
-    assert set(imported(at_import(text.replace("        import c", "        import c\n    import d")))) == {"a", "d"}
 
 
 def test_a_circle_is_seen():

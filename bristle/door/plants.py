@@ -37,7 +37,7 @@ def actuator(
     of_friction = {item.split(".")[1]: rest.pop(item) for item in ActuatorPlant.friction if item in rest}
     inputs = {item: rest.pop(item) for item in ActuatorPlant.inputs if item in rest}
     setup = ActuatorSetup(
-        form=_form(friction), stimulus=stimulus or course, inputs=inputs, faults=(*own, *faults), noise=noise,
+        form=friction_form(friction), stimulus=stimulus or course, inputs=inputs, faults=(*own, *faults), noise=noise,
         seed=seed, parameters=_parameters(rest), friction=of_friction, hidden=effects, hidden_on=effects_on,
     )  # fmt: skip
     return ActuatorPlant(setup)
@@ -51,7 +51,8 @@ def _course(name: str | None) -> tuple[Stimulus, tuple[Fault, ...]]:
     return chosen.stimulus, chosen.faults
 
 
-def _form(friction: str) -> Form:
+def friction_form(friction: str) -> Form:
+    """The friction form of the actuator by its word. Raises BadParameter."""
     for form in FORMS:
         if form == friction:
             return form

@@ -33,7 +33,10 @@ def zone(what: Scenario, seconds: int) -> Zone:
 
 
 def scored(what: Scenario, run: Array, learned: Learned, draw: bool) -> Json:
-    """Indices of every detector on one run, the diagnosis of the bank, and curves when they are to be drawn."""
+    """Indices of every detector on one run, the diagnosis of the bank, and curves when they are to be drawn.
+
+    run (n_seconds, n_signals): columns as `SIGNALS` names them.
+    """
     data, where = BenchmarkRun(run, learned.symptoms), zone(what, len(run))
     statistics, alarm = learned.alarms(data)
     found: Json = {"seconds": len(run), "detectors": {}}

@@ -100,7 +100,7 @@ def learned_model(model: ValveModel, data: Measurements, per_month: float) -> tu
     test, scores = learned_test(filter, data, per_month)
     filter = tuned(filter, data)
     if not np.isfinite(scores).all():
-        raise BadInput("model", "it cannot follow the data", "fit it to recordings of this valve: bristle fit")
+        raise BadInput("model", "it cannot follow the data", "fit it to recordings of this valve")
     x = data.values["position"]
     low, high = np.nanmin(x), np.nanmax(x)
     margin = BEYOND * (high - low)

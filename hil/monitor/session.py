@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import signal
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,7 +14,7 @@ from hil.monitor.state import check_state, save_state
 from hil.monitor.valve import ValveStatus
 from hil.recorder.files import RecorderSettings
 from hil.recorder.recorder import Recorder, RecorderReport
-from hil.running import RepeatedTask, Stop, freeze_garbage, repeating
+from hil.running import RepeatedTask, Stop, first_of, freeze_garbage, repeating
 from hil.source.sample import LinkEvent, Sample
 from hil.source.source import Source, SourceWrapper
 from hil.source.statistics import Statistics
@@ -79,15 +78,7 @@ class _Watched(SourceWrapper):
 
     async def run(self, stop: asyncio.Event) -> None:
         """Take everything, without a recorder, until `stop` is set or the source ends."""
-        halt = asyncio.ensure_future(stop.wait())
-        work = asyncio.ensure_future(self._drain())
-        try:
-            await asyncio.wait((halt, work), return_when=asyncio.FIRST_COMPLETED)
-        finally:
-            halt.cancel()
-            work.cancel()
-        with suppress(asyncio.CancelledError):
-            await work
+        await first_of(stop.wait(), self._drain())
 
     async def _drain(self) -> None:
         async for _ in self:

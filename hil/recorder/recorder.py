@@ -15,6 +15,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from hil.recorder.files import FileSeries, RecordedRow, RecorderSettings
+from hil.running import first_of
 from hil.source.sample import LinkEvent, Sample
 from hil.source.source import Source
 from hil.source.statistics import Statistics
@@ -107,20 +108,15 @@ class Recorder:
 
         Raises what the source raises and BadInput when the disk refuses; what was recorded until then is kept.
         """
-        work = [self._collect(), self._write_again_and_again(), stop.wait()]
-        tasks = [asyncio.ensure_future(one) for one in work]
-        try:
-            await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+        failed = False
+        try:  # with the turn held, a batch on its way to the disk gets there, and says so if it does not
+            await first_of(self._collect(), self._write_again_and_again(), stop.wait(), held=self._turn)
+        except Exception:
+            failed = True
+            raise
         finally:
-            async with self._turn:  # a batch on its way to the disk gets there, and says so if it does not
-                for task in tasks:
-                    task.cancel()
-            ends = await asyncio.gather(*tasks, return_exceptions=True)
-            failures = [end for end in ends if isinstance(end, Exception)]
-            with suppress(BadInput) if failures else nullcontext():  # the first failure is the one to show
+            with suppress(BadInput) if failed else nullcontext():  # the first failure is the one to show
                 await self._finish()
-        if failures:
-            raise failures[0]
         return self.report
 
     async def _collect(self) -> None:

@@ -50,9 +50,7 @@ def listen_address(text: str) -> ServerAddress:
     >>> listen_address("rtu:/dev/ttyUSB0?baud=9600&parity=N").baud
     9600
     """
-    if text.startswith("pty:"):
-        return PtyAddress(text.removeprefix("pty:").removeprefix("//"))
-    if text.partition(":")[0] not in {"tcp", "tls", "rtu"}:
+    if text.partition(":")[0] not in {"tcp", "tls", "rtu", "pty"}:
         raise BadParameter("listen", text, "it is not an address to listen on", f"use one of: {FORMS}")
     try:
         return _read(AddressParts.of(text))
@@ -60,11 +58,13 @@ def listen_address(text: str) -> ServerAddress:
         raise BadParameter("listen", text, f"{error.found} ({error.remedy})", f"use one of: {FORMS}") from None
 
 
-def _read(parts: AddressParts) -> NetworkAddress | SerialLine:
+def _read(parts: AddressParts) -> ServerAddress:
     if parts.transport == "rtu":
         parts.options.only("baud", "parity", "stop")
         return serial_line(parts, "rtu:DEVICE")
     parts.options.only()
+    if parts.transport == "pty":
+        return PtyAddress(parts.place.removeprefix("//"))
     host, port = host_and_port(parts, "//HOST:PORT", lowest=0)
     return NetworkAddress("tls" if parts.transport == "tls" else "tcp", _numeric(host), port)
 

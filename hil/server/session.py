@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import asyncio
 import json
 import signal
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from hil.plant.plant import ServedPlant
-from hil.running import Stop
+from hil.running import Stop, first_of
 from hil.server.server import Server, ServerSettings
 
 
@@ -31,19 +30,9 @@ async def serve_session(
     async with Server(plants, settings) as server:
         with Stop(duration) as stop:
             say(json.dumps(_opening(server, settings)))
-            await _until(stop.event, server)
+            await first_of(stop.event.wait(), server.failed())
         say(json.dumps(_closing(server, stop.first_signal)))
     return ServerEnd(stop.first_signal)
-
-
-async def _until(stop: asyncio.Event, server: Server) -> None:
-    """Wait for the end. Raises what stops plant time before."""
-    stopped, broken = asyncio.create_task(stop.wait()), asyncio.create_task(server.failed())
-    done, _ = await asyncio.wait({stopped, broken}, return_when=asyncio.FIRST_COMPLETED)
-    for task in (stopped, broken):
-        task.cancel()
-    if broken in done:
-        broken.result()
 
 
 def _opening(server: Server, settings: ServerSettings) -> dict[str, object]:

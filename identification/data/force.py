@@ -31,7 +31,7 @@ ROUNDS, FASTEST = 8, 30.0
 STILL = 1e-3
 """Least wander of the force in a second, in standard deviations of a sample."""
 ORDER, SMOOTH = 2, 4
-"""Integrals of the white noise: those that a model of an uncertain force has, and those of a smooth force."""
+"""Integrals of the white noise: those that a model of a force with error has, and those of a smooth force."""
 DECADES = {ORDER: np.arange(-2.0, 16.0), SMOOTH: np.arange(-2.0, 23.0, 2.0)}
 """Intensities that are tried first, in powers of ten of the noise variance per s^(2 order - 1)."""
 

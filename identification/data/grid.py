@@ -51,6 +51,12 @@ class Grid:
         found = smoother_force(self.t[seen], self.u[seen], self.force)
         return self.force.u if found is None else np.interp(self.t, self.t[seen], found)
 
+    def driven_along(self, path: Array) -> Array:
+        """What drives a model whose motion is imposed as on a path (n, n_states): x [m], v [m/s], a [m/s2] and the
+        load [N], (n, 4).
+        """
+        return np.column_stack([path[:, 0], path[:, 1], np.gradient(path[:, 1], self.t), path[:, -2]])
+
     def part(self, first: int, last: int) -> Grid:
         """The nodes [first, last)."""
         f, s = self.force, slice(first, last)

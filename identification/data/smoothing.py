@@ -59,7 +59,10 @@ def _window(signal: Array, step: float, noise: float) -> int:
 
 
 def play(x: Array, half_width: float) -> Array:
-    """The play operator: follows x only when it leaves a band of `half_width` about the last output."""
+    """The play operator: follows x only when it leaves a band of `half_width` about the last output.
+
+    x (n_samples,) and half_width in one unit, as the answer (n_samples,).
+    """
     if half_width <= 0:
         return x.copy()
     followed = np.empty_like(x)

@@ -84,7 +84,7 @@ def _known(effects: Sequence[Effect], experiments: Sequence[Experiment]) -> dict
     """Parameters that are to be held at what is known of the valve: a sensor's range is the stroke."""
     stroke = next((float(e.plant["stroke_m"]) for e in experiments if "stroke_m" in e.plant), None)
     chosen = [(effect, p) for effect in effects for p in effect.parameters if p.known]
-    return {e.parameter_name(p.symbol): stroke if stroke and p.unit == "m" else p.scale for e, p in chosen}
+    return {e.parameter_name(p.symbol): stroke if stroke and p.known == "stroke" else p.scale for e, p in chosen}
 
 
 def _noise_aware(estimator: Estimator, coordinates: Coordinates, experiments: Sequence[Experiment]) -> bool:

@@ -103,7 +103,7 @@ def _sound(normal: Normal | None) -> Normal | None:
 
 
 def move(normal: Normal, damping: float) -> Array:
-    """The damped Gauss-Newton move, in coordinates scaled by the diagonal."""
+    """The damped Gauss-Newton move, (m,), in coordinates scaled by the diagonal."""
     diagonal = np.diag(normal.matrix)
     scale = np.sqrt(np.maximum(diagonal, 1e-12 * max(float(diagonal.max()), 1e-300)))
     scaled = normal.matrix / np.outer(scale, scale)

@@ -16,7 +16,7 @@ class PathEstimator(Protocol):
     """One kernel fitted to some grids.
 
     `NoiseAware` predicts the position and estimates the path of all states along with the parameters; `ImposedMotion`
-    predicts the force, and its paths follow from the parameters.
+    predicts the force, and its paths follow from the parameters, so that steps and paths change nothing there.
     """
 
     @property
@@ -31,8 +31,13 @@ class PathEstimator(Protocol):
     def grids(self) -> Sequence[Grid]:
         """What it is fitted to."""
 
-    def start(self, theta: Array) -> Estimate | None:
-        """The estimate at parameters theta (m,) along new paths. None where the model diverges."""
+    def start(self, theta: Array, steps: int = ...) -> Estimate | None:
+        """The estimate at parameters theta (m,) along new paths that take so many steps. None where it diverges."""
+
+    def along(self, theta: Array, paths: Sequence[Array], steps: int) -> Estimate | None:
+        """The estimate at parameters theta (m,) along paths, one (n, n_states) for every grid, after so many steps of
+        them. None where the model diverges.
+        """
 
     def descend(self, now: Estimate, steps: int) -> Estimate:
         """The estimate after at most so many damped Gauss-Newton steps."""

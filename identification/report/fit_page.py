@@ -17,25 +17,25 @@ from identification.report.sections.origin import origin
 from identification.report.sections.parameters import parameters
 from identification.report.sections.residual import residual
 from identification.report.sections.signals import signals
-from identification.result import Identification
+from identification.result import FitResult
 
-SECTIONS: tuple[Callable[[Identification], Section], ...] = (
+SECTIONS: tuple[Callable[[FitResult], Section], ...] = (
     headline, parameters, signals, residual, loop, friction, crosscheck, meaning, origin,
 )  # fmt: skip
 """The sections, in the order of the page."""
 
 
-def write_report(path: str | os.PathLike[str], identification: Identification) -> None:
+def write_report(path: str | os.PathLike[str], identification: FitResult) -> None:
     """Write the report of a fit as one HTML file, all or nothing. Raises BadInput when the path cannot be written."""
     save_page(path, page(identification))
 
 
-def page(identification: Identification) -> str:
+def page(identification: FitResult) -> str:
     """The report as one self-contained HTML page; it needs no network, and every text of the user's is escaped."""
     return assembled(front("Valve identification", identification), [s(identification) for s in SECTIONS])
 
 
-def front(kind: str, identification: Identification) -> Front:
+def front(kind: str, identification: FitResult) -> Front:
     """The front of the page of a fit or a trace: plant, recordings, date."""
     tag = identification.model.plant.get("tag")
     fitted, held = (", ".join(t.name for t in some) for some in (identification.trajectories, identification.holdout))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.result import Identification, Trajectory
+from identification.result import FitResult, Trajectory
 from recordings import Array
 
 DRAWN = {"m": (1e3, "mm"), "N": (1.0, "N")}
@@ -61,7 +61,7 @@ class RecordingRun:
         return self.trajectory.measured if self.trajectory.unit == "N" else self.trajectory.force
 
 
-def runs(identification: Identification) -> tuple[RecordingRun, ...]:
+def runs(identification: FitResult) -> tuple[RecordingRun, ...]:
     """All runs, fitted ones first."""
     both = [(t, "fitted") for t in identification.trajectories] + [(t, "held out") for t in identification.holdout]
     return tuple(RecordingRun(t, place, role) for place, (t, role) in enumerate(both, 1))

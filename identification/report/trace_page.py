@@ -20,25 +20,25 @@ from identification.report.sections.signals import signals
 from identification.report.trace.answer import answer_section
 from identification.report.trace.candidates import candidates
 from identification.report.trace.pictures import pictures
-from identification.result import Identification
-from identification.tracing.result import Trace
+from identification.result import FitResult
+from identification.tracing.result import TraceResult
 
-STORY: tuple[Callable[[Trace], Section], ...] = (answer_section, pictures, candidates)
+STORY: tuple[Callable[[TraceResult], Section], ...] = (answer_section, pictures, candidates)
 """The sections of the trace itself."""
-MODEL: tuple[Callable[[Identification], Section], ...] = (
+MODEL: tuple[Callable[[FitResult], Section], ...] = (
     partial(headline, traced=True), parameters, signals, loop, friction, crosscheck, meaning, origin,
 )  # fmt: skip
 """The sections of the model that came out. What it leaves was told before."""
 
 
-def write_trace_report(path: str | os.PathLike[str], trace: Trace) -> None:
+def write_trace_report(path: str | os.PathLike[str], trace: TraceResult) -> None:
     """Write the report of a trace as one self-contained HTML file, all or nothing. Raises BadInput when it cannot be
     written.
     """
     save_page(path, trace_page(trace))
 
 
-def trace_page(trace: Trace) -> str:
+def trace_page(trace: TraceResult) -> str:
     """The report as one self-contained HTML page."""
     sections = [*(section(trace) for section in STORY), *(section(trace.final) for section in MODEL)]
     return assembled(front("Valve trace", trace.final), sections)

@@ -24,7 +24,7 @@ import numpy as np
 from identification.data.experiment import Experiment, experiment
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.feasibility import check_given, obstacle
-from identification.procedure import plant_constants
+from identification.given import plant_constants
 from identification.tracing import settings
 from identification.tracing.classes import in_the_end, one_accepted, ranked
 from identification.tracing.judge import Candidate, judge, judged_by_chance, not_fitted, not_refitted

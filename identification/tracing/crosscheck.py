@@ -17,7 +17,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from identification.data.grid import Grid
-from identification.estimators.imposed_motion.grid import ImposedGrid
 from identification.sparse_regression import WINDOW, weak
 from identification.tracing import settings
 from identification.tracing.models.model import Model
@@ -133,10 +132,7 @@ def _terms(windows: Windows, effect: str, found: Rhythms) -> Iterator[Array]:
 
 def _imposed(target: Kernel, model: Model, grid: Grid, path: Array, p: Array) -> tuple[Array, Array] | None:
     """The force that a motion takes (n,), and its derivatives by parameters and first memory (n, n_columns)."""
-    if isinstance(grid, ImposedGrid):
-        driven = grid.driven
-    else:
-        driven = np.column_stack([path[:, 0], path[:, 1], np.gradient(path[:, 1], grid.t), path[:, -2]])
+    driven = grid.driven_along(path)
     start = target.start(driven[0, 0], 0.0, driven[0, 3])
     for i, state in enumerate(target.states):
         if not model.data.imposed and state in model.kernel.states:

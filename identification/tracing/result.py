@@ -1,61 +1,37 @@
-"""The answer of a trace, and the one call that gives it."""
+"""What a trace found, as one value: what goes into `trace.json` and into the report."""
 
 from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from identification.result import Identification
-from identification.summary import trace_html, trace_text
+from identification.result import FitResult
 from identification.tracing import answer
-from identification.tracing.algorithm import select
-from identification.tracing.crosscheck import SecondOpinion, second_opinion
+from identification.tracing.crosscheck import SecondOpinion
 from identification.tracing.judge import Candidate
-from identification.tracing.models.free_runs import (
-    free_run_errors,
-    free_run_experiments,
-    holdout_rmse,
-    identification_of,
-)
-from identification.tracing.residual import ResidualDescription, describe_residual
+from identification.tracing.residual import ResidualDescription
 from identification.tracing.verdict import Selection
-from recordings import Progress, Recording, save_text, silent, tracked
-from simulator import CATALOGUE, Catalogue, ValveModel
+from recordings import save_text
+from simulator import Catalogue, ValveModel
 
 
 @dataclass(frozen=True, repr=False)
-class Trace:
-    """The answer to the question what a model lacks.
-
-    selection : the models under trial and their candidates, as forward selection left them
-    base, final : the models before and after, each with free runs, uncertainties and its `model.json`
-    holdout_rmse : free-run error of the refitted candidates on the held-out recordings, by effect [`unit`]
-    residual : what no candidate explains, in words; None where that is only noise
-    error : free-run errors ``before`` and ``after``, on the recordings ``fit`` and ``holdout``: ``rmse_m`` [m] and
-        ``nrmse`` [1], or ``rmse_N`` [N] and ``nrmse_N`` [1] where the force is predicted; with ``noise_floor_m`` [m]
-        and there ``noise_floor_N`` [N]
-    second_opinion : what sparse regression chooses, or None where it can say nothing
-    """
+class TraceResult:
+    """What a trace found. `Trace` says what its fields are, and shows it."""
 
     selection: Selection
-    base: Identification
-    final: Identification
+    base: FitResult
+    final: FitResult
     holdout_rmse: Mapping[str, float]
     residual: ResidualDescription | None
     error: Mapping[str, Any]
     second_opinion: SecondOpinion | None
-
-    def __repr__(self) -> str:
-        return trace_text(self)
-
-    def _repr_html_(self) -> str:
-        return trace_html(self)
 
     @property
     def unit(self) -> str:
@@ -132,51 +108,6 @@ class Trace:
         """Write `trace.json`, all or nothing. Raises BadInput when it cannot be written."""
         save_text(Path(path), json.dumps(answer.finite(self.as_json()), indent=1, allow_nan=False) + "\n")
 
-    def report(self, path: str | os.PathLike[str]) -> None:
-        """Write the report, one self-contained HTML page. Raises BadInput when it cannot be written."""
-        from identification.report import write_trace_report
-
-        write_trace_report(path, self)
-
-    def plot(self) -> Any:
-        """The main pictures, one below the other, as a bokeh layout: ``bokeh.io.show(found.plot())``."""
-        from identification.report import stacked
-
-        return stacked(self)
-
     def sentences(self) -> list[str]:
         """The answer in words."""
         return answer.sentences(self.selection, self.residual, self.second_opinion, self.closed)
-
-
-def trace(
-    recordings: Sequence[Recording],
-    *,
-    holdout: Sequence[Recording] = (),
-    given: Mapping[str, float] | None = None,
-    hold: bool = False,
-    catalogue: Catalogue = CATALOGUE,
-    progress: Progress = silent,
-) -> Trace:
-    """Find what a model of the base effects lacks in recordings: fit, test, add, refit, judge on held-out data.
-
-    recordings : those that are fitted, all of one valve; holdout : recordings that only judge, without any the last
-    quarter of each recording; given : parameters that are held, by full name, SI units; hold : the force is held
-    between samples; catalogue : the effects that are tried, `CATALOGUE.extended` has effects of your own as well;
-    progress : told the stage of the work.
-
-    Raises BadInput for recordings that cannot be used, and NegativeAnswer, with the reason in words, when the base
-    model cannot be fitted.
-    """
-    found = select(recordings, holdout=holdout, given=given, hold=hold, catalogue=catalogue, progress=progress)
-    fitted, held_out = free_run_experiments(found.base.data)
-    models = [found.base] if found.final is found.base else [found.base, found.final]
-    runs = [identification_of(m, recordings, fitted, held_out) for m in tracked(models, "free runs", progress)]
-    base, final = runs[0], runs[-1]
-    residual = None if found.after.white and found.verdict != "unlisted" else describe_residual(found)
-    refits = [(c.effect, c.refit) for c in found.candidates if c.refit is not None]
-    rmse = {e: holdout_rmse(m, fitted, held_out) for e, m in tracked(refits, "free runs of candidates", progress)}
-    progress("cross-check", 0, 1)
-    opinion = None if found.verdict == "none" else second_opinion(found.base)
-    progress("cross-check", 1, 1)
-    return Trace(found, base, final, rmse, residual, free_run_errors(found.base, found.final, base, final), opinion)

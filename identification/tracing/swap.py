@@ -18,9 +18,12 @@ class Rival(Protocol):
     """A candidate that was judged beside an effect: its id, and the values of its parameters from which to start."""
 
     @property
-    def effect(self) -> str: ...
+    def effect(self) -> str:
+        """The id of the effect."""
+
     @property
-    def values(self) -> Mapping[str, float]: ...
+    def values(self) -> Mapping[str, float]:
+        """Parameter values by full name, SI units."""
 
 
 def swapped(

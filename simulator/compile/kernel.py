@@ -12,12 +12,16 @@ import numpy as np
 from recordings import Array, BadInput
 from simulator.compile.c_compiler import compiler
 from simulator.compile.scan import Scan, Scanner, Shots
-from simulator.compile.step import VectorLayout, force_driven, motion_driven, uncertain
+from simulator.compile.step import VectorLayout, force_driven, force_with_error, motion_driven
 from simulator.delay import delay_columns
 from simulator.effect import Catalogue, Effect, Memory, Site
 from simulator.effects import CATALOGUE
 
-Causality = Literal["force", "motion", "uncertain force"]
+Causality = Literal["force", "motion"]
+"""What drives a valve: the force, which gives the position, or an imposed motion, which gives the force."""
+
+KernelCausality = Literal["force", "motion", "force with error"]
+"""The same of a kernel, which may also take the force for recorded with an error, and estimate it."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +34,7 @@ class Kernel:
     """
 
     effects: tuple[str, ...]
-    causality: Causality
+    causality: KernelCausality
     layout: VectorLayout
     scanner: Scanner
     catalogue: Catalogue = CATALOGUE
@@ -85,7 +89,7 @@ class Kernel:
     ) -> Shots:  # fmt: skip
         """Every interval between samples on its own from a path (n_samples, n_states): `Scanner.shoot`.
 
-        For a kernel of an uncertain force; u (n_samples) [N]: the force as it is known, which only a dead time reads.
+        For a kernel of a force with error; u (n_samples) [N]: the force as it is known, which only a dead time reads.
         carry : run the memory of the effects along the path, and write it there, instead.
         """
         columns = self.inputs(t, u, p)[:, 1:] if self.layout.delay else np.empty((len(t), 0))
@@ -104,11 +108,11 @@ class Kernel:
         return np.column_stack([u, delay_columns(t, u, tau, hold)])
 
 
-def kernel(effects: Iterable[str], causality: Causality = "force", catalogue: Catalogue = CATALOGUE) -> Kernel:
+def kernel(effects: Iterable[str], causality: KernelCausality = "force", catalogue: Catalogue = CATALOGUE) -> Kernel:
     """The kernel of some effects by id, compiled at its first use and kept for this process.
 
     causality : ``force`` simulates the position from the force, ``motion`` the force from an imposed motion,
-    ``uncertain force`` has the force and its slope among the states, for estimating it along with the motion;
+    ``force with error`` has the force and its slope among the states, for estimating it along with the motion;
     catalogue : where the effects are looked up; `CATALOGUE.extended` makes one with effects of your own.
     Raises KeyError for an unknown id, BadInput for effects that do not fit the causality.
 
@@ -129,12 +133,12 @@ def shows_imposed(effect: Effect) -> bool:
     return effect.site is not Site.OUTPUT and not effect.delay
 
 
-ASSEMBLED = {"force": force_driven, "motion": motion_driven, "uncertain force": uncertain}
+ASSEMBLED = {"force": force_driven, "motion": motion_driven, "force with error": force_with_error}
 
 
 @functools.lru_cache(maxsize=128)
 def _kernel(
-    effects: tuple[Effect, ...], causality: Causality, catalogue: Catalogue, compiler: tuple[str, ...] | None
+    effects: tuple[Effect, ...], causality: KernelCausality, catalogue: Catalogue, compiler: tuple[str, ...] | None
 ) -> Kernel:
     """One kernel per choice of effects, catalogue and way of compiling."""
     return Kernel(tuple(e.id for e in effects), causality, *_assembled(effects, causality, compiler), catalogue)
@@ -142,7 +146,7 @@ def _kernel(
 
 @functools.lru_cache(maxsize=128)
 def _assembled(
-    effects: tuple[Effect, ...], causality: Causality, _compiler: tuple[str, ...] | None
+    effects: tuple[Effect, ...], causality: KernelCausality, _compiler: tuple[str, ...] | None
 ) -> tuple[VectorLayout, Scanner]:
     """The machine code of a choice of effects, which catalogues that extend one another share."""
     recurrence, layout = ASSEMBLED[causality](effects)

@@ -159,7 +159,7 @@ def force_driven(effects: tuple[Effect, ...]) -> tuple[Recurrence, VectorLayout]
     return recurrence, a.layout
 
 
-def uncertain(effects: tuple[Effect, ...]) -> tuple[Recurrence, VectorLayout]:
+def force_with_error(effects: tuple[Effect, ...]) -> tuple[Recurrence, VectorLayout]:
     """As `force_driven`, with the force a state: states [x, v, memory..., u, du], the force moving by its slope du.
 
     For estimating the force along with the motion. No inputs, or with a delay its two `delay_columns`.

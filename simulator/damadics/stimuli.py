@@ -30,7 +30,10 @@ def constant(cv: float, *, p1: float = _P1, p2: float = _P2, t1: float = 20.0, p
 
 
 def step_one(t: Array) -> Array:
-    """Step I of the benchmark: sines of 0.01 Hz on CV, 0.1 Hz on P1 and 1/pi Hz on P2; 43 degC (DABLib's generator)."""
+    """Step I of the benchmark: sines of 0.01 Hz on CV, 0.1 Hz on P1 and 1/pi Hz on P2; 43 degC (DABLib's generator).
+
+    t (n,) [s]; (n, 5): CV [1], P1, P2 [Pa], T1 [degC], Pz [Pa], as all courses here.
+    """
     cv = 0.5 + 0.25 * np.sin(0.02 * np.pi * t)
     return _columns(t, cv, _P1 + 175e3 * np.sin(0.2 * np.pi * t), _P2 + 26e3 * np.sin(2.0 * t), 43.0)
 

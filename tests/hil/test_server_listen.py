@@ -36,7 +36,7 @@ def refusal(*listen, **more):
         "", "tcp:", "tcp://", "tcp://127.0.0.1", "tcp://127.0.0.1:x", "tcp://127.0.0.1:70000", "tcp://:5020",
         "tcp://127.0.0.1:1/x", "tcp://user@127.0.0.1:1", "tcp://no.such.host.invalid:1", "http://127.0.0.1:1", "rtu:",
         "rtu:/dev/x?baud=fast", "rtu:/dev/x?baud=1", "rtu:/dev/x?parity=Q", "rtu:/dev/x?stop=3", "rtu:/dev/x?bits=7",
-        "tcp://[::1:1",
+        "tcp://[::1:1", "pty:/tmp/v?baud=9600", "pty", "pty:?x",
     ],
 )  # fmt: skip
 def test_an_address_that_is_none_lists_the_forms_there_are(text):
@@ -48,10 +48,16 @@ def test_addresses_mean_what_they_say():
     assert listen_address("rtu:/dev/ttyS0") == SerialLine("/dev/ttyS0", 19200, "E", 1)
     assert listen_address("rtu:///dev/ttyS0?baud=9600&parity=n&stop=2") == SerialLine("/dev/ttyS0", 9600, "N", 2)
     assert listen_address("pty:/tmp/valve") == PtyAddress("/tmp/valve")
+    assert listen_address("pty:") == PtyAddress("")
     assert listen_address("tcp://[::1]:5020").at(1) == "tcp://[::1]:1"
     assert [listen_address(f"tls://{host}:1").loopback for host in ("localhost", "127.9.9.9", "0.0.0.0")] == [
         True, True, False,
     ]  # fmt: skip
+
+
+def test_a_pseudo_terminal_has_no_options():
+    with pytest.raises(BadInput, match="the option 'baud' is not known \\(this kind of address has no options\\)"):
+        listen_address("pty:/tmp/v?baud=9600")
 
 
 def test_a_port_in_use_is_refused():

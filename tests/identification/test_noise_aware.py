@@ -194,7 +194,7 @@ def test_the_whole_identification_says_which_estimator_it_used():
 
 
 def test_a_part_of_a_recording_remembers_what_came_before_it():
-    hysteresis = kernel((*BASE, "actuator_hysteresis"), "uncertain force")
+    hysteresis = kernel((*BASE, "actuator_hysteresis"), "force with error")
     p = hysteresis.vector(TRUTH | {"actuator_hysteresis.h": 40.0, "actuator_hysteresis.r": 100.0})
     [whole] = grids([experiment(noisy()[0])])
     plays = [i for i, name in enumerate(hysteresis.states) if name.startswith("actuator_hysteresis.")]

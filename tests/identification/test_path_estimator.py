@@ -24,10 +24,10 @@ def estimators() -> dict[str, PathEstimator]:
     recording = simulate(TRUTH, Excitation.parse("sine:6"), sensors, stroke=STROKE, seed=1)[0]
     prepared = [experiment(recording)]
     force = float(np.std(prepared[0].segments[0].u))
-    uncertain, motion = kernel(BASE, "uncertain force"), kernel(BASE, "motion")
+    with_error, motion = kernel(BASE, "force with error"), kernel(BASE, "motion")
     imposed = imposed_grids(prepared, motion, motion.vector(TRUTH))
     return {
-        "noise-aware": NoiseAware(uncertain, Coordinates.of(uncertain, {}, force), grids(prepared), PathFreedom()),
+        "noise-aware": NoiseAware(with_error, Coordinates.of(with_error, {}, force), grids(prepared), PathFreedom()),
         "imposed motion": ImposedMotion(motion, Coordinates.of(motion, {}, force), imposed),
     }
 

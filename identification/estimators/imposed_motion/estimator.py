@@ -38,8 +38,12 @@ class ImposedMotion:
         self.grids = tuple(grid for grid in grids if isinstance(grid, ImposedGrid))
         self.names = coordinates.free_names
 
-    def start(self, theta: Array) -> Estimate | None:
+    def start(self, theta: Array, steps: int = 0) -> Estimate | None:
         """The estimate at parameters theta (m,), which its paths follow from. None where the model diverges."""
+        return self.along(theta, (), steps)
+
+    def along(self, theta: Array, _paths: Sequence[Array], _steps: int) -> Estimate | None:
+        """The same: no path is free here."""
         p = self.coordinates.p(theta)
         found = [self._line(grid, p) for grid in self.grids]
         pairs = [pair for pair in found if pair is not None]

@@ -40,6 +40,10 @@ class ImposedGrid(Grid):
         motion = np.column_stack([m.x, m.v, m.crept])
         return cls(s.t, s.y, s.u, force, e.noise_position, motion, driven=driven, counts=counts)
 
+    def driven_along(self, path: Array) -> Array:
+        """`driven`, whatever the path is."""
+        return self.driven
+
 
 def imposed_grids(experiments: Sequence[Experiment], kernel: Kernel, p: Array) -> list[Grid]:
     """The grids of experiments; a complete model's residual is the noise of the force, and what the noise of the

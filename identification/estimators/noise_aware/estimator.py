@@ -58,10 +58,10 @@ Stages = Sequence[tuple[PathFreedom, int]]
 
 @dataclass(frozen=True)
 class NoiseAware:
-    """The fit of one kernel of an uncertain force to some grids (a `PathEstimator`).
+    """The fit of one kernel of a force with error to some grids (a `PathEstimator`).
 
-    kernel : with causality ``uncertain force``; coordinates : what is free; freedom : of the paths; worth : fall of the
-    cost below which two steps in a row are the last of a descent; predictor : gives innovations and the next paths.
+    kernel : with causality ``force with error``; coordinates : what is free; freedom : of the paths; worth : fall of
+    the cost below which two steps in a row are the last of a descent; predictor : gives innovations and the next paths.
     """
 
     kernel: Kernel

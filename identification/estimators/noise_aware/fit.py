@@ -43,8 +43,8 @@ def noise_aware_for(
     valve: Kernel, coordinates: Coordinates, segment_grids: Sequence[Grid], starts: Sequence[Array]
 ) -> NoiseAware:
     """The estimator for the grids of some experiments, with nodes that resolve what the starting values say."""
-    uncertain = kernel(valve.effects, "uncertain force", valve.catalogue)
-    return NoiseAware(uncertain, coordinates, resolving(segment_grids, quickest(coordinates, starts)))
+    with_error = kernel(valve.effects, "force with error", valve.catalogue)
+    return NoiseAware(with_error, coordinates, resolving(segment_grids, quickest(coordinates, starts)))
 
 
 def fit_noise_aware(

@@ -1,6 +1,6 @@
 """One segment linearised along a path of its states, and what the measurements then say about path and parameters.
 
-The states are those of a kernel of an uncertain force: position, velocity, the memory of the effects, the force and its
+The states are those of a kernel of a force with error: position, velocity, the memory of the effects, the force and its
 slope. Along the path every interval between samples has its own derivatives, so filter and smoother are linear: the
 innovations, their variances and their derivatives by the parameters follow, and for any move of the parameters the
 path that fits the measurements best (Bell, SIAM J. Optim. 4(3), 1994; Bryson and Frazier, 1963).

@@ -23,7 +23,7 @@ WORTH = 0.98
 GOOD_ENOUGH = 1.15
 """Normalised root mean square residual at which no further start is tried."""
 LOST = 2.0
-"""The same of a fit that follows the data, from which one more start is made, with the force taken for uncertain."""
+"""The same of a fit that follows the data, from which one more start is made, with error in the force."""
 
 INTEGRATING_WINDOW = 0.01
 """Reset window [s] of the last stage for a plant without spring: it integrates every error of the model without limit,
@@ -43,7 +43,7 @@ def fit_output_error(
     found = fit_of_free_runs(valve, coordinates, homotopy.full, _polished(homotopy, best))
     if found.outcome not in (Outcome.CONVERGED, Outcome.NOT_SETTLED) or found.rms < LOST or integrates(coordinates):
         return found
-    progress("one more start, with an uncertain force", 0, 0)
+    progress("one more start, with error in the force", 0, 0)
     theta = start_of_free_runs(valve, coordinates, experiments)
     end = _polished(homotopy, None if theta is None else homotopy.follow(theta))
     other = fit_of_free_runs(valve, coordinates, homotopy.full, end)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from identification.report.wording.fit_quality import FitQuality
 from identification.report.wording.key_figures import KeyFigures, key_figures
 from identification.report.wording.numbers import force_words, mm_words, number, percent, plain
-from identification.result import Identification
+from identification.result import FitResult
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Card:
     rests_on: tuple[str, ...] = ()
 
 
-def cards(identification: Identification, quality: FitQuality | None) -> list[Card]:
+def cards(identification: FitResult, quality: FitQuality | None) -> list[Card]:
     """All cards; a figure that rests on a weak parameter is a warning. judged : None where it is said elsewhere."""
     weak = {n for n, p in identification.model.parameters.items() if p.status in ("weak", "at_bound")}
     valve = [
@@ -75,7 +75,7 @@ def _residual(quality: FitQuality) -> Card:
     return Card("Residual over noise", number(quality.ratio), below, quality.mood)
 
 
-def _crosscheck(identification: Identification) -> Card:
+def _crosscheck(identification: FitResult) -> Card:
     check = identification.crosscheck
     if check is None:
         return Card("Cross-check", "none", "the section below says why")

@@ -7,11 +7,11 @@ from typing import Any
 
 from identification.report.section import Section
 from identification.report.wording.numbers import NARROW, number
-from identification.result import Identification
+from identification.result import FitResult
 from identification.sparse_regression import ComparedCoefficient
 
 
-def crosscheck(identification: Identification) -> Section:
+def crosscheck(identification: FitResult) -> Section:
     """The cross-check section; a sentence why there is none where there is none."""
     check = identification.crosscheck
     if check is None:
@@ -35,7 +35,7 @@ def _row(row: ComparedCoefficient) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _why_none(identification: Identification) -> str:
+def _why_none(identification: FitResult) -> str:
     if "lugre" not in identification.model.effects:
         return "There is no cross-check: the model has no LuGre friction, whose bristle force the regression needs."
     return (

@@ -11,7 +11,7 @@ from identification.report.decimate import cells
 from identification.report.runs import RecordingRun, runs
 from identification.report.section import Section
 from identification.report.wording.numbers import number
-from identification.result import Identification
+from identification.result import FitResult
 from recordings import Array
 
 Cloud = tuple[Array, Array]
@@ -26,7 +26,7 @@ BLURRED = 0.03
 NEEDED = ("lugre.fc", "lugre.fs", "lugre.vs", "lugre.sigma2")
 
 
-def friction(identification: Identification) -> Section:
+def friction(identification: FitResult) -> Section:
     """The section of the friction map."""
     values = identification.model.values
     if any(name not in values for name in NEEDED):

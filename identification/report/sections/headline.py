@@ -21,13 +21,13 @@ from identification.report.wording.fit_quality import (
 )
 from identification.report.wording.key_figures import KeyFigures, key_figures
 from identification.report.wording.numbers import force_words, mm_words, number, percent, plain
-from identification.result import Identification
+from identification.result import FitResult
 
 WIDEST = 5
 """Cards in a row at most."""
 
 
-def headline(identification: Identification, *, traced: bool = False) -> Section:
+def headline(identification: FitResult, *, traced: bool = False) -> Section:
     """The headline section; on the page of a trace, which judges the model itself, only the valve and its figures."""
     weak = [n for n, p in identification.model.parameters.items() if p.status in ("weak", "at_bound")]
     valve, quality = _valve(key_figures(identification), weak), fit_quality(identification)
@@ -65,7 +65,7 @@ def _valve(f: KeyFigures, weak: Sequence[str]) -> str:
     return f"This {'valve' if f.rate else 'plant'} {both}{lost}."
 
 
-def _trust(identification: Identification, quality: FitQuality) -> str:
+def _trust(identification: FitResult, quality: FitQuality) -> str:
     """How the fit ended and how well it follows the data."""
     outcome, every = identification.fit.outcome.value, runs(identification)
     factor, unit = error_unit(every)
@@ -97,6 +97,6 @@ def _times(ratio: float) -> str:
     return f"{number(ratio)} times the noise floor"
 
 
-def _second_opinion(identification: Identification) -> str:
+def _second_opinion(identification: FitResult) -> str:
     check = identification.crosscheck
     return "" if check is None else f"Cross-check: {check.sentence}."

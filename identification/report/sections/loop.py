@@ -12,14 +12,14 @@ from identification.report.runs import RecordingRun, runs
 from identification.report.section import Section
 from identification.report.wording.key_figures import KeyFigures, key_figures
 from identification.report.wording.numbers import number
-from identification.result import Identification
+from identification.result import FitResult
 
 MOST_POINTS = 60_000
 LABELLED = 6
 """Recordings with an entry of their own in the legend."""
 
 
-def loop(identification: Identification) -> Section:
+def loop(identification: FitResult) -> Section:
     """The section of the valve signature."""
     figures, every = key_figures(identification), runs(identification)
     words = {

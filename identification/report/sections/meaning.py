@@ -11,7 +11,7 @@ from identification.report.runs import runs
 from identification.report.section import Section
 from identification.report.wording.key_figures import KeyFigures, key_figures
 from identification.report.wording.numbers import number, percent, small_words
-from identification.result import Identification
+from identification.result import FitResult
 from simulator import Parameter
 
 
@@ -24,7 +24,7 @@ class Facts:
     fastest: float
 
 
-def meaning(identification: Identification) -> Section:
+def meaning(identification: FitResult) -> Section:
     """The section of plain words."""
     model = identification.model
     speeds = [np.nanmax(np.abs(r.trajectory.velocity), initial=0.0) for r in runs(identification)]

@@ -8,14 +8,14 @@ from importlib.metadata import PackageNotFoundError, version
 
 from identification.report.section import Section
 from identification.report.wording.numbers import count, number, plain
-from identification.result import Identification
+from identification.result import FitResult
 
 PACKAGES = ("bristle", "numpy", "scipy", "casadi", "pysindy", "bokeh")
 UNITS = {"_kg": "kg", "_m2": "m²", "_N_per_m": "N/m", "_N": "N", "_m": "m"}
 """Ending of the name of a plant's constant -> its unit; longer endings first where one ends another."""
 
 
-def origin(identification: Identification) -> Section:
+def origin(identification: FitResult) -> Section:
     """The section of provenance."""
     model = identification.model
     words = {

@@ -7,7 +7,7 @@ from typing import Any
 
 from identification.report.section import Section
 from identification.report.wording.numbers import interval, number, percent, with_std
-from identification.result import Identification
+from identification.result import FitResult
 from simulator import Value
 
 LEAST, MOST = 1e-6, 1e1
@@ -18,7 +18,7 @@ WORDS = {"identified": "identified", "weak": "weak", "at_bound": "at its bound",
 ILL_CONDITIONED = 1e3
 
 
-def parameters(identification: Identification) -> Section:
+def parameters(identification: FitResult) -> Section:
     """The parameter section."""
     model, known = identification.model, identification.uncertainty
     declared = identification.fit.kernel.catalogue.parameters(model.effects)

@@ -12,7 +12,7 @@ from identification.report.runs import RecordingRun, runs
 from identification.report.section import Section
 from identification.report.wording.fit_quality import AT_FLOOR, fit_quality, over_noise
 from identification.report.wording.numbers import number, percent
-from identification.result import Identification
+from identification.result import FitResult
 from recordings import Array
 
 LAGS = 120
@@ -22,7 +22,7 @@ MANY = 0.05
 """Share of lags outside the band above which the residual is called structured; white noise has 0.01."""
 
 
-def residual(identification: Identification) -> Section:
+def residual(identification: FitResult) -> Section:
     """The residual section: fitted recordings only, each in multiples of its own noise."""
     fitted = [r for r in runs(identification) if r.role == "fitted" and r.known > 3]
     if not fitted:

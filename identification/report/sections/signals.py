@@ -25,7 +25,7 @@ from identification.report.runs import DRAWN, RecordingRun, error_unit, output_n
 from identification.report.section import Section
 from identification.report.wording.fit_quality import fit_quality
 from identification.report.wording.numbers import count, number, plain
-from identification.result import Identification
+from identification.result import FitResult
 
 MOST_POINTS = 60_000
 """Points drawn on the page in this section; a recording gets its share of them, at least `FEWEST_POINTS`."""
@@ -34,7 +34,7 @@ OPEN = 2
 """Blocks that are open at first: the first fitted and the first held-out recording, or the first two."""
 
 
-def signals(identification: Identification) -> Section:
+def signals(identification: FitResult) -> Section:
     """The section of signals over time."""
     every, quality = runs(identification), fit_quality(identification)
     most, scale = max(MOST_POINTS // len(every), FEWEST_POINTS), error_unit(every)
@@ -63,7 +63,7 @@ def _facts(run: RecordingRun, most: int, scale: tuple[float, str]) -> dict[str, 
     }  # fmt: skip
 
 
-def overlay(identification: Identification) -> Any:
+def overlay(identification: FitResult) -> Any:
     """Measured and simulated signal of the first held-out recording, or of the first one where none is held out."""
     every = runs(identification)
     run = next((r for r in every if r.role == "held out"), every[0])

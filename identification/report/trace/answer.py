@@ -8,13 +8,13 @@ from identification.report.sections.cards import Card
 from identification.report.trace.before_after import before_after, close_view, stacked
 from identification.report.trace.wording import answer
 from identification.report.wording.numbers import number, percent
-from identification.tracing.result import Trace
+from identification.tracing.result import TraceResult
 
 MOSTLY = 0.5
 """Share of the error beyond noise from which its fall is good news."""
 
 
-def answer_section(trace: Trace) -> Section:
+def answer_section(trace: TraceResult) -> Section:
     """The section of the answer."""
     shown, found = before_after(trace), answer(trace)
     shown_cards = _cards(trace)
@@ -26,17 +26,17 @@ def answer_section(trace: Trace) -> Section:
     return Section("answer", "Answer", words, plots)
 
 
-def error_scale(trace: Trace) -> tuple[float, str]:
+def error_scale(trace: TraceResult) -> tuple[float, str]:
     """Factor and unit of every error on the page."""
     return error_unit(runs(trace.final))
 
 
-def error_at(trace: Trace, side: str, where: str) -> float | None:
+def error_at(trace: TraceResult, side: str, where: str) -> float | None:
     """A free-run error [`unit`]; None where it is not known."""
     return (trace.error[side][where] or {}).get(f"rmse_{trace.unit}")
 
 
-def _cards(trace: Trace) -> list[Card]:
+def _cards(trace: TraceResult) -> list[Card]:
     factor, unit = error_scale(trace)
     where = "holdout" if trace.base.holdout else "fit"
     on = "held-out recordings" if trace.base.holdout else "fitted recordings"
@@ -57,7 +57,7 @@ def _cards(trace: Trace) -> list[Card]:
     ]
 
 
-def _gone(trace: Trace, before: float | None, after: float | None) -> str:
+def _gone(trace: TraceResult, before: float | None, after: float | None) -> str:
     if before is None or after is None:
         return "a free run diverged"
     if before <= trace.error[f"noise_floor_{trace.unit}"]:

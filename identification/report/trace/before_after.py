@@ -24,7 +24,7 @@ from identification.report.canvas import (
 from identification.report.decimate import extremes
 from identification.report.runs import DRAWN, RecordingRun, error_unit, output_name, rms, runs
 from identification.result import Trajectory
-from identification.tracing.result import Trace
+from identification.tracing.result import TraceResult
 from recordings import Array
 
 MOST_POINTS = 20_000
@@ -49,7 +49,7 @@ class BeforeAfter:
         return self.before.trajectory.name
 
 
-def before_after(trace: Trace) -> BeforeAfter:
+def before_after(trace: TraceResult) -> BeforeAfter:
     """The held-out recording on which the model before misses most; a fitted one where none is held out."""
     held = bool(trace.base.holdout)
     pairs = list(

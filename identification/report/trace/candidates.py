@@ -9,10 +9,10 @@ from identification.report.trace.answer import error_at, error_scale
 from identification.report.wording.effects import effect_name, listed
 from identification.report.wording.numbers import number
 from identification.tracing.judge import Candidate
-from identification.tracing.result import Trace
+from identification.tracing.result import TraceResult
 
 
-def candidates(trace: Trace) -> Section:
+def candidates(trace: TraceResult) -> Section:
     """The section of what was tried, and the errors before and after."""
     factor, unit = error_scale(trace)
     refitted = [c for c in trace.candidates if c.refit is not None]
@@ -31,7 +31,7 @@ def candidates(trace: Trace) -> Section:
     return Section("candidates", "What was tried", words)
 
 
-def _row(c: Candidate, trace: Trace, factor: float) -> dict[str, Any]:
+def _row(c: Candidate, trace: TraceResult, factor: float) -> dict[str, Any]:
     return {
         "name": effect_name(c.effect), "accepted": c.accepted, "why": _why(c), "gain": number(c.gain),
         "t": "–" if c.held_out is None else number(c.held_out.t),

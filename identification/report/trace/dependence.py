@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from identification.tracing.models.model import Model
 from identification.tracing.residual import quantities
-from identification.tracing.result import Trace
+from identification.tracing.result import TraceResult
 from recordings import Array, IndexArray
 
 BINS = 20
@@ -37,7 +37,7 @@ class Dependence:
     both: bool
 
 
-def seen_models(trace: Trace) -> list[Model]:
+def seen_models(trace: TraceResult) -> list[Model]:
     """The model before and, where something was added, the model after, on the recordings that show something."""
     models = [trace.selection.base, trace.selection.final][: 1 + bool(trace.effects_added)]
     return [model.on_held_out() for model in models] if trace.selection.only_held_out else models

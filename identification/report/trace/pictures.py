@@ -13,7 +13,7 @@ from identification.report.section import Section
 from identification.report.trace.dependence import SHOWS, Dependence, dependences, edges, seen_models, spectrum
 from identification.report.wording.numbers import number, percent
 from identification.tracing.models.model import Model
-from identification.tracing.result import Trace
+from identification.tracing.result import TraceResult
 from recordings import Array
 
 MOST = 3
@@ -44,7 +44,7 @@ class Picture:
     boxes: bool
 
 
-def pictures(trace: Trace) -> Section:
+def pictures(trace: TraceResult) -> Section:
     """The section of the residual force."""
     models = seen_models(trace)
     names = ("before", "after") if len(models) > 1 else ("model",)

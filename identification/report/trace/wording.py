@@ -13,7 +13,7 @@ from identification.report.wording.effects import SHOWN, effect_name, listed, si
 from identification.report.wording.numbers import number, percent, plain
 from identification.tracing.comparison import Comparison
 from identification.tracing.judge import Candidate
-from identification.tracing.result import Trace
+from identification.tracing.result import TraceResult
 from identification.tracing.settings import COMPLETE_LOSS
 
 SURE, LIKELY = 1e-3, 1e-2
@@ -42,7 +42,7 @@ class Answer:
     next: str
 
 
-def answer(trace: Trace) -> Answer:
+def answer(trace: TraceResult) -> Answer:
     """The answer of a trace."""
     return Answer(
         lead=_lead(trace), more=tuple(_more(trace)), mood=_mood(trace), level=_level(trace), because=_because(trace),
@@ -50,19 +50,19 @@ def answer(trace: Trace) -> Answer:
     )  # fmt: skip
 
 
-def explained(trace: Trace) -> float:
+def explained(trace: TraceResult) -> float:
     """Share of the misfit that the held-out recordings hold beyond a complete model's, explained by what was added."""
     before, after = trace.selection.before.excess, trace.selection.after.excess
     return float(np.clip(1 - max(after, 0.0) / before, 0.0, 1.0)) if before > 0 else 1.0
 
 
-def chosen(trace: Trace) -> Candidate | None:
+def chosen(trace: TraceResult) -> Candidate | None:
     """The candidate that was taken and explains held-out recordings alone, beside the base model."""
     taken = (c for c in trace.candidates if c.accepted and c.effect in trace.effects_added)
     return next((c for c in taken if c.gain > 0 and c.held_out is not None and c.held_out.gain > 0), None)
 
 
-def _lead(trace: Trace) -> str:
+def _lead(trace: TraceResult) -> str:
     names = [effect_name(effect) for effect in trace.effects_added]
     if trace.verdict == "none":
         return f"Nothing is missing: on {_judges(trace)}, the model's errors are no larger than noise."
@@ -75,7 +75,7 @@ def _lead(trace: Trace) -> str:
     return f"The model lacked {len(names)} effects: {listed(names)}."
 
 
-def _more(trace: Trace) -> Iterator[str]:
+def _more(trace: TraceResult) -> Iterator[str]:
     if trace.verdict == "none":
         size = f"{number(trace.selection.before.loss)} times those of a complete model"
         yield (
@@ -93,7 +93,7 @@ def _more(trace: Trace) -> Iterator[str]:
         yield _remains(trace)
 
 
-def _judges(trace: Trace) -> str:
+def _judges(trace: TraceResult) -> str:
     """The recordings that judge; the end of each recording where none was held out."""
     fitted, held = trace.base.trajectories, trace.base.holdout
     names = list(dict.fromkeys(t.name for t in held))
@@ -102,7 +102,7 @@ def _judges(trace: Trace) -> str:
     return f"{listed(names)}, which {'was' if len(names) == 1 else 'were'} not fitted"
 
 
-def _nearest(trace: Trace) -> Iterator[str]:
+def _nearest(trace: TraceResult) -> Iterator[str]:
     """The effect that explains most of what is missing, where no name is given."""
     tried = [c for c in trace.candidates if c.accepted and c.refit is not None and c.refit.held_out is not None]
     missing = trace.selection.before.excess
@@ -119,7 +119,7 @@ def _nearest(trace: Trace) -> Iterator[str]:
         )
 
 
-def _remains(trace: Trace) -> str:
+def _remains(trace: TraceResult) -> str:
     """How large a force remains, and where it is largest."""
     assert trace.residual is not None
     rms, over_noise = residual_force(seen_models(trace)[-1])
@@ -138,11 +138,11 @@ def _place(where: str) -> str:
     return f"at a {found['name']} of {low}{f' to {high}' if high != low else ''} {unit}"
 
 
-def _mood(trace: Trace) -> str:
+def _mood(trace: TraceResult) -> str:
     return "good" if trace.verdict == "none" else "warn"
 
 
-def _level(trace: Trace) -> str:
+def _level(trace: TraceResult) -> str:
     """How sure, in a few words."""
     if trace.verdict == "none":
         return "Sure, as far as these recordings can show"
@@ -157,7 +157,7 @@ def _level(trace: Trace) -> str:
     return sure
 
 
-def _because(trace: Trace) -> str:
+def _because(trace: TraceResult) -> str:
     """Why it is as sure as that."""
     best, found = chosen(trace), trace.selection.before
     if best is None or best.held_out is None:
@@ -168,7 +168,7 @@ def _because(trace: Trace) -> str:
     )
 
 
-def _evidence(trace: Trace) -> Iterator[tuple[str, str]]:
+def _evidence(trace: TraceResult) -> Iterator[tuple[str, str]]:
     best = chosen(trace)
     if best is not None and best.held_out is not None:
         yield "Held-out test", _tested(trace, best, best.held_out)
@@ -184,14 +184,14 @@ def _evidence(trace: Trace) -> Iterator[tuple[str, str]]:
         yield "Second opinion", _opinion(trace)
 
 
-def _tested(trace: Trace, best: Candidate, held: Comparison) -> str:
+def _tested(trace: TraceResult, best: Candidate, held: Comparison) -> str:
     return (
         f"With {effect_name(best.effect)} the model predicts {_judges(trace)}, better than without it, compared second "
         f"by second (t = {number(held.t)}; by chance with probability {_probability(held.p_value)})."
     )
 
 
-def _whiteness(trace: Trace) -> str:
+def _whiteness(trace: TraceResult) -> str:
     found = trace.selection.before
     chance = f"by noise alone with probability {_probability(found.p_value)}"
     compared = f"{number(found.loss)} times those of a complete model; {chance}"
@@ -200,7 +200,7 @@ def _whiteness(trace: Trace) -> str:
     return f"The errors of the prediction, sample by sample, are larger than noise ({compared})."
 
 
-def _chance(trace: Trace, best: Candidate) -> str:
+def _chance(trace: TraceResult, best: Candidate) -> str:
     if trace.unit == "N":
         return "Not simulated where the motion is imposed: there the fit hardly misses its best."
     if "by chance" in best.why:
@@ -208,21 +208,21 @@ def _chance(trace: Trace, best: Candidate) -> str:
     return f"The misfit of the fitted recordings falls by {number(best.gain)}, far beyond what fits gain by chance."
 
 
-def _explained(trace: Trace) -> str:
+def _explained(trace: TraceResult) -> str:
     share = f"{percent(explained(trace))} of the held-out misfit beyond noise is explained"
     if trace.selection.after.white:
         return f"{share}; what remains is noise."
     return f"{share}; what remains is {number(trace.selection.after.loss)} times the misfit of a complete model."
 
 
-def _alternatives(trace: Trace) -> str:
+def _alternatives(trace: TraceResult) -> str:
     if not trace.same_class:
         return "No other effect that was tried explains these recordings as well."
     names = listed([effect_name(effect) for effect in trace.same_class])
     return f"These recordings cannot tell it from {names}. The simplest of them is named."
 
 
-def _opinion(trace: Trace) -> str:
+def _opinion(trace: TraceResult) -> str:
     assert trace.second_opinion is not None
     if trace.second_opinion.effect == "none":
         return "Sparse regression of the force, a quick look by other means, finds no effect."
@@ -236,12 +236,12 @@ def _opinion(trace: Trace) -> str:
     )
 
 
-def _on_site(trace: Trace) -> Iterator[str]:
+def _on_site(trace: TraceResult) -> Iterator[str]:
     for effect in (*trace.effects_added, *trace.same_class):
         yield f"{effect_name(effect).capitalize()}: {trace.catalogue[effect].check}."
 
 
-def _next(trace: Trace) -> str:
+def _next(trace: TraceResult) -> str:
     if trace.residual is None:
         return ""
     if trace.selection.only_held_out:

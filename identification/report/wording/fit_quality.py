@@ -8,7 +8,7 @@ import numpy as np
 
 from identification.estimators.fitted import Outcome
 from identification.report.runs import RecordingRun, rms, runs
-from identification.result import Identification
+from identification.result import FitResult
 
 FAR_BELOW, AT_FLOOR, NEAR_FLOOR = 0.5, 1.1, 2.0
 """Residual over noise floor below which the floor is doubtful, up to which the model explains all of the data, and up
@@ -35,7 +35,7 @@ class FitQuality:
         return "warn" if self.ratio <= NEAR_FLOOR or not np.isfinite(self.ratio) else "bad"
 
 
-def fit_quality(identification: Identification) -> FitQuality:
+def fit_quality(identification: FitResult) -> FitQuality:
     """How well an identification fits, against the noise."""
     every, path = runs(identification), identification.fit.minimum
     fitted, held_out = ([r for r in every if r.role == role] for role in ("fitted", "held out"))
@@ -50,7 +50,7 @@ def over_noise(some: list[RecordingRun]) -> float:
     return rms(np.concatenate([r.error / (r.trajectory.noise or np.nan) for r in some]))
 
 
-def page_mood(identification: Identification) -> str:
+def page_mood(identification: FitResult) -> str:
     """The mood of the whole page: its worst news."""
     check, outcome = identification.crosscheck, identification.fit.outcome
     if outcome is Outcome.NOT_EXPLAINED:

@@ -8,7 +8,7 @@ import numpy as np
 
 from identification.report.runs import runs
 from identification.report.wording.numbers import number, percent
-from identification.result import Identification
+from identification.result import FitResult
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ class KeyFigures:
         return "stroke" if self.stroke_known else "recorded travel"
 
 
-def key_figures(identification: Identification) -> KeyFigures:
+def key_figures(identification: FitResult) -> KeyFigures:
     """The key figures of an identification."""
     model, values = identification.model, identification.model.values
     stroke, area = _constant(identification, "stroke_m"), _constant(identification, "diaphragm_area_m2")
@@ -98,7 +98,7 @@ def key_figures(identification: Identification) -> KeyFigures:
     )  # fmt: skip
 
 
-def _constant(identification: Identification, name: str) -> float | None:
+def _constant(identification: FitResult, name: str) -> float | None:
     value = identification.model.plant.get(name)
     return float(value) if isinstance(value, int | float) and value > 0 else None
 
@@ -108,7 +108,7 @@ def _range(values: object) -> float:
     return float(np.ptp(finite)) if len(finite) else 0.0
 
 
-def _dead_band_std(identification: Identification) -> float | None:
+def _dead_band_std(identification: FitResult) -> float | None:
     """Standard deviation of 2 fc / K [m] to first order, with the correlation of fc and K where both were fitted."""
     model, known = identification.model, identification.uncertainty
     values = model.values

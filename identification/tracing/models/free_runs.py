@@ -12,7 +12,8 @@ from identification.data.grid import with_smooth_force
 from identification.estimators.fitted import FREE_STEP, Fit, fit_of, fit_of_free_runs
 from identification.estimators.output_error.homotopy import Minimum
 from identification.estimators.output_error.problem import Problem, ResidualForm
-from identification.result import Identification, error_of, free_runs, valve_model
+from identification.identified import Identification
+from identification.result import error_of, free_runs, valve_model
 from identification.sparse_regression import crosscheck
 from identification.tracing.models.model import Model
 from identification.tracing.models.trial_data import TrialData

@@ -11,10 +11,9 @@ import numpy as np
 from identification.data.grid import Grid
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.estimate import Estimate, lean
-from identification.estimators.noise_aware.estimator import NoiseAware
 from identification.estimators.noise_aware.linearised_model import PathFreedom
 from identification.tracing import settings
-from identification.tracing.models.trial_data import TrialData, estimate_along
+from identification.tracing.models.trial_data import TrialData
 from identification.tracing.settings import PATH_FREEDOM
 from recordings import Array
 from simulator import Kernel
@@ -63,9 +62,6 @@ class Model:
     def held_out(self) -> Estimate | None:
         """The estimate on the held-out grids: the paths alone, at the fitted parameters. None without a solution."""
         held_out = replace(self.data, fitted=self.data.held_out).estimator(self.effects)
-        if not isinstance(held_out, NoiseAware):
-            only = held_out.start(self.estimate.theta)
-            return None if only is None else lean(only)
         found = held_out.start(self.estimate.theta, settings.HELD_OUT_STEPS)
         for _ in range(settings.HELD_OUT_ROUNDS - 1):
             if found is None:
@@ -85,13 +81,13 @@ class Model:
         """The same model on chunks of its grids."""
         data, places = self.data.on_chunks()
         paths = [np.ascontiguousarray(self.estimate.paths[i][at]) for i, at in places]
-        estimate = estimate_along(data.estimator(self.effects), self.estimate.theta, paths, 0)
+        estimate = data.estimator(self.effects).along(self.estimate.theta, paths, 0)
         return self if estimate is None else Model(self.effects, data, estimate)
 
     def with_path_steps(self, steps: int) -> Model:
         """The same parameters after further steps of the paths."""
         work = self.data.estimator(self.effects)
-        estimate = estimate_along(work, self.estimate.theta, self.estimate.paths, steps)
+        estimate = work.along(self.estimate.theta, self.estimate.paths, steps)
         return self if estimate is None else Model(self.effects, self.data, estimate)
 
     def refitted(self) -> Model:
@@ -101,7 +97,7 @@ class Model:
     def descended(self, freedom: PathFreedom, steps: int) -> Model:
         """The same effects after so many further steps, or until two of them change little."""
         work = self.data.estimator(self.effects, freedom, settings.IDLE_GAIN)
-        now = estimate_along(work, self.estimate.theta, self.estimate.paths, 0)
+        now = work.along(self.estimate.theta, self.estimate.paths, 0)
         return self if now is None else replace(self, estimate=lean(work.descend(now, steps)))
 
     def refitted_to(self, data: TrialData) -> Model | None:
@@ -125,7 +121,7 @@ class Model:
         if len(paths) < len(found):
             return None
         theta = self.data.coordinates(effects).theta(p)
-        estimate = estimate_along(self.data.estimator(effects), theta, paths, steps)
+        estimate = self.data.estimator(effects).along(theta, paths, steps)
         return None if estimate is None else Model(effects, self.data, estimate)
 
     def without(self, effect: str) -> Model | None:
@@ -135,7 +131,7 @@ class Model:
         theta = self.data.coordinates(effects).theta_of(self.values)
         kept = [] if self.data.imposed else [self.kernel.states.index(name) for name in target.states]
         paths = [np.ascontiguousarray(path[:, kept]) for path in self.estimate.paths]
-        found = estimate_along(self.data.estimator(effects), theta, paths, settings.PATH_STEPS)
+        found = self.data.estimator(effects).along(theta, paths, settings.PATH_STEPS)
         return None if found is None else Model(effects, self.data, found).refitted()
 
     def swapped(self, effect: str, other: str, values: Mapping[str, float]) -> Model | None:

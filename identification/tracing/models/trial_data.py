@@ -11,14 +11,12 @@ from identification.data.chunks import regular
 from identification.data.experiment import Experiment, Segment
 from identification.data.grid import Grid, grids
 from identification.estimators.coordinates import Coordinates
-from identification.estimators.estimate import Estimate
 from identification.estimators.imposed_motion.estimator import ImposedMotion
 from identification.estimators.noise_aware.estimator import NoiseAware
 from identification.estimators.noise_aware.linearised_model import PathFreedom
 from identification.estimators.noise_aware.resolution import resolving
 from identification.estimators.path_estimator import PathEstimator
 from identification.tracing import settings
-from recordings import Array
 from simulator import Catalogue, Kernel, kernel
 
 ChunkPlace = tuple[int, slice]
@@ -91,7 +89,7 @@ class TrialData:
 
     def kernel(self, effects: tuple[str, ...]) -> Kernel:
         """The kernel of some effects by which they are fitted."""
-        return kernel(effects, "motion" if self.imposed else "uncertain force", self.catalogue)
+        return kernel(effects, "motion" if self.imposed else "force with error", self.catalogue)
 
     def coordinates(self, effects: tuple[str, ...]) -> Coordinates:
         """The coordinates of some effects: known constants and given parameters are held."""
@@ -112,13 +110,6 @@ class TrialData:
         if self.imposed:
             return ImposedMotion(target, free, self.fitted)
         return NoiseAware(target, free, self.fitted, freedom, worth)
-
-
-def estimate_along(work: PathEstimator, theta: Array, paths: Sequence[Array], steps: int) -> Estimate | None:
-    """The estimate at fixed parameters theta (m,) along paths, one (n, n_states) for every grid, after so many steps of
-    them; where the motion is imposed, paths follow from the parameters. None where the model diverges.
-    """
-    return work.along(theta, paths, steps) if isinstance(work, NoiseAware) else work.start(theta)
 
 
 def trial_data(

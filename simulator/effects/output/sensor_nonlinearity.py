@@ -25,7 +25,7 @@ class SensorNonlinearity(Effect):
     parameters = (
         Parameter("q", "1", "largest deviation of the arch, share of the range", 0.01, -0.25, 0.25, 0.0),
         Parameter("c", "1", "largest deviation of the S, share of the range", 0.01, -0.09, 0.09, 0.0),
-        Parameter("L", "m", "calibrated range, from x = 0: the stroke", 0.03, lower=0.0, positive=True, known=True),
+        Parameter("L", "m", "calibrated range, from x = 0: the stroke", 0.03, lower=0.0, positive=True, known="stroke"),
     )
 
     def output(self, q: Quantities, p: Values, s: Values) -> Expression:
