@@ -17,6 +17,7 @@ from detector.watch.model_watch import TESTS, ModelState, ModelWatch
 from detector.watch.pressure_level import PressureLevel
 from detector.watch.state import WatchState
 from recordings import BadInput
+from simulator import CATALOGUE, Catalogue
 
 HOLD_S = 30.0
 """An alarm stands until nothing was above its limit for so long [s]."""
@@ -158,16 +159,18 @@ class Watch:
         }
 
     @classmethod
-    def from_dict(cls, parts: Mapping[str, Any]) -> Watch:
-        """What `as_dict` gave. Raises BadInput for anything else."""
+    def from_dict(cls, parts: Mapping[str, Any], catalogue: Catalogue = CATALOGUE) -> Watch:
+        """What `as_dict` gave, with effects of a `catalogue`. Raises BadInput for anything else."""
         try:
             return cls(
                 Calibration.from_dict(parts["calibration"]),
-                None if parts["model"] is None else ModelWatch.from_dict(parts["model"]),
+                None if parts["model"] is None else ModelWatch.from_dict(parts["model"], catalogue),
                 None if parts["flow"] is None else FlowRelation.from_dict(parts["flow"]),
                 tuple(PressureLevel(*level) for level in parts["levels"]),
                 FalseAlarms.from_dict(parts["false_alarms"]),
             )
+        except BadInput:
+            raise
         except (KeyError, TypeError, ValueError, AttributeError) as error:
             raise BadInput("learned detector", f"it cannot be read ({error!r})", "learn anew") from None
 
