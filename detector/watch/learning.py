@@ -8,7 +8,7 @@ import numpy as np
 
 from detector.alarms.rates import Blocks, strokes_of
 from detector.measurements import Measurements
-from detector.observer.calibration import SETTLE_SAMPLES, Calibration
+from detector.observer.calibration import SETTLE_SAMPLES
 from detector.observer.calibration_fit import calibrate
 from detector.watch.flow_relation import learned_flow
 from detector.watch.innovations import SKIPPED
@@ -73,22 +73,3 @@ def learn(
         levels,
         blocks.rate(raised),
     )
-
-
-def described(watch: Watch) -> str:
-    """What was learned, in words: a line each."""
-    c: Calibration = watch.calibration
-    rho = c.b1 / c.observer.k2 * c.position_span
-    lines = [f"observer: input {c.input}, sampling time {c.dt_s:.4g} s, threshold {rho:.3g} m/s"]
-    if watch.model is None:
-        lines.append("model: not used, because no force (or pressure with a diaphragm area in the model) is measured")
-    else:
-        values = watch.model.filter.values
-        friction, spring = (100 * size for size in watch.model.test.sizes[:2])
-        lines.append(
-            f"model: tuned to friction {values['lugre.fc']:.4g} N, spring {values['spring.K']:.5g} N/m; it is tested "
-            f"for changes of {friction:.0f} % of the friction and {spring:.0f} % of the spring"
-        )
-    lines.append(f"flow: {'not used' if watch.flow is None else f'{watch.flow.flow} against the opening'}")
-    lines.append(watch.false_alarms.sentence)
-    return "\n".join(lines)

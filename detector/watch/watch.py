@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Container, Mapping
 from dataclasses import dataclass, replace
+from html import escape
 from typing import Any
 
 from detector.alarms.rates import FalseAlarms
@@ -16,6 +17,7 @@ from detector.watch.judgement import KINDS, Judgement
 from detector.watch.model_watch import TESTS, ModelState, ModelWatch
 from detector.watch.pressure_level import PressureLevel
 from detector.watch.state import WatchState
+from detector.watch.words import described
 from recordings import BadInput
 from simulator import CATALOGUE, Catalogue
 
@@ -37,6 +39,13 @@ class Watch:
     flow: FlowRelation | None
     levels: tuple[PressureLevel, ...]
     false_alarms: FalseAlarms
+
+    def __repr__(self) -> str:
+        parts = ["observer"] + ["model"] * (self.model is not None) + ["flow"] * (self.flow is not None)
+        return f"<Watch of {', '.join(self.signals)}: {', '.join(parts)}; {self.false_alarms.sentence}>"
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{escape(described(self))}</pre>"
 
     @property
     def signals(self) -> tuple[str, ...]:
