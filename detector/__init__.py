@@ -15,10 +15,11 @@ from detector.observer.screening import SampleVerdict, Screening
 from detector.observer.state import Decision, Decisions, ObserverState
 from detector.observer.velocity import HighPass, Kalman, Measured, SteadyKalman, Velocity
 from detector.watch.judgement import KINDS, Judgement
-from detector.watch.learning import described, learn
+from detector.watch.learning import learn
 from detector.watch.state import WatchState
 from detector.watch.watch import Watch
 from detector.watch.watched import Watched, learn_recordings, watch_recording
+from detector.watch.words import described
 
 __all__ = [
     "KINDS",

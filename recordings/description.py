@@ -10,10 +10,8 @@ import numpy as np
 
 from recordings.arrays import Array
 from recordings.hdf5.reader import RecordingFile, open_recording
+from recordings.pictures import GAP_STEPS
 from recordings.signal import SignalSpec
-
-GAP_STEPS = 5
-"""A step of time longer than this many median steps is called a gap."""
 
 
 def describe(path: str | Path) -> str:

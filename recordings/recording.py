@@ -13,6 +13,7 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
+from recordings import pictures
 from recordings.array_signals import DataFrameLike, arrays_of_frame, signals_of_arrays
 from recordings.arrays import Array
 from recordings.errors import BadInput
@@ -192,6 +193,13 @@ class Recording:
     def __repr__(self) -> str:
         labels = ", ".join(signal.spec.label for signal in self.signals.values())
         return f"<Recording {self.label}: {len(self)} samples of {labels}>"
+
+    def _repr_html_(self) -> str:
+        return pictures.table(self)
+
+    def plot(self) -> Any:
+        """Every signal over time, and the loop of force and position, as a bokeh layout."""
+        return pictures.picture_of(self)
 
     def __len__(self) -> int:
         """The number of samples."""

@@ -229,6 +229,9 @@ class Catalogue:
             raise ValueError(f"the catalogue has {twice[0]!r} twice; give each effect its own id and prefix")
         object.__setattr__(self, "_by_id", {effect.id: effect for effect in self.effects})
 
+    def __repr__(self) -> str:
+        return f"<Catalogue of {len(self.effects)} effects: {', '.join(self.ids)}>"
+
     @property
     def ids(self) -> tuple[str, ...]:
         """All ids, in order."""

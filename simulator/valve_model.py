@@ -56,6 +56,10 @@ class ValveModel(BaseModel):
     error: dict[str, dict[str, float] | None] = Field(default_factory=dict)
     quality: dict[str, Any] = Field(default_factory=dict)
 
+    def __repr__(self) -> str:
+        values = ", ".join(f"{name} {p.value:.4g} {p.unit}".rstrip() for name, p in self.parameters.items())
+        return f"<ValveModel of {', '.join(self.effects)}: {values}>"
+
     @property
     def values(self) -> dict[str, float]:
         """Parameter values by full name, SI units."""

@@ -32,8 +32,10 @@ COMMANDS = {
 """Command name -> module in `bristle.cli.commands`; each module has one function `command`."""
 
 OPTIONS = {
+    "certificates": "--make-test-ca",
     "column": "--column NAME=COLUMN:UNIT",
     "effects": "--effect",
+    "learn_s": "--learn",
     "overwrite": "--force",
     "rate_hz": "--rate HZ",
     "settings": "--set",

@@ -8,7 +8,8 @@ from collections.abc import Iterable
 import detector
 from bristle.door.sources import RecordingLike, read, read_all
 from detector import Watch, Watched
-from simulator import ValveModel
+from recordings import Progress, silent
+from simulator import CATALOGUE, Catalogue, ValveModel
 
 
 def learn(
@@ -16,6 +17,8 @@ def learn(
     model: ValveModel | str | os.PathLike[str] | None = None,
     *,
     false_alarms: float = 1.0,
+    catalogue: Catalogue = CATALOGUE,
+    progress: Progress = silent,
 ) -> Watch:
     """Learn the behaviour of a healthy valve, for `watch`.
 
@@ -27,6 +30,10 @@ def learn(
         Of `fit` or `trace`. With it the detector can tell friction from spring and sensor.
     false_alarms : float, optional
         Allowed false alarms a month: the upper end of the 95 % interval of the extrapolated rate.
+    catalogue : Catalogue, optional
+        Where the model's effects are looked up; ``CATALOGUE.extended`` adds your own.
+    progress : callable, optional
+        ``progress(stage, done, total)``, called now and then; a total of 0 means unknown.
 
     Returns
     -------
@@ -36,7 +43,8 @@ def learn(
     Raises
     ------
     BadInput
-        The recordings are too short for so few false alarms, the valve hardly moves, or a signal is missing.
+        The recordings are too short for so few false alarms, the valve hardly moves, a signal is missing, or the
+        model has an effect that the catalogue does not have.
 
     >>> import bristle as br
     >>> healthy = br.simulate("sine:60,mixed:60", rate=50, position_noise=5e-6, seed=3)
@@ -44,11 +52,11 @@ def learn(
     >>> br.watch(healthy, found)
     <Watched: 6001 samples, 0 alarms>
     """
-    known = model if model is None or isinstance(model, ValveModel) else ValveModel.read(model)
-    return detector.learn_recordings(read_all(recordings), known, false_alarms)
+    known = model if model is None or isinstance(model, ValveModel) else ValveModel.read(model, catalogue)
+    return detector.learn_recordings(read_all(recordings), known, false_alarms, catalogue=catalogue, progress=progress)
 
 
-def watch(recording: RecordingLike, detector_of_valve: Watch) -> Watched:
+def watch(recording: RecordingLike, detector_of_valve: Watch, *, progress: Progress = silent) -> Watched:
     """Watch a recording with a detector of its valve: the same steps, sample by sample, as on a live valve.
 
     Parameters
@@ -57,6 +65,8 @@ def watch(recording: RecordingLike, detector_of_valve: Watch) -> Watched:
         With the signals that the detector was learned with.
     detector_of_valve : Watch
         What `learn` gave.
+    progress : callable, optional
+        ``progress(stage, done, total)``, called every thousand samples.
 
     Returns
     -------
@@ -78,4 +88,4 @@ def watch(recording: RecordingLike, detector_of_valve: Watch) -> Watched:
     >>> len(br.watch(healthy, found).alarms), len(br.watch(worn, found).alarms) > 0
     (0, True)
     """
-    return detector.watch_recording(detector_of_valve, read(recording))
+    return detector.watch_recording(detector_of_valve, read(recording), progress)

@@ -10,6 +10,7 @@ from bristle.door.plants import EffectSizes, actuator
 from hil import (
     BackgroundRecorder,
     BackgroundServer,
+    Certificates,
     LinkEvent,
     Polling,
     RecorderSettings,
@@ -22,6 +23,7 @@ from hil import (
     valves_of,
 )
 from recordings import Plant
+from simulator import CATALOGUE, Catalogue
 from simulator.damadics import Fault, Stimulus
 
 
@@ -38,16 +40,19 @@ def serve(
     faults: Iterable[Fault] = (),
     settings: Mapping[str, float] | None = None,
     effects: EffectSizes | None = None,
+    catalogue: Catalogue = CATALOGUE,
     noise: bool = False,
     seed: int = 0,
     allow_faults: bool = False,
+    expose: bool = False,
+    certificates: Certificates | None = None,
 ) -> BackgroundServer:
     """Serve simulated actuators behind Modbus while a `with` block lasts.
 
     Parameters
     ----------
     listen : str or several, optional
-        ``tcp://127.0.0.1:0`` (any free port), ``rtu:/dev/ttyS0``, ``pty:``.
+        ``tcp://127.0.0.1:0`` (any free port), ``tls://127.0.0.1:0``, ``rtu:/dev/ttyS0``, ``pty:``.
     map, write_map : str, optional
         Register maps: a file, or a shipped one by name. Without a write map nothing can be written.
     units : int, optional
@@ -67,10 +72,17 @@ def serve(
         Inputs and parameters: ``{"setpoint": 0.3, "lugre.fc": 200, "gain": 40}``.
     effects : mapping, optional
         Further effects of the catalogue that the valve has, with sizes: ``{"backlash": {"width": 1e-4}}``.
+    catalogue : Catalogue, optional
+        Where effects are looked up; ``CATALOGUE.extended`` adds your own.
     noise, seed : bool, int, optional
         Whether there is the benchmark's measurement noise, and its seed.
     allow_faults : bool, optional
         Whether faults, friction and effects can be changed by register.
+    expose : bool, optional
+        Whether the server may listen where other machines can reach it. TCP has neither passwords nor encryption.
+    certificates : hil.Certificates, optional
+        What TLS needs: PEM files of the server's certificate and key, and of the authority of its clients.
+        `hil.testing.make_loopback_authority` makes some for tests.
 
     Returns
     -------
@@ -90,15 +102,16 @@ def serve(
     addresses = [listen] if isinstance(listen, str) else listen
     plants = {
         unit: actuator(
-            scenario, friction, faults, settings or {}, effects or {}, stimulus=stimulus, noise=noise,
-            seed=seed + unit - 1,
+            scenario, friction, faults, settings or {}, effects or {}, stimulus=stimulus,
+            catalogue=catalogue, noise=noise, seed=seed + unit - 1,
         )
         for unit in range(1, units + 1)
     }  # fmt: skip
     writable = None if write_map is None else WriteMap.load(write_map)
     about = ServerSettings(
-        [listen_address(text) for text in addresses], RegisterMap.load(map), writable, speed, harm=allow_faults
-    )
+        [listen_address(text) for text in addresses], RegisterMap.load(map), writable, speed, expose=expose,
+        harm=allow_faults, certificates=certificates,
+    )  # fmt: skip
     return BackgroundServer(plants, about)
 
 

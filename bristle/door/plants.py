@@ -7,7 +7,7 @@ from dataclasses import fields
 
 from hil import ActuatorPlant, ActuatorSetup
 from recordings import BadParameter
-from simulator import BASE
+from simulator import BASE, CATALOGUE, Catalogue
 from simulator.damadics import FORMS, Fault, Form, Parameters, Stimulus, scenario
 from simulator.damadics.stimuli import constant
 
@@ -24,6 +24,7 @@ def actuator(
     *,
     stimulus: Stimulus | None = None,
     effects_on: bool = True,
+    catalogue: Catalogue = CATALOGUE,
     noise: bool = False,
     seed: int = 0,
 ) -> ActuatorPlant:
@@ -39,6 +40,7 @@ def actuator(
     setup = ActuatorSetup(
         form=friction_form(friction), stimulus=stimulus or course, inputs=inputs, faults=(*own, *faults), noise=noise,
         seed=seed, parameters=_parameters(rest), friction=of_friction, hidden=effects, hidden_on=effects_on,
+        catalogue=catalogue,
     )  # fmt: skip
     return ActuatorPlant(setup)
 

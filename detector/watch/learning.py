@@ -8,15 +8,15 @@ import numpy as np
 
 from detector.alarms.rates import Blocks, strokes_of
 from detector.measurements import Measurements
-from detector.observer.calibration import SETTLE_SAMPLES, Calibration
+from detector.observer.calibration import SETTLE_SAMPLES
 from detector.observer.calibration_fit import calibrate
 from detector.watch.flow_relation import learned_flow
 from detector.watch.innovations import SKIPPED
 from detector.watch.model_watch import learned_model
 from detector.watch.pressure_level import learned_level
 from detector.watch.watch import Watch
-from recordings import BadInput
-from simulator import ValveModel
+from recordings import BadInput, Progress, silent
+from simulator import CATALOGUE, Catalogue, ValveModel
 
 LEVELS = ("supply_pressure", "upstream_pressure", "downstream_pressure")
 
@@ -28,17 +28,29 @@ MOST_RAISED = 4.0
 """Limits that have to be raised further than this to keep to the rate mean that the data do not support it."""
 
 
-def learn(data: Measurements, model: ValveModel | None = None, per_month: float = 1.0) -> Watch:
+def learn(
+    data: Measurements,
+    model: ValveModel | None = None,
+    per_month: float = 1.0,
+    *,
+    catalogue: Catalogue = CATALOGUE,
+    progress: Progress = silent,
+) -> Watch:
     """The detector for a valve from fault-free data in which it moves.
 
     model : of `bristle fit` or `trace`, used where force or pressure are measured; per_month : false alarms a month
-    that the upper end of the 95 % interval may reach. The rate of the result is measured on the same data.
-    Raises BadInput when the data cannot support a rate: too few, no motion, or nothing that drives the valve.
+    that the upper end of the 95 % interval may reach; catalogue : where the model's effects are looked up.
+    The rate of the result is measured on the same data.
+    Raises BadInput when the data cannot support a rate: too few, no motion, or nothing that drives the valve; and for
+    an effect that the catalogue does not have.
     """
     if not per_month > 0:
         raise BadInput("false alarms", f"{per_month:g} a month is no rate", "give a positive number, for example 1")
+    progress("observer", 0, 0)
     calibration = calibrate(data, SHARES["observer"] * per_month)
-    by_model = learned_model(model, data, SHARES["model"] * per_month) if model is not None else None
+    progress("model", 0, 0)
+    by_model = learned_model(model, data, SHARES["model"] * per_month, catalogue) if model is not None else None
+    progress("flow and pressures", 0, 0)
     by_flow = learned_flow(data, SHARES["flow"] * per_month)
     levels = tuple(level for name in LEVELS if (level := learned_level(data, name)) is not None)
     rows = [calibration.scores(data)]
@@ -61,22 +73,3 @@ def learn(data: Measurements, model: ValveModel | None = None, per_month: float 
         levels,
         blocks.rate(raised),
     )
-
-
-def described(watch: Watch) -> str:
-    """What was learned, in words: a line each."""
-    c: Calibration = watch.calibration
-    rho = c.b1 / c.observer.k2 * c.position_span
-    lines = [f"observer: input {c.input}, sampling time {c.dt_s:.4g} s, threshold {rho:.3g} m/s"]
-    if watch.model is None:
-        lines.append("model: not used, because no force (or pressure with a diaphragm area in the model) is measured")
-    else:
-        values = watch.model.filter.values
-        friction, spring = (100 * size for size in watch.model.test.sizes[:2])
-        lines.append(
-            f"model: tuned to friction {values['lugre.fc']:.4g} N, spring {values['spring.K']:.5g} N/m; it is tested "
-            f"for changes of {friction:.0f} % of the friction and {spring:.0f} % of the spring"
-        )
-    lines.append(f"flow: {'not used' if watch.flow is None else f'{watch.flow.flow} against the opening'}")
-    lines.append(watch.false_alarms.sentence)
-    return "\n".join(lines)

@@ -9,7 +9,7 @@ parameters would show in the innovation; Basseville and Nikiforov (1993), sectio
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from functools import cached_property
 from math import sqrt
 from typing import Any, NamedTuple
@@ -17,8 +17,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from detector.measurements import Measurement
-from recordings import Array
-from simulator import CATALOGUE, Kernel, Site, kernel
+from recordings import Array, BadInput
+from simulator import CATALOGUE, Catalogue, Kernel, Site, kernel
 
 DIRECTIONS = ("friction", "spring", "offset")
 """Level of the dry friction and force of the spring, as shares of the model's, and a constant force [N]."""
@@ -87,7 +87,8 @@ class ModelFilter:
     effects, values : the model; area : of the diaphragm [m2], None when the force itself is measured; position_noise
     [m], force_noise [N] : of the sensors; drift [m] : what the position may do beside the model in one sample;
     loads : forces that go with process pressures; dt_s : sampling time [s]; smoothing_s : time in which a moving stem
-    is well ahead of its noise [s].
+    is well ahead of its noise [s]; catalogue : where the effects are looked up.
+    Raises BadInput for an effect that the catalogue does not have.
     """
 
     effects: tuple[str, ...]
@@ -99,6 +100,13 @@ class ModelFilter:
     dt_s: float
     smoothing_s: float
     loads: tuple[Load, ...] = ()
+    catalogue: Catalogue = CATALOGUE
+
+    def __post_init__(self) -> None:
+        for effect in self.effects:
+            if effect not in self.catalogue:
+                remedy = f"give the catalogue that has it; this one has {', '.join(self.catalogue.ids)}"
+                raise BadInput("model", f"there is no effect '{effect}'", remedy, parameter="catalogue")
 
     def force(self, moment: Measurement) -> float:
         """The force on the stem [N] without the loads."""
@@ -167,18 +175,19 @@ class ModelFilter:
         return after, PredictionError(value, variance, shows)
 
     def as_dict(self) -> dict[str, Any]:
-        """Plain numbers, for JSON."""
-        return asdict(self)
+        """Plain numbers, for JSON. The effects are named, and looked up again by `from_dict`."""
+        parts = {item.name: getattr(self, item.name) for item in fields(self) if item.name != "catalogue"}
+        return parts | {"values": dict(self.values), "loads": tuple(asdict(load) for load in self.loads)}
 
     @classmethod
-    def from_dict(cls, parts: Mapping[str, Any]) -> ModelFilter:
-        """What `as_dict` gave."""
+    def from_dict(cls, parts: Mapping[str, Any], catalogue: Catalogue = CATALOGUE) -> ModelFilter:
+        """What `as_dict` gave. Raises BadInput for an effect that the catalogue does not have."""
         loads = tuple(Load(**load) for load in parts["loads"])
-        return cls(**{**parts, "effects": tuple(parts["effects"]), "loads": loads})
+        return cls(**{**parts, "effects": tuple(parts["effects"]), "loads": loads, "catalogue": catalogue})
 
     @cached_property
     def _kernel(self) -> Kernel:
-        return kernel(self.effects)
+        return kernel(self.effects, catalogue=self.catalogue)
 
     @cached_property
     def _p(self) -> Array:
@@ -229,7 +238,7 @@ class ModelFilter:
     @cached_property
     def _bent(self) -> bool:
         """Whether an effect stands between the stem and what is measured."""
-        return any(CATALOGUE[effect].site is Site.OUTPUT for effect in self.effects)
+        return any(self.catalogue[effect].site is Site.OUTPUT for effect in self.effects)
 
     def _seen(self, state: Array, time_s: float, force: float) -> Array:
         """Derivatives of what is measured by the state."""

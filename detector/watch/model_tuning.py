@@ -16,7 +16,7 @@ from detector.observer.calibration_fit import noise_of
 from detector.watch.innovations import innovations
 from detector.watch.model_filter import DIRECTIONS, Load, ModelFilter
 from recordings import Array, BadInput
-from simulator import ValveModel
+from simulator import CATALOGUE, Catalogue, ValveModel
 
 ROUNDS = 4
 MOST_SAMPLES = 20_000
@@ -35,10 +35,10 @@ AHEAD = 10.0
 """A stem that is so many noise levels ahead of where it was moves, beyond doubt."""
 
 
-def filter_for(model: ValveModel, data: Measurements) -> ModelFilter | None:
+def filter_for(model: ValveModel, data: Measurements, catalogue: Catalogue = CATALOGUE) -> ModelFilter | None:
     """The filter of a model for the signals that are there; None when no force can be had from them.
 
-    Raises BadInput for a model that a filter cannot follow.
+    catalogue : where the model's effects are looked up. Raises BadInput for a model that a filter cannot follow.
     """
     effects = model.effects if "spring" in model.effects else (*model.effects, "spring")
     missing = [effect for effect in ("inertia", "lugre") if effect not in effects]
@@ -58,7 +58,7 @@ def filter_for(model: ValveModel, data: Measurements) -> ModelFilter | None:
     force_noise = max(_least(model.noise.get("force_N"), measured), 1e-3 * values["lugre.fc"])
     return ModelFilter(
         effects, values, None if area is None else float(area), noise, force_noise, 0.3 * noise, dt_s,
-        _smoothing(x, dt_s, noise), _loads(data),
+        _smoothing(x, dt_s, noise), _loads(data), catalogue,
     )  # fmt: skip
 
 

@@ -16,7 +16,7 @@ from detector.watch.innovations import SKIPPED
 from detector.watch.model_filter import DIRECTIONS, FilterState, ModelFilter
 from detector.watch.model_tuning import filter_for, tuned
 from recordings import Array, BadInput
-from simulator import ValveModel
+from simulator import CATALOGUE, Catalogue, ValveModel
 
 TESTS = (*DIRECTIONS, "energy")
 """Names of the scores."""
@@ -83,18 +83,20 @@ class ModelWatch:
         return parts | {"low": self.low, "high": self.high}
 
     @classmethod
-    def from_dict(cls, parts: Mapping[str, Any]) -> ModelWatch:
-        """What `as_dict` gave."""
-        filter, test = ModelFilter.from_dict(parts["filter"]), ChangeTest.from_dict(parts["test"])
+    def from_dict(cls, parts: Mapping[str, Any], catalogue: Catalogue = CATALOGUE) -> ModelWatch:
+        """What `as_dict` gave. Raises BadInput for an effect that the catalogue does not have."""
+        filter, test = ModelFilter.from_dict(parts["filter"], catalogue), ChangeTest.from_dict(parts["test"])
         return cls(filter, test, BalanceTest(**parts["balance"]), parts["low"], parts["high"])
 
 
-def learned_model(model: ValveModel, data: Measurements, per_month: float) -> tuple[ModelWatch, Array] | None:
+def learned_model(
+    model: ValveModel, data: Measurements, per_month: float, catalogue: Catalogue = CATALOGUE
+) -> tuple[ModelWatch, Array] | None:
     """The watch on fault-free data, with its scores (n_samples, n_tests); None without force or pressure and area.
 
-    Raises BadInput as `model_filter` does, and when the data do not support the rate.
+    Raises BadInput as `filter_for` does, and when the data do not support the rate.
     """
-    filter = filter_for(model, data)
+    filter = filter_for(model, data, catalogue)
     if filter is None:
         return None
     test, scores = learned_test(filter, data, per_month)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Container, Mapping
 from dataclasses import dataclass, replace
+from html import escape
 from typing import Any
 
 from detector.alarms.rates import FalseAlarms
@@ -16,7 +17,9 @@ from detector.watch.judgement import KINDS, Judgement
 from detector.watch.model_watch import TESTS, ModelState, ModelWatch
 from detector.watch.pressure_level import PressureLevel
 from detector.watch.state import WatchState
+from detector.watch.words import described
 from recordings import BadInput
+from simulator import CATALOGUE, Catalogue
 
 HOLD_S = 30.0
 """An alarm stands until nothing was above its limit for so long [s]."""
@@ -36,6 +39,13 @@ class Watch:
     flow: FlowRelation | None
     levels: tuple[PressureLevel, ...]
     false_alarms: FalseAlarms
+
+    def __repr__(self) -> str:
+        parts = ["observer"] + ["model"] * (self.model is not None) + ["flow"] * (self.flow is not None)
+        return f"<Watch of {', '.join(self.signals)}: {', '.join(parts)}; {self.false_alarms.sentence}>"
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{escape(described(self))}</pre>"
 
     @property
     def signals(self) -> tuple[str, ...]:
@@ -158,16 +168,18 @@ class Watch:
         }
 
     @classmethod
-    def from_dict(cls, parts: Mapping[str, Any]) -> Watch:
-        """What `as_dict` gave. Raises BadInput for anything else."""
+    def from_dict(cls, parts: Mapping[str, Any], catalogue: Catalogue = CATALOGUE) -> Watch:
+        """What `as_dict` gave, with effects of a `catalogue`. Raises BadInput for anything else."""
         try:
             return cls(
                 Calibration.from_dict(parts["calibration"]),
-                None if parts["model"] is None else ModelWatch.from_dict(parts["model"]),
+                None if parts["model"] is None else ModelWatch.from_dict(parts["model"], catalogue),
                 None if parts["flow"] is None else FlowRelation.from_dict(parts["flow"]),
                 tuple(PressureLevel(*level) for level in parts["levels"]),
                 FalseAlarms.from_dict(parts["false_alarms"]),
             )
+        except BadInput:
+            raise
         except (KeyError, TypeError, ValueError, AttributeError) as error:
             raise BadInput("learned detector", f"it cannot be read ({error!r})", "learn anew") from None
 

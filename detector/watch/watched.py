@@ -16,8 +16,11 @@ from detector.watch import pictures
 from detector.watch.judgement import Judgement
 from detector.watch.learning import learn
 from detector.watch.watch import Watch
-from recordings import Array, Recording, save_text
-from simulator import ValveModel
+from recordings import Array, Progress, Recording, save_text, silent
+from simulator import CATALOGUE, Catalogue, ValveModel
+
+REPORTED = 1000
+"""Samples from one report of the progress to the next."""
 
 
 @dataclass(frozen=True)
@@ -84,19 +87,32 @@ class Watched:
         return np.array([getattr(one, name) for one in self.judgements], float)
 
 
-def learn_recordings(recordings: Sequence[Recording], model: ValveModel | None = None, per_month: float = 1.0) -> Watch:
+def learn_recordings(
+    recordings: Sequence[Recording],
+    model: ValveModel | None = None,
+    per_month: float = 1.0,
+    *,
+    catalogue: Catalogue = CATALOGUE,
+    progress: Progress = silent,
+) -> Watch:
     """The detector of a valve from recordings of it in good order: `learn` on all of them.
 
     Raises BadInput as `Measurements.joined` and `learn` do.
     """
-    return learn(Measurements.joined(recordings), model, per_month)
+    return learn(Measurements.joined(recordings), model, per_month, catalogue=catalogue, progress=progress)
 
 
-def watch_recording(watch: Watch, recording: Recording) -> Watched:
+def watch_recording(watch: Watch, recording: Recording, progress: Progress = silent) -> Watched:
     """What a detector says of a recording, sample by sample: the same as `bristle replay`, to the last bit.
 
     Raises BadInput when the recording lacks a signal that the detector was learned with.
     """
     data = Measurements.recorded(recording)
     watch.check(data.values, recording.label)
-    return Watched(tuple(watch.run(watch.initial(), data)[1]))
+    state, found = watch.initial(), list[Judgement]()
+    for first in range(0, len(data), REPORTED):
+        progress("samples", first, len(data))
+        state, judged = watch.run(state, data[first : first + REPORTED])
+        found += judged
+    progress("samples", len(data), len(data))
+    return Watched(tuple(found))

@@ -75,7 +75,7 @@ def _read(path: Path) -> bytes:
         return path.read_bytes()
     except OSError as error:
         remedy = "give a PEM file, or have some made for tests on this machine"
-        raise BadInput(str(path), f"cannot be read: {error.strerror}", remedy, parameter="make_test_ca") from None
+        raise BadInput(str(path), f"cannot be read: {error.strerror}", remedy, parameter="certificates") from None
 
 
 def _certificates(path: Path) -> list[x509.Certificate]:

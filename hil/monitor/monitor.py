@@ -17,7 +17,7 @@ from hil.monitor.units import SampleConverter
 from hil.monitor.valve import Learner, ValveStatus, ValveWatch
 from hil.source.sample import LinkEvent, Sample
 from recordings import BadInput, SignalSpec
-from simulator import ValveModel
+from simulator import CATALOGUE, Catalogue, ValveModel
 
 OnLearned = Callable[[str, Watch], None]
 """Called with the name of a valve and its detector, once it is learned."""
@@ -59,14 +59,16 @@ class Monitor:
         *,
         own_clock: bool = False,
         on_learned: OnLearned | None = None,
+        catalogue: Catalogue = CATALOGUE,
     ) -> Self:
         """A monitor whose detectors use a model of the valve, and its stroke where the position comes as a share of it.
 
-        false_alarms : allowed a month; the others as for the monitor itself.
+        false_alarms : allowed a month; catalogue : where the model's effects are looked up; the others as for the
+        monitor itself.
         """
 
         def learner(data: Measurements) -> Watch:
-            return learn(data, model, false_alarms)
+            return learn(data, model, false_alarms, catalogue=catalogue)
 
         stroke = model.plant.get("stroke_m")
         stroke_m = stroke if isinstance(stroke, float) else None
@@ -119,7 +121,7 @@ class Monitor:
                 valve.watch.check(self._converters[name].names, f"valve {name}")
             elif valve.learn_s is None:
                 remedy = "learn from its first seconds or from recordings of it, or resume from an earlier session"
-                raise BadInput(f"valve {name}", "nothing was learned of it yet", remedy, parameter="learn")
+                raise BadInput(f"valve {name}", "nothing was learned of it yet", remedy, parameter="learn_s")
 
     def _begin(self, first: Sample) -> None:
         """The clock, as the recorder has it: it begins with the first sample, at a whole microsecond."""

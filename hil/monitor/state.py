@@ -11,6 +11,7 @@ from typing import Any
 from detector import Watch, WatchState
 from hil.monitor.valve import ValveWatch
 from recordings import BadInput, save_text
+from simulator import CATALOGUE, Catalogue
 
 FORMAT, VERSION = "monitor-state", 1
 
@@ -35,8 +36,11 @@ def check_state(path: Path) -> None:
         raise BadInput(str(path), found, "give another file", parameter="state")
 
 
-def load_state(path: Path, model_key: str) -> Mapping[str, tuple[Watch, WatchState]]:
-    """What a file knows of valves by name. Raises BadInput when it cannot be used, or belongs to another model."""
+def load_state(path: Path, model_key: str, catalogue: Catalogue = CATALOGUE) -> Mapping[str, tuple[Watch, WatchState]]:
+    """What a file knows of valves by name. catalogue : where the model's effects are looked up.
+
+    Raises BadInput when the file cannot be used, or belongs to another model.
+    """
     try:
         parts: Any = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, json.JSONDecodeError) as error:
@@ -50,7 +54,7 @@ def load_state(path: Path, model_key: str) -> Mapping[str, tuple[Watch, WatchSta
     found = {}
     for name, one in parts["valves"].items():
         try:
-            watch = Watch.from_dict(one["watch"])
+            watch = Watch.from_dict(one["watch"], catalogue)
             found[name] = (watch, watch.state_from_dict(one["state"]))
         except BadInput as problem:
             raise _unusable(f"{path}: {name}: {problem.where}", problem.found) from None

@@ -11,7 +11,7 @@ import numpy as np
 
 from hil.plant.orders import COMMANDS, FRICTION, INPUT_COMMANDS, Orders
 from recordings import Array, BadInput, Integers
-from simulator import CATALOGUE
+from simulator import CATALOGUE, Catalogue
 from simulator.damadics import (
     CHANNELS,
     COLUMN,
@@ -52,7 +52,7 @@ class ActuatorSetup:
     stimulus but has a value of its own, as commanded; faults : occur whatever is commanded; noise : the benchmark's;
     seed : of the noise; parameters : of the actuator; friction : LuGre parameters by symbol, where they deviate;
     hidden : effects of the catalogue, by id and symbol, that nobody is told of, and hidden_on : whether they act from
-    the start. Friction and effects need the form ``lugre``.
+    the start; catalogue : where effects are looked up. Friction and effects need the form ``lugre``.
     """
 
     form: Form = "play"
@@ -65,6 +65,7 @@ class ActuatorSetup:
     friction: Mapping[str, float] = field(default_factory=dict)
     hidden: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     hidden_on: bool = True
+    catalogue: Catalogue = CATALOGUE
 
 
 class ActuatorPlant:
@@ -144,16 +145,18 @@ class ActuatorPlant:
             friction = {**setup.friction, **friction}
         if orders.hidden and not effects:
             remedy = "set the plant up with an effect, and with friction as a force"
-            raise BadInput("hidden_effect", "there is none to switch on", remedy, parameter="effect")
+            raise BadInput("hidden_effect", "there is none to switch on", remedy, parameter="effects")
         if friction:
             effects["lugre"] = friction
-        return Actuator(orders.form, setup.parameters, effects), (*setup.faults, *orders.ordered_fault())
+        actuator = Actuator(orders.form, setup.parameters, effects, catalogue=setup.catalogue)
+        return actuator, (*setup.faults, *orders.ordered_fault())
 
     def _hidden(self, effect: str, on: bool) -> Mapping[str, float]:
         """Values of a hidden effect; while it is off, those that change nothing."""
-        if on or effect not in CATALOGUE:
+        catalogue = self._setup.catalogue
+        if on or effect not in catalogue:
             return self._setup.hidden[effect]
-        parameters = CATALOGUE[effect].parameters
+        parameters = catalogue[effect].parameters
         neutral = {p.symbol: p.neutral for p in parameters if p.neutral is not None}
         return {**self._setup.hidden[effect], **neutral}
 

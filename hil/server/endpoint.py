@@ -64,7 +64,7 @@ async def _open_network(
     else:
         if certificates is None:
             remedy = "give certificate and private key of the server, and the authority of its clients"
-            raise BadInput(address.at(address.port), "TLS needs certificates", remedy, parameter="cert")
+            raise BadInput(address.at(address.port), "TLS needs certificates", remedy, parameter="certificates")
         # The library's TLS framer swallows two requests that arrive together; the plain one has the same frames.
         secure = {"sslctx": certificates.server_context(), "framer": FramerType.SOCKET}
         server = CarefulTlsServer(devices(units, clock), address=place, units=units.keys(), clock=clock, **secure)

@@ -12,7 +12,7 @@ from hil.plant.plant import ServedPlant
 from hil.registers.codec import decode, saturated
 from hil.server.layout import ServedPoint, ServedRegisters
 from hil.server.sample_memory import SampleMemory
-from recordings import BadInput, BristleError
+from recordings import BadInput
 
 MOST_AT_ONCE = 400
 """Samples simulated in one go while following the clock: between two goes the server answers requests."""
@@ -32,8 +32,8 @@ class Refusal(IntEnum):
     ILLEGAL_VALUE = 3
 
 
-class Refused(BristleError):
-    """A request that gets an exception as its answer."""
+class Refused(Exception):
+    """A request that gets an exception as its answer. It stays within the server, so no `BristleError`."""
 
     def __init__(self, code: Refusal) -> None:
         super().__init__(code.name)

@@ -21,7 +21,10 @@ from recordings import BadInput, LinkError, ProtocolError, SignalSpec
 
 
 class PollingStopped(LinkError):
-    """A task of a source ended, which it never should: no more samples will come. The cause is `__cause__`."""
+    """A task of a source ended, which it never should: no more samples will come. The cause is `__cause__`.
+
+    It is a `LinkError`: catch that to be ready for a lost link and for this.
+    """
 
 
 class ReadingPlan(Protocol):

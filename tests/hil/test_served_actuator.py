@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from bristle.cli.plant_options import ActuatorOptions
+from bristle.door.plants import actuator
 from hil import (
     ActuatorPlant,
     ActuatorSetup,
@@ -23,7 +24,7 @@ from hil import (
     valves_of,
 )
 from recordings import BadInput
-from simulator import BASE, CATALOGUE
+from simulator import BASE, CATALOGUE, Effect, Parameter, Site
 from simulator.damadics import Fault, run_scenario, scenario
 
 
@@ -194,3 +195,26 @@ def test_options_become_the_plant_they_describe():
     seen = plant.advance(1300)
     assert set(seen["setpoint"]) == {0.75}
     assert seen["fault_active"].all()  # f18 from the start, f4 in between
+
+
+class Cord(Effect):
+    """An elastic cord tied to the stem: an effect of one's own."""
+
+    id = "cord"
+    site = Site.FORCE
+    sentence = "A cord holds the stem"
+    parameters = (Parameter("stiffness", "N/m", "of the cord", scale=2e4, neutral=0.0),)
+
+    def force(self, q, p, s, ds):
+        return p["stiffness"] * q.x
+
+
+def test_an_effect_of_ones_own_is_served_and_switched():
+    ours, sizes = CATALOGUE.extended(Cord()), {"cord": {"stiffness": 1e5}}
+    tied = actuator(None, "lugre", (), {"setpoint": 0.7}, sizes, catalogue=ours, effects_on=False)
+    free = actuator(None, "lugre", (), {"setpoint": 0.7}, {})
+    assert np.allclose(tied.advance(2000)["position"], free.advance(2000)["position"], rtol=1e-12)
+    tied.apply({"hidden_effect": 1})
+    assert abs(tied.advance(2000)["position"][-1] - free.advance(2000)["position"][-1]) > 1e-4
+    with pytest.raises(BadInput, match="cord"):
+        actuator(None, "lugre", (), {}, sizes)
