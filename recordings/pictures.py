@@ -19,7 +19,7 @@ _MOST_POINTS = 4000
 """Points drawn of one signal; more would not be seen and would make the page heavy."""
 
 
-class Drawn(Protocol):
+class DrawnRecording(Protocol):
     """What is drawn of a recording: see `Recording`."""
 
     @property
@@ -30,14 +30,14 @@ class Drawn(Protocol):
     def events(self) -> Sequence[Event]: ...
 
 
-def picture_of(recording: Drawn) -> Any:
+def picture_of(recording: DrawnRecording) -> Any:
     """The pictures of `plots`, one below the other, as a bokeh layout."""
     from bokeh.layouts import column
 
     return column(*plots(recording), sizing_mode="stretch_width")
 
 
-def table(recording: Drawn) -> str:
+def table(recording: DrawnRecording) -> str:
     """What each signal is, and from where to where it goes, as an HTML table."""
     heads = "".join(f"<th>{word}</th>" for word in ("signal", "role", "unit", "from", "to", "missing"))
     rows = "".join(
@@ -54,12 +54,12 @@ def _row(signal: Signal) -> Sequence[str]:
     return signal.name, signal.role, signal.unit, *span, str(len(signal) - len(there) or "-")
 
 
-def plots(recording: Drawn) -> list[Any]:
+def plots(recording: DrawnRecording) -> list[Any]:
     """Every signal over time, and the loop where there is one, as bokeh figures."""
     return [*_over_time(recording), *_loop(recording)]
 
 
-def _over_time(recording: Drawn) -> list[Any]:
+def _over_time(recording: DrawnRecording) -> list[Any]:
     """One plot a signal, all with one axis of time; events are dashed lines."""
     from bokeh.models import Span
     from bokeh.plotting import figure
@@ -79,7 +79,7 @@ def _over_time(recording: Drawn) -> list[Any]:
     return plots
 
 
-def _loop(recording: Drawn) -> list[Any]:
+def _loop(recording: DrawnRecording) -> list[Any]:
     """The signature engineers know: force, or pressure, over position."""
     from bokeh.plotting import figure
 

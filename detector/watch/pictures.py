@@ -13,7 +13,7 @@ from detector.watch.judgement import Judgement
 from recordings import Array
 
 
-class Drawn(Protocol):
+class DrawnWatch(Protocol):
     """What is drawn of a watched recording: see `Watched`."""
 
     @property
@@ -29,7 +29,7 @@ class Drawn(Protocol):
 LOAD, LIMIT, ALARM = "#3d97de", "#8a8f98", "#d0342c"
 
 
-def picture(seen: Drawn) -> Any:
+def picture(seen: DrawnWatch) -> Any:
     """The largest score over time with its limit and the alarms, as a bokeh figure."""
     from bokeh.plotting import figure
 
@@ -45,7 +45,7 @@ def picture(seen: Drawn) -> Any:
     return plot
 
 
-def page(seen: Drawn) -> str:
+def page(seen: DrawnWatch) -> str:
     """The picture and the table as one self-contained HTML page."""
     from bokeh.embed import file_html
     from bokeh.layouts import column
@@ -56,7 +56,7 @@ def page(seen: Drawn) -> str:
     return file_html(shown, INLINE, "What the detector saw")
 
 
-def table(seen: Drawn) -> str:
+def table(seen: DrawnWatch) -> str:
     """When an alarm began, ended or changed its kind, as an HTML table."""
     heads = "".join(f"<th>{word}</th>" for word in ("time [s]", "what", "kind", "test", "score, limit 1"))
     rows = "".join(f"<tr>{''.join(f'<td>{escape(word)}</td>' for word in _row(one))}</tr>" for one in seen.changes)

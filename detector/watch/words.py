@@ -10,7 +10,7 @@ from detector.watch.flow_relation import FlowRelation
 from detector.watch.model_watch import ModelWatch
 
 
-class Learned(Protocol):
+class LearnedWatch(Protocol):
     """What is put into words of a detector: see `Watch`."""
 
     @property
@@ -23,7 +23,7 @@ class Learned(Protocol):
     def false_alarms(self) -> FalseAlarms: ...
 
 
-def described(watch: Learned) -> str:
+def described(watch: LearnedWatch) -> str:
     """What was learned, in words: a line each."""
     c = watch.calibration
     rho = c.b1 / c.observer.k2 * c.position_span
