@@ -38,7 +38,7 @@ def answer(
 
 def judgement(verdict: Any, effects: tuple[str, ...], part: str = "single") -> str:
     row = study.examine(part, Case(3, effects, 6.0), lambda fitted, holdout: verdict)
-    return study.judged(row)
+    return study.scored(row)
 
 
 @pytest.mark.parametrize(
@@ -97,7 +97,7 @@ def test_two_processes_give_the_same_rows(tmp_path: Path) -> None:
     work = [("controls", Case(3, seed=i, rate=100.0)) for i in range(2)]
     rows = study.study(work, tmp_path / "rows.jsonl", 2, _absent)
     assert [row["name"] for row in rows] == [case.name for _, case in work]
-    assert {study.judged(row) for row in rows} == {"right"}
+    assert {study.scored(row) for row in rows} == {"right"}
 
 
 def _absent(fitted: Any, *, holdout: Any) -> Any:
@@ -111,7 +111,7 @@ def test_a_failing_trace_is_an_answer() -> None:
         raise RuntimeError("no luck")
 
     row = study.examine("single", Case(3, ("backlash",), 6.0), failing)
-    assert study.judged(row) == "failed"
+    assert study.scored(row) == "failed"
     assert row["why"] == "RuntimeError: no luck"
     assert json.loads(json.dumps(row))["verdict"] == "failed"
 
@@ -141,7 +141,7 @@ def test_what_has_to_be_known_is_given() -> None:
         seen.update(given)
         return answer("force_gain")
 
-    assert study.judged(study.examine("single", Case(3, ("force_gain",), 6.0), noting)) == "right"
+    assert study.scored(study.examine("single", Case(3, ("force_gain",), 6.0), noting)) == "right"
     assert {*seen} == {"mass.m", "spring.K", "spring.F0"}
 
 
