@@ -22,10 +22,10 @@ from detector import (
     Observer,
     ObserverState,
     RadialBasis,
+    SampleVerdict,
     Screening,
     ShiftedSigmoids,
     SteadyKalman,
-    Verdict,
     regressors,
 )
 from recordings import BadInput
@@ -63,7 +63,7 @@ def ride(n=400, dt=0.01, seed=0):
     x, v, u = 0.3 * np.sin(2 * t), 0.6 * np.cos(2 * t), np.sign(np.sin(0.7 * t))
     quality = np.zeros(n, int)
     x[50], u[60], v[70], x[80], t[90] = np.nan, np.inf, np.nan, 1e30, t[89]
-    quality[100:103] = [Verdict.STALE, Verdict.BAD, Verdict.BAD]
+    quality[100:103] = [SampleVerdict.STALE, SampleVerdict.BAD, SampleVerdict.BAD]
     t[200:] += 10.0
     return Ride(t, x + 1e-4 * rng.standard_normal(n), u, v, quality)
 
@@ -170,27 +170,27 @@ def test_any_sampling_time_is_stable(observer, dt, k2):
 def test_bad_samples_are_passed_over_and_reported(observer):
     samples = ride()
     _, decisions = ran(observer, observer.initial(), samples)
-    said = {i: Verdict(decisions.verdict[i]).name for i in (0, 50, 60, 80, 90, 100, 101, 200)}
+    said = {i: SampleVerdict(decisions.verdict[i]).name for i in (0, 50, 60, 80, 90, 100, 101, 200)}
     assert said == {0: "START", 50: "NOT_FINITE", 60: "NOT_FINITE", 80: "OUTLIER", 90: "STALE", 100: "STALE",
                     101: "BAD", 200: "GAP"}  # fmt: skip
     assert decisions[50].xi2 == decisions[49].xi2
     assert decisions[200].xi2 == 0.0
     needed = "NOT_FINITE" if isinstance(observer.velocity, Measured) else "USED"
-    assert Verdict(decisions.verdict[70]).name == needed
+    assert SampleVerdict(decisions.verdict[70]).name == needed
 
 
 def test_a_velocity_that_jumps_is_an_outlier_until_it_stays():
     observer = Observer(screening=Screening(top_speed=2.0))
     position = np.array([0.0, 0.0, 5.0, 0.0, 5.0, 5.0, 5.0, 5.0, 5.0])
     _, decisions = observer.run(observer.initial(), 0.1 * np.arange(9), position, np.zeros(9), np.zeros(9))
-    names = [Verdict(v).name for v in decisions.verdict]
+    names = [SampleVerdict(v).name for v in decisions.verdict]
     assert names == ["START", "USED", "OUTLIER", "USED", *["OUTLIER"] * 3, "GAP", "USED"]
 
 
 def test_a_clock_that_is_set_back_does_not_silence_the_detector():
     observer = Observer()
     _, decisions = observer.run(observer.initial(), [0.0, 0.1, 1e6, 0.3, 0.4], *np.zeros((3, 5)))
-    assert [Verdict(v).name for v in decisions.verdict] == ["START", "USED", "GAP", "GAP", "USED"]
+    assert [SampleVerdict(v).name for v in decisions.verdict] == ["START", "USED", "GAP", "GAP", "USED"]
 
 
 @pytest.mark.parametrize("projection", ["radial", "smooth"])

@@ -11,7 +11,7 @@ from watched_valve import MODEL, TENTH, alarms, moved, recorded, seen
 from detector import (
     Measurement,
     Measurements,
-    Verdict,
+    SampleVerdict,
     Watch,
     described,
     learn,
@@ -141,7 +141,7 @@ def test_gaps_and_missing_values_are_no_alarm(watch, healthy):
         verdicts.append(said.verdict)
         assert not said.alarm
         assert np.isfinite([said.residual, said.threshold, said.load]).all()
-    assert {Verdict.START, Verdict.USED, Verdict.GAP, Verdict.NOT_FINITE} <= set(verdicts)
+    assert {SampleVerdict.START, SampleVerdict.USED, SampleVerdict.GAP, SampleVerdict.NOT_FINITE} <= set(verdicts)
 
 
 def test_a_step_changes_no_state_it_was_given(watch, healthy):
@@ -160,7 +160,7 @@ def test_without_pressure_or_model_the_observer_works_alone(healthy):
     assert alone.signals == ("position", "setpoint")
     assert "not used" in described(alone)
     _, said = alone.step(alone.initial(), Measurement(0.0, {"position": 0.02, "setpoint": 0.5}))
-    assert said.verdict is Verdict.START
+    assert said.verdict is SampleVerdict.START
 
 
 def refused(data: Measurements) -> BadInput:
