@@ -13,7 +13,7 @@ from simulator import random_valve
     ("given", "row"),
     [
         ({"spring.K": 1.1}, "spring.K"),
-        ({"lugre.fc": 1.15, "lugre.fs": 1.15}, "bristle force"),
+        pytest.param({"lugre.fc": 1.15, "lugre.fs": 1.15}, "bristle force", marks=pytest.mark.long),
         ({"mass.m": 2.0}, "mass.m"),
     ],
 )

@@ -82,7 +82,7 @@ def test_every_outcome_has_a_sentence_of_its_own():
     assert not Outcome.DIVERGED.usable
 
 
-@pytest.mark.parametrize("sign", ["force", "position"])
+@pytest.mark.parametrize("sign", [pytest.param("force", marks=pytest.mark.long), "position"])
 def test_an_opposite_sign_is_not_explained(plain, sign):
     found = identify([changed(plain, **{sign: -plain[sign].values})])
     assert found.fit.outcome is Outcome.NOT_EXPLAINED
@@ -118,6 +118,7 @@ def test_numbers_that_overflow_end_in_words(plain):
     assert found.outcome is not Outcome.CONVERGED
 
 
+@pytest.mark.long
 def test_a_plant_that_only_runs_coarsely_sampled_ends_in_an_outcome():
     """A valve signature of some dozen points, one a second, stem on its stops at both ends."""
     x = np.clip(np.concatenate([np.linspace(-0.1, 1.1, 24), np.linspace(1.05, -0.15, 24)]), 0, 1) * STROKE
