@@ -20,7 +20,7 @@ def test_the_worked_example_runs_and_keeps_the_contract():
     assert len(example.examples) > 8
     results = doctest.DocTestRunner().run(example, clear_globs=False)
     assert results.failed == 0
-    effect = example.globs["TurbulentDrag"]()
+    effect = example.globs["Magnet"]()
     for check in CHECKS:
         check(Subject(effect, CATALOGUE.extended(effect)))
 
