@@ -33,6 +33,10 @@ class Law(ABC):
         """The course of a state that starts at `s` over a step h [s], given the same law at the end of the step."""
 
     @abstractmethod
+    def implicit(self, s: Expression, h: Expression) -> Expression:
+        """The state after a backward Euler step h [s] from `s`, this law holding at its end."""
+
+    @abstractmethod
     def now(self, s: Expression) -> Expression:
         """The rate of change of a state `s` at an instant [unit/s]."""
 
@@ -53,6 +57,10 @@ class Relaxation(Law):
         phi1, phi2 = _phi(self.rate * h)
         slope = self.drive - self.rate * s
         return Course(s + h * phi2 * slope, phi1 * slope, s + h * phi1 * slope)
+
+    def implicit(self, s: Expression, h: Expression) -> Expression:
+        """Linear in the state, so solved."""
+        return (s + h * self.drive) / (1 + h * self.rate)
 
     def now(self, s: Expression) -> Expression:
         """The right-hand side of the law."""
@@ -80,6 +88,10 @@ class Lag(Law):
         mean = self.target - 2 * half * phi2 + behind * phi1
         end = at_end.target - 2 * half * phi1 + behind * decay
         return Course(mean, (end - s) / h, end)
+
+    def implicit(self, s: Expression, h: Expression) -> Expression:
+        """Linear in the state, so solved; the target itself where tau is 0."""
+        return (self.tau * s + h * self.target) / (self.tau + h)
 
     def now(self, s: Expression) -> Expression:
         """The right-hand side of the law, divided by tau; tau counts as 1 ns at least."""

@@ -15,16 +15,18 @@ from numpy.typing import NDArray
 
 from recordings import Array
 from simulator.compile.c_compiler import BuildFailed, compiler, shared_library
-from simulator.compile.recurrence import Loops, Sizes
+from simulator.compile.recurrence import GAMMA, Loops, Sizes
 
 
-def loops(functions: Mapping[str, ca.Function], sizes: Sizes, scale: float) -> Loops | None:
+def loops(
+    functions: Mapping[str, ca.Function], sizes: Sizes, scale: float, ahead: tuple[float, ...] = ()
+) -> Loops | None:
     """The compiled loops, or None when no compiler works here."""
     command = compiler()
     if command is None:
         return None
     try:
-        library = shared_library(command, _source(functions, sizes, scale))
+        library = shared_library(command, _source(functions, sizes, scale, ahead))
     except BuildFailed as failure:
         logging.getLogger(__name__).warning("%s; going on without a C compiler", failure)
         return None
@@ -62,15 +64,17 @@ def _pointer(array: Array) -> ctypes.c_void_p:
     return ctypes.c_void_p(array.ctypes.data if len(array) else None)
 
 
-def _source(functions: Mapping[str, ca.Function], sizes: Sizes, scale: float) -> str:
+def _source(functions: Mapping[str, ca.Function], sizes: Sizes, scale: float, ahead: tuple[float, ...]) -> str:
     generator = ca.CodeGenerator("kernel", {"with_header": False, "cpp": False})
     for function in functions.values():
         generator.add(function)
     numbers = {
         "NS": sizes.states, "NE": sizes.exo, "NU": sizes.inputs, "NP": sizes.parameters, "NY": sizes.outputs,
-        "NC": sizes.parameters + sizes.states, "SCALE": repr(float(scale)),
+        "NC": sizes.parameters + sizes.states, "SCALE": repr(float(scale)), "STAGES": 2 if ahead else 1,
+        "GAMMA": repr(GAMMA),
     }  # fmt: skip
     definitions = "".join(f"#define {name} {value}\n" for name, value in numbers.items())
+    definitions += f"static const double AHEAD[] = {{{', '.join(map(repr, ahead or (0.0,)))}}};\n"
     # Static functions can be inlined, and never meet a symbol of the C library that has the same name.
     return "#define CASADI_SYMBOL_EXPORT static\n" + generator.dump() + definitions + _loop_text()
 

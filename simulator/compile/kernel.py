@@ -12,7 +12,14 @@ import numpy as np
 from recordings import Array, BadInput
 from simulator.compile.c_compiler import compiler
 from simulator.compile.scan import Scan, Scanner, Shots
-from simulator.compile.step import VectorLayout, force_driven, force_with_error, motion_driven
+from simulator.compile.step import (
+    VectorLayout,
+    force_driven,
+    force_driven_damped,
+    force_with_error,
+    force_with_error_damped,
+    motion_driven,
+)
 from simulator.delay import delay_columns
 from simulator.effect import Catalogue, Effect, Memory, Site
 from simulator.effects import CATALOGUE
@@ -38,6 +45,7 @@ class Kernel:
     layout: VectorLayout
     scanner: Scanner
     catalogue: Catalogue = CATALOGUE
+    damped: bool = False
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -108,7 +116,13 @@ class Kernel:
         return np.column_stack([u, delay_columns(t, u, tau, hold)])
 
 
-def kernel(effects: Iterable[str], causality: KernelCausality = "force", catalogue: Catalogue = CATALOGUE) -> Kernel:
+def kernel(
+    effects: Iterable[str],
+    causality: KernelCausality = "force",
+    catalogue: Catalogue = CATALOGUE,
+    *,
+    damped: bool = False,
+) -> Kernel:
     """The kernel of some effects by id, compiled at its first use and kept for this process.
 
     causality : ``force`` simulates the position from the force, ``motion`` the force from an imposed motion,
@@ -124,7 +138,7 @@ def kernel(effects: Iterable[str], causality: KernelCausality = "force", catalog
     if outside or not chosen:
         found = f"{outside[0].id} acts on the {outside[0].site.value}, and the motion is imposed" if outside else "none"
         raise BadInput("effects", found, "name effects that act on the force, for example inertia, spring and lugre")
-    return _kernel(chosen, causality, catalogue, compiler())
+    return _kernel(chosen, causality, catalogue, compiler(), damped and causality != "motion")
 
 
 def shows_imposed(effect: Effect) -> bool:
@@ -135,19 +149,27 @@ def shows_imposed(effect: Effect) -> bool:
 
 ASSEMBLED = {"force": force_driven, "motion": motion_driven, "force with error": force_with_error}
 
+DAMPED = {"force": force_driven_damped, "force with error": force_with_error_damped}
+
 
 @functools.lru_cache(maxsize=128)
 def _kernel(
-    effects: tuple[Effect, ...], causality: KernelCausality, catalogue: Catalogue, compiler: tuple[str, ...] | None
+    effects: tuple[Effect, ...],
+    causality: KernelCausality,
+    catalogue: Catalogue,
+    compiler: tuple[str, ...] | None,
+    damped: bool,
 ) -> Kernel:
     """One kernel per choice of effects, catalogue and way of compiling."""
-    return Kernel(tuple(e.id for e in effects), causality, *_assembled(effects, causality, compiler), catalogue)
+    return Kernel(
+        tuple(e.id for e in effects), causality, *_assembled(effects, causality, compiler, damped), catalogue, damped
+    )
 
 
 @functools.lru_cache(maxsize=128)
 def _assembled(
-    effects: tuple[Effect, ...], causality: KernelCausality, _compiler: tuple[str, ...] | None
+    effects: tuple[Effect, ...], causality: KernelCausality, _compiler: tuple[str, ...] | None, damped: bool
 ) -> tuple[VectorLayout, Scanner]:
     """The machine code of a choice of effects, which catalogues that extend one another share."""
-    recurrence, layout = ASSEMBLED[causality](effects)
+    recurrence, layout = (DAMPED if damped else ASSEMBLED)[causality](effects)
     return layout, Scanner(recurrence)

@@ -77,6 +77,30 @@ static int advance(const double *e, const double *p, double *s, double *S) {
   return 1;
 }
 
+/* Sub-step j of so many between two samples; `end` is the sample that the inputs go to. */
+static int sub_step(const double t, const double dt, long j, long steps, const double *u0, const double *end,
+                    const double *p, double *s, double *S) {
+  double e[NE];
+#if STAGES == 2
+  double s0[DIM(NS)], S0[DIM(NS * NC)];
+  for (int i = 0; i < NS; ++i) s0[i] = s[i];
+  if (S) for (int i = 0; i < NS * NC; ++i) S0[i] = S[i];
+  e[0] = t + (j + GAMMA) / steps * dt; e[1] = GAMMA * dt / steps;
+  fill(e, u0, end, (j + GAMMA) / steps, (j + GAMMA) / steps);
+  if (!advance(e, p, s, S)) return 0;
+  for (int i = 0; i < NS; ++i) {
+    s[i] = s0[i] + AHEAD[i] * (s[i] - s0[i]);
+    if (S) for (int c = i * NC; c < (i + 1) * NC; ++c) S[c] = S0[c] + AHEAD[i] * (S[c] - S0[c]);
+  }
+  e[0] = t + (j + 1.0) / steps * dt;
+  fill(e, u0, end, (j + 1.0) / steps, (j + 1.0) / steps);
+#else
+  e[0] = t + (j + 0.5) / steps * dt; e[1] = dt / steps;
+  fill(e, u0, end, (j + 0.5) / steps, (j + 1.0) / steps);
+#endif
+  return advance(e, p, s, S);
+}
+
 /* The output at a sample, with its derivatives Y unless that is null; whether it and the state are finite. */
 static int sample(const double *e, const double *p, const double *s, const double *S, double *y, double *Y) {
   double C[DIM(NY * NS)], D[DIM(NY * NP)];
@@ -100,11 +124,8 @@ long scan(long n, const double *t, const double *u, int hold, double h_max, cons
     }
     const double dt = t[k + 1] - t[k];
     const long steps = h_max > 0 && dt > h_max ? (long)ceil(dt / h_max - 1e-9) : 1;
-    for (long j = 0; j < steps; ++j) {
-      e[0] = t[k] + (j + 0.5) / steps * dt; e[1] = dt / steps;
-      fill(e, u0, hold ? u0 : u1, (j + 0.5) / steps, (j + 1.0) / steps);
-      if (!advance(e, p, s, Y ? S : 0)) return k + 1;
-    }
+    for (long j = 0; j < steps; ++j)
+      if (!sub_step(t[k], dt, j, steps, u0, hold ? u0 : u1, p, s, Y ? S : 0)) return k + 1;
   }
   return -1;
 }
@@ -127,11 +148,8 @@ long shoot(long from, long to, long n, const double *t, const double *u, double 
     if (k + 1 == n) break;
     const double dt = t[k + 1] - t[k];
     const long steps = h_max > 0 && dt > h_max ? (long)ceil(dt / h_max - 1e-9) : 1;
-    for (long j = 0; j < steps; ++j) {
-      e[0] = t[k] + (j + 0.5) / steps * dt; e[1] = dt / steps;
-      fill(e, u0, u1, (j + 0.5) / steps, (j + 1.0) / steps);
-      if (!advance(e, p, s, T ? S : 0)) return k;
-    }
+    for (long j = 0; j < steps; ++j)
+      if (!sub_step(t[k], dt, j, steps, u0, u1, p, s, T ? S : 0)) return k;
     for (int i = 0; i < NS; ++i) {
       f[k * NS + i] = s[i];
       if (carried[i]) z[(k + 1) * NS + i] = s[i];

@@ -21,6 +21,9 @@ Vector = NDArray[np.float64]
 
 SCALE = 1e-5
 """A small value of the implicit scalar."""
+GAMMA, AHEAD = 0.0, np.empty(0)
+"""Share of a sub-step that a stage takes, and how far (n_states,) the second one starts beyond the first, in units of
+what that moved; empty where the functions make a whole sub-step."""
 
 
 def native(function: Callable[..., Any]) -> Any:
@@ -162,6 +165,31 @@ def advance(e: Vector, p: Vector, s: Vector, S: Vector, T: Vector, new: Vector, 
 
 
 @native
+def sub_step(
+    j: int, steps: int, t: Vector, u: Vector, k: int, then: int, to: int, p: Vector, s: Vector, S: Vector, T: Vector,
+    new: Vector, A: Vector, B: Vector, e: Vector,
+) -> bool:  # fmt: skip
+    """Sub-step j of so many from sample k to `then`, with the inputs going to those of sample `to`."""
+    dt = t[then] - t[k]
+    if AHEAD.shape[0]:
+        s0, S0 = s.copy(), S.copy()
+        e[0], e[1] = t[k] + (j + GAMMA) / steps * dt, GAMMA * dt / steps
+        fill(e, u, k, to, (j + GAMMA) / steps, (j + GAMMA) / steps)
+        if not advance(e, p, s, S, T, new, A, B):
+            return False
+        for i in range(s.shape[0]):
+            s[i] = s0[i] + AHEAD[i] * (s[i] - s0[i])
+            for c in range(T.shape[1] if T.shape[0] else 0):
+                S[i, c] = S0[i, c] + AHEAD[i] * (S[i, c] - S0[i, c])
+        e[0] = t[k] + (j + 1.0) / steps * dt
+        fill(e, u, k, to, (j + 1.0) / steps, (j + 1.0) / steps)
+    else:
+        e[0], e[1] = t[k] + (j + 0.5) / steps * dt, dt / steps
+        fill(e, u, k, to, (j + 0.5) / steps, (j + 1.0) / steps)
+    return bool(advance(e, p, s, S, T, new, A, B))
+
+
+@native
 def loop(
     t: Vector, u: Vector, hold: bool, h_max: float, p: Vector, s: Vector, y: Vector, S: Vector, Y: Vector,
     resets: Vector, e: Vector,
@@ -186,9 +214,7 @@ def loop(
         dt = t[then] - t[k]
         steps = math.ceil(dt / h_max - 1e-9) if 0.0 < h_max < dt else 1
         for j in range(steps if dt > 0.0 else 0):
-            e[0], e[1] = t[k] + (j + 0.5) / steps * dt, dt / steps
-            fill(e, u, k, k if hold else then, (j + 0.5) / steps, (j + 1.0) / steps)
-            if not advance(e, p, s, S, T, new, A, B):
+            if not sub_step(j, steps, t, u, k, then, k if hold else then, p, s, S, T, new, A, B, e):
                 return then
     return -1
 
@@ -220,9 +246,7 @@ def shot(
         dt = t[then] - t[k]
         steps = math.ceil(dt / h_max - 1e-9) if 0.0 < h_max < dt else 1
         for j in range(steps if dt > 0.0 else 0):
-            e[0], e[1] = t[k] + (j + 0.5) / steps * dt, dt / steps
-            fill(e, u, k, then, (j + 0.5) / steps, (j + 1.0) / steps)
-            if not advance(e, p, s, S, room, new, A, B):
+            if not sub_step(j, steps, t, u, k, then, then, p, s, S, room, new, A, B, e):
                 return k
         if then > k:
             f[k] = s

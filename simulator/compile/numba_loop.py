@@ -22,7 +22,7 @@ import casadi as ca
 from recordings import Array
 from simulator.compile.cache import artefact, machine
 from simulator.compile.casadi_to_python import python_source
-from simulator.compile.recurrence import Loop, Loops
+from simulator.compile.recurrence import GAMMA, Loop, Loops
 
 PRELUDE = """from __future__ import annotations
 
@@ -85,13 +85,13 @@ _LOCK = threading.Lock()
 """numba's settings and `sys.modules` are shared by all threads."""
 
 
-def loops(functions: Mapping[str, ca.Function], exo: int, scale: float) -> Loops:
+def loops(functions: Mapping[str, ca.Function], exo: int, scale: float, ahead: tuple[float, ...] = ()) -> Loops:
     """The loops compiled by numba; exo: length of that vector. Large derivatives are compiled when first asked for.
 
     Raises NotImplementedError for an operation that has no translation.
     """
     small = sum(functions[name].n_instructions() for name in WITHOUT_DERIVATIVES) < LARGE
-    texts = [source(functions, exo, scale, sensitive or small) for sensitive in (False, True)]
+    texts = [source(functions, exo, scale, sensitive or small, ahead) for sensitive in (False, True)]
     entry = functools.cache(lambda text: generated("kernel", text, _arithmetic_text()).scan)
     entry(texts[False])
     whole = functools.cache(lambda: generated("kernel", texts[True] + SHOOT, _arithmetic_text()).shoot)
@@ -105,7 +105,9 @@ def _call(
     return int(entry(texts[len(Y) > 0])(t, u, hold, h_max, p, s, y, S, Y, resets))
 
 
-def source(functions: Mapping[str, ca.Function], exo: int, scale: float, sensitive: bool) -> str:
+def source(
+    functions: Mapping[str, ca.Function], exo: int, scale: float, sensitive: bool, ahead: tuple[float, ...] = ()
+) -> str:
     """The text of the generated module; where it need not be `sensitive`, without derivatives."""
     translated = [
         python_source(function, scalars=("w",), returned=name in ("residual", "guess"))
@@ -113,7 +115,9 @@ def source(functions: Mapping[str, ca.Function], exo: int, scale: float, sensiti
         else WITHOUT_DERIVATIVES[name]
         for name, function in functions.items()
     ]
-    constants = f"SCALE = {float(scale)!r}\nEXO = {exo}\n"
+    constants = (
+        f"SCALE = {float(scale)!r}\nEXO = {exo}\nGAMMA = {GAMMA!r}\nAHEAD = np.array({list(ahead)}, dtype=np.float64)\n"
+    )
     return "\n\n@native\n".join((PRELUDE + constants, *translated)) + "\n\n\n" + _loop_text() + ENTRY
 
 

@@ -16,6 +16,11 @@ from numpy.typing import NDArray
 from recordings import Array
 from simulator.relaxation import Expression
 
+GAMMA = 1.0 - 0.5**0.5
+"""Share of a sub-step that each stage of SDIRK2 takes."""
+AHEAD = (1.0 - GAMMA) / GAMMA
+"""How far beyond its first stage, in units of what that moved, the second one starts."""
+
 
 class Sizes(NamedTuple):
     """Lengths of the vectors of a recurrence: state, exo, parameters, output, and inputs per sample."""
@@ -36,7 +41,9 @@ class Recurrence:
     output: what is measured at the start of a sample, in which ``exo`` holds the sample's own time, h = 0 and inputs.
     An implicit scalar w (for example the velocity at mid-step) is solved from residual(w) = 0, residual rising
     through its root, started at guess (in state); scale: a small w; differentiable: whether sensitivities will be
-    asked for: without them a large system builds several times faster.
+    asked for: without them a large system builds several times faster; ahead (n_states,): where the expressions are a
+    stage of SDIRK2, how far its second stage starts beyond the first, `AHEAD`, or 1 for memory that jumps; empty where
+    they are the whole step.
     """
 
     state: Expression
@@ -50,6 +57,7 @@ class Recurrence:
     scale: float = 1e-5
     ends: bool = False
     differentiable: bool = True
+    ahead: tuple[float, ...] = ()
 
     @property
     def sizes(self) -> Sizes:

@@ -65,12 +65,12 @@ class Scanner:
         self.recurrence = recurrence
         self.sizes = recurrence.sizes
         functions = recurrence.functions()
-        loops = c_loop.loops(functions, self.sizes, recurrence.scale)
+        loops = c_loop.loops(functions, self.sizes, recurrence.scale, recurrence.ahead)
         self._compiled = loops is not None
         if loops is None:
             from simulator.compile import numba_loop  # numba is slow to import and most machines have a compiler
 
-            loops = numba_loop.loops(functions, self.sizes.exo, recurrence.scale)
+            loops = numba_loop.loops(functions, self.sizes.exo, recurrence.scale, recurrence.ahead)
         self._loop, self._shoot = loops
 
     @property

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import casadi as ca
 
-from simulator.compile.recurrence import Recurrence
+from simulator.compile.recurrence import AHEAD, Recurrence
 from simulator.effect import Effect, Memory, Quantities, Site, Values
 from simulator.relaxation import Expression
 
@@ -89,6 +89,18 @@ class _Assembly:
             middle, end = _behind(e, middle, p, mean[e.id]), _behind(e, end, p, last[e.id])
         return _Course(middle, mean, rate, last)
 
+    def stage(self, end: Quantities, h: Expression) -> _Course:
+        """A backward Euler step h from the held memory, given the raw quantities at its end."""
+        rate, last = dict(self.held), dict(self.held)
+        for e in self.asked:
+            p, held = self.values[e.id], self.held[e.id]
+            moved = {symbol: law.implicit(held[symbol], h) for symbol, law in e.relax(end, p).items()}
+            last[e.id] = held | moved
+            rate[e.id] = {symbol: (s - held[symbol]) / h for symbol, s in moved.items()}
+            last[e.id] |= e.jump(end, p, last[e.id])
+            end = _behind(e, end, p, last[e.id])
+        return _Course(end, last, rate, last)
+
     def sample(self, q: Quantities) -> tuple[Quantities, States]:
         """Quantities behind all effects at an instant with the held memory, and the rates of change there."""
         rate: States = {}
@@ -157,6 +169,44 @@ def force_driven(effects: tuple[Effect, ...]) -> tuple[Recurrence, VectorLayout]
         residual=a.force(course.middle, course.mean, course.rate) - course.middle.u,
     )  # fmt: skip
     return recurrence, a.layout
+
+
+def force_driven_damped(effects: tuple[Effect, ...]) -> tuple[Recurrence, VectorLayout]:
+    """As `force_driven`, by the two stages of SDIRK2, each a backward Euler step: second order and L-stable, so what
+    the sub-step does not resolve is damped instead of ringing (Alexander, SIAM J. Numer. Anal. 14(6), 1977).
+    """
+    a = _Assembly(effects, imposed=False)
+    t, h, w = (ca.SX.sym(name) for name in ("t", "h", "w"))
+    u = ca.SX.sym("u", 3 if a.layout.delay else 1)
+    x, v = a.s[0], a.s[1]
+    end = x + h * w
+    course = a.stage(Quantities(t, end, w, (w - v) / h, u[0], end, speed=w, late=a.late(u)), h)
+    seen, _ = a.sample(Quantities(t, x, v, 0.0, u[0], x, speed=v, late=a.late(u)))
+    relaxing = {f"{e.id}.{s}" for e in effects for s in e.relax(course.middle, a.values[e.id])}
+    recurrence = Recurrence(
+        a.s, ca.vertcat(t, h, u), a.p, ca.vertcat(end, w, *a.memory(course.end)), ca.SX(seen.y), implicit=w, guess=v,
+        residual=a.force(course.middle, course.mean, course.rate) - course.middle.u,
+        ahead=tuple(AHEAD if name in relaxing | {"x", "v"} else 1.0 for name in a.layout.states),
+    )  # fmt: skip
+    return recurrence, a.layout
+
+
+def force_with_error_damped(effects: tuple[Effect, ...]) -> tuple[Recurrence, VectorLayout]:
+    """As `force_with_error`, by the two stages of SDIRK2."""
+    driven, layout = force_driven_damped(effects)
+    n = 2 if layout.delay else 0
+    u, slope, t, h = (ca.SX.sym(name) for name in ("u", "slope", "t", "h"))
+    columns = ca.SX.sym("columns", n)
+    exo = ca.vertcat(t, h, u + h * slope, columns)
+    old: Expression = [driven.step, driven.output, driven.residual, driven.guess]
+    step, output, residual, guess = ca.substitute(old, [driven.exo], [exo])
+    recurrence = Recurrence(
+        ca.vertcat(driven.state, u, slope), ca.vertcat(t, h, columns), driven.parameters,
+        ca.vertcat(step, u + h * slope, slope), output, implicit=driven.implicit, residual=residual, guess=guess,
+        scale=driven.scale, ahead=(*driven.ahead, AHEAD, AHEAD),
+    )  # fmt: skip
+    names = (*layout.states, "u", "du")
+    return recurrence, VectorLayout(layout.parameters, names, layout.memory, layout.delay)
 
 
 def force_with_error(effects: tuple[Effect, ...]) -> tuple[Recurrence, VectorLayout]:
