@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Literal
 
 from identification.advice import advice
 from identification.data.experiment import experiment
 from identification.data.grid import with_smooth_force
 from identification.estimators.fit import Estimator, fit
+from identification.estimators.order import Order
 from identification.given import plant_constants
 from identification.identified import Identification
 from identification.result import free_runs, valve_model
@@ -28,6 +30,7 @@ def identify(
     hold: bool = False,
     check: bool = True,
     estimator: Estimator = "auto",
+    order: Order | Literal["auto"] = "auto",
     bootstrap: int = 0,
     catalogue: Catalogue = CATALOGUE,
     progress: Progress = silent,
@@ -54,6 +57,8 @@ def identify(
         Also cross-check with sparse regression.
     estimator : {"auto", "output-error", "noise-aware"}
         As in `fit`.
+    order : {"auto", "full", "damped"}
+        As in `fit`.
     bootstrap : int
         Trials of a parametric bootstrap, at least 5; 0 for intervals from the linearised model.
     catalogue : Catalogue
@@ -72,7 +77,8 @@ def identify(
     experiments = [experiment(r, causality, hold=hold) for r in recordings]
     held = plant_constants(experiments) | dict(given or {})
     found = fit(
-        experiments, effects=effects, given=held, estimator=estimator, catalogue=catalogue, progress=progress
+        experiments, effects=effects, given=held, estimator=estimator, catalogue=catalogue, order=order,
+        progress=progress,
     )  # fmt: skip
     if not found.outcome.usable:
         raise NegativeAnswer(found.outcome.value)
@@ -80,7 +86,7 @@ def identify(
     known = uncertainty_of(found)
     scatter = bootstrap_of(found, trials, progress=progress) if trials else None
     known = known if scatter is None else with_bootstrap(found, known, scatter)
-    smooth = found.estimate is not None
+    smooth = found.estimate is not None or found.order != "full"
     if smooth and found.problem is not None:
         experiments = list(found.problem.experiments)
     progress("free runs", 0, 0)

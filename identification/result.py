@@ -12,7 +12,7 @@ import numpy as np
 from identification.data.experiment import Experiment
 from identification.estimators.coordinates import parameters
 from identification.estimators.fitted import Fit, Outcome
-from identification.estimators.least_squares import Normal, descend
+from identification.estimators.least_squares import Normal, minimise
 from identification.estimators.output_error.problem import Piece, Problem, ResidualForm, Response
 from identification.sparse_regression import Crosscheck
 from identification.uncertainty.covariance import Uncertainty
@@ -131,7 +131,7 @@ def _with_initial_states(fit: Fit, problem: Problem, setting: ResidualForm) -> A
             return None
         return Normal(normal.cost, normal.gradient[shared:], normal.matrix[shared:, shared:])
 
-    end = descend(evaluate, unknowns[shared:], iterations=15)
+    end = minimise(evaluate, unknowns[shared:], iterations=15)
     return unknowns if end is None else np.concatenate([theta, end.theta])
 
 
@@ -146,10 +146,12 @@ def valve_model(
     """The model as `model.json` has it."""
     values = {}
     for name, parameter in parameters(fit.kernel).items():
+        status = known.status.get(name, "given")
         lower, upper = (x if np.isfinite(x) else None for x in (parameter.lower, parameter.upper))
         values[name] = Value(
-            value=fit.values[name], std=known.std.get(name), unit=parameter.unit, lower=lower, upper=upper,
-            status=known.status.get(name, "given"), note=known.note.get(name),
+            value=fit.values[name], std=None if status == "unresolved" else known.std.get(name),
+            unit=parameter.unit, lower=lower, upper=upper,
+            status=status, note=known.note.get(name),
         )  # fmt: skip
     plant: dict[str, float | str] = {}
     for e in experiments:
@@ -166,7 +168,7 @@ def valve_model(
         ),
         error={kind: error_of(runs) for kind, runs in errors.items()},
         quality={
-            "outcome": fit.outcome.name.lower(), "causality": fit.kernel.causality,
+            "outcome": fit.outcome.name.lower(), "causality": fit.kernel.causality, "order": fit.order,
             "residual_over_noise": fit.rms, "condition": known.condition, "robust_over_classic_std": known.inflation,
             **quality,
         },

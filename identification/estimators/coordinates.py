@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.estimators.least_squares import Bounds
 from recordings import Array
 from simulator import Kernel, Parameter
 
@@ -47,6 +48,11 @@ class Coordinates:
         """Names of the free parameters, in the order of theta."""
         return tuple(name for name, free in zip(self.names, self.free, strict=True) if free)
 
+    @property
+    def n_free(self) -> int:
+        """Number of free parameters."""
+        return int(self.free.sum())
+
     def is_free(self, name: str) -> bool:
         """Whether there is a parameter of this full name, and it is free."""
         return name in self.names and bool(self.free[self.names.index(name)])
@@ -77,6 +83,16 @@ class Coordinates:
         with np.errstate(over="ignore"):
             moved = np.where(self.logs, np.exp(np.clip(full, -80.0, 80.0)), full * self.scale)
         return np.where(self.free, np.clip(moved, self.lower, self.upper), self.base)
+
+    @property
+    def bounds(self) -> Bounds:
+        """The physical bounds of the parameters as bounds of theta."""
+        known = self.free
+        least = np.log(FLOOR * self.scale)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            lower = np.where(self.logs, np.fmax(np.log(self.lower), least), self.lower / self.scale)
+            upper = np.where(self.logs, np.log(self.upper), self.upper / self.scale)
+        return Bounds(lower[known], upper[known])
 
     def slope(self, p: Array) -> Array:
         """dp/dtheta (n_free,) at a parameter vector."""

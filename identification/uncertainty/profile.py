@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identification.estimators.fitted import Fit
-from identification.estimators.least_squares import descend
+from identification.estimators.least_squares import minimise
 from identification.estimators.output_error.problem import Problem
 from identification.uncertainty.covariance import Uncertainty
 from recordings import Array, BadParameter
@@ -97,7 +97,8 @@ def _held_at(fit: Fit, place: int, theta: float, unknowns: Array) -> tuple[float
     base[index], free[index] = c.p(moved[: int(c.free.sum())])[index], False
     problem = Problem(fit.kernel, replace(c, base=base, free=free), fit.problem.experiments)
     setting = fit.minimum.setting
-    end = descend(lambda x: problem.evaluate(x, setting), moved[others], iterations=10, damping=1e-4)
+    bounds = fit.coordinates.bounds.padded(len(unknowns)).of(others)
+    end = minimise(lambda x: problem.evaluate(x, setting), moved[others], bounds=bounds, iterations=10)
     if end is None or not end.settled:
         return None
     return end.normal.cost, np.insert(end.theta, place, theta)
