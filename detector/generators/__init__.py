@@ -7,7 +7,7 @@
 [0.0]
 """
 
-from detector.generators.contract import Generator
+from detector.generators.contract import EvaluatedGenerator, Generator
 from detector.generators.estimation import Estimation, learn_estimation
 from detector.generators.fault_tree import FaultTree, Rule, explain
 from detector.generators.flow import Flow, learn_flow
@@ -22,9 +22,15 @@ from detector.generators.servo import Servo, learn_servo
 from detector.generators.spectrum import Spectrum, learn_spectrum
 from detector.generators.voting import Voting
 from detector.generators.waves import Waves, learn_waves
+from recordings import classes_of
+
+GENERATORS = {kind.__name__: kind for kind in classes_of("detector.generators", Generator)}
+"""Every generator that a module of this folder defines, by the name of its class."""
 
 __all__ = [
+    "GENERATORS",
     "Estimation",
+    "EvaluatedGenerator",
     "FaultTree",
     "Flow",
     "Fuzzy",
