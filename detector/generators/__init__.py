@@ -24,7 +24,7 @@ from detector.generators.voting import Voting
 from detector.generators.waves import Waves, learn_waves
 from recordings import classes_of
 
-GENERATORS = {kind.__name__: kind for kind in classes_of("detector.generators", Generator)}
+GENERATORS = {kind.__name__: kind for kind in classes_of("detector.generators", Generator)}  # type: ignore[type-abstract]
 """Every generator that a module of this folder defines, by the name of its class."""
 
 __all__ = [
