@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from identification.estimators.estimate import Estimate
 from identification.tracing import settings
-from identification.tracing.comparison import Comparison, compare
+from identification.tracing.models.comparison import Comparison, compare
 from identification.tracing.models.model import Model
 from identification.tracing.refine import CandidateFit, refitted
 from identification.tracing.screen import Score

@@ -10,8 +10,8 @@ import numpy as np
 from identification.report.trace.dependence import residual_force, seen_models
 from identification.report.wording.effects import SHOWN, effect_name, listed, sizes
 from identification.report.wording.numbers import number, percent, plain
-from identification.tracing.comparison import Comparison
 from identification.tracing.judge import Candidate
+from identification.tracing.models.comparison import Comparison
 from identification.tracing.residual import ResidualDescription
 from identification.tracing.result import TraceResult
 from identification.tracing.settings import COMPLETE_LOSS

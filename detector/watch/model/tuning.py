@@ -13,8 +13,8 @@ import numpy as np
 
 from detector.measurements import Measurements
 from detector.observer.calibration_fit import NOISE_ORDER
-from detector.watch.innovations import innovations
-from detector.watch.model_filter import DIRECTIONS, Load, ModelFilter
+from detector.watch.model.filter import DIRECTIONS, Load, ModelFilter
+from detector.watch.model.innovations import innovations
 from recordings import Array, BadInput, white_noise
 from simulator import CATALOGUE, Catalogue, ValveModel
 
