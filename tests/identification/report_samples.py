@@ -9,7 +9,7 @@ import numpy as np
 import traced_valves
 
 from identification import Trace, Trajectory, trace
-from identification.tracing.comparison import Whiteness
+from identification.tracing.models.comparison import Whiteness
 from identification.tracing.residual import describe_residual
 from recordings import Recording
 from simulator import Excitation, Sensors, random_valve, simulate

@@ -13,7 +13,7 @@ from traced_valves import recorded, traced
 from bristle.cli.app import run
 from identification import trace
 from identification.data.experiment import experiment
-from identification.tracing.comparison import Whiteness
+from identification.tracing.models.comparison import Whiteness
 from identification.tracing.models.trial_data import divided
 from identification.tracing.residual import describe_residual
 from recordings import Recording, Signal, write
