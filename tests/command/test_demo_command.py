@@ -38,7 +38,7 @@ def refuses(port: int) -> bool:
 
 @pytest.mark.parametrize("tried", [NEAREST, pytest.param(CATALOGUE.ids, marks=pytest.mark.long)], ids=["few", "all"])
 def test_it_fits_records_traces_and_watches_and_leaves_nothing_running(console, tmp_path, monkeypatch, tried):
-    """Whole but that few effects are tried: the rest of the catalogue takes a minute more."""
+    """Whole but that few effects are tried: the rest of the catalogue takes half a minute more."""
     few = Catalogue(tuple(CATALOGUE[effect] for effect in CATALOGUE.ids if effect in {*BASE, *tried}))
     monkeypatch.setattr("bristle.cli.demo.trace.trace", partial(trace, catalogue=few))
     out = tmp_path / "here"
