@@ -86,18 +86,17 @@ def fit(
     if valve.causality == "motion":
         return fit_imposed_motion(valve, coordinates, experiments, progress)
     noisy = _noise_aware(estimator, coordinates, experiments)
-    if order == "auto":
-        told = estimator == "auto" and not integrates(coordinates)
-        order = _order(valve, coordinates, experiments, noisy) if told else "full"
-    if order != "full":
-        return fit_damped(valve, coordinates, experiments, progress)
+    if estimator == "auto" and order != "full" and not integrates(coordinates):
+        smooth = with_smooth_force(experiments)
+        order = _order(valve, coordinates, smooth if noisy else experiments, noisy) if order == "auto" else order
+        if order != "full":
+            return fit_damped(valve, coordinates, smooth, progress)
     return (fit_noise_aware if noisy else fit_output_error)(valve, coordinates, experiments, progress)
 
 
 def _order(valve: Kernel, coordinates: Coordinates, experiments: Sequence[Experiment], noisy: bool) -> Order:
     """The order by the stiffest bristle and lightest mass that starting values from the recordings have."""
-    told = with_smooth_force(experiments) if noisy else experiments
-    starts = [start.theta for start in starting_values(chunked(told) or told, valve, coordinates)]
+    starts = [start.theta for start in starting_values(chunked(experiments) or experiments, valve, coordinates)]
     spacing = max(s.dt for e in experiments for s in e.segments)
     if not starts:
         return "full"

@@ -14,14 +14,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from identification.data.chunks import to_the_ends
 from identification.data.experiment import Experiment, Segment
-from identification.data.grid import with_smooth_force
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.fitted import Fit, Outcome, fit_of_windows
 from identification.estimators.least_squares import Normal, Solution, minimise
 from identification.estimators.order import sub_step
 from identification.estimators.output_error.force_position_loop import Loop, force_position_loop
-from identification.estimators.output_error.homotopy import Minimum, chunked
+from identification.estimators.output_error.homotopy import Minimum
 from identification.estimators.output_error.problem import Problem, ResidualForm, anchors
 from identification.estimators.output_error.replicates import replicates
 from identification.estimators.priors import prior
@@ -38,13 +38,16 @@ ROUNDS = 2
 """Rounds of `changes`, as long as they help and the recordings are not explained."""
 TRIALS, EXPLAINED = 3, 1.2
 """Replicates, and how many times the loss of theirs a fit may leave for the search to end."""
+SEARCHED, CHUNK = 60.0, 10.0
+"""Seconds of the recordings that are searched on, in chunks of so many."""
 SCREEN = 20.0
 """Tuning by which starts are compared."""
 ITERATIONS, LAST = 10, 40
 """Steps of a stage, and of the last one."""
 FINER = 4
-"""Part of the search's sub-step that the last fit takes: the step's own error biases mass, Stribeck velocity and viscous
-friction by more than the noise does (at full size by 50 standard deviations, at a quarter by none that shows)."""
+"""Part of the search's sub-step that the last fit takes: the step's own error biases mass, Stribeck velocity and
+viscous friction by more than the noise does (at full size by 50 standard deviations, at a quarter by none that shows).
+"""
 BETTER = 0.98
 """Share of the cost below which a change is kept."""
 GUESSED = 0.1
@@ -58,19 +61,21 @@ that slides through."""
 
 
 def fit_damped(
-    valve: Kernel, coordinates: Coordinates, experiments: Sequence[Experiment], progress: Progress = silent
+    valve: Kernel, coordinates: Coordinates, smooth: Sequence[Experiment], progress: Progress = silent
 ) -> Fit:
-    """Fit a valve whose sampling resolves the slip but not the bristle, without starting values."""
+    """Fit a valve whose sampling resolves the slip but not the bristle, without starting values.
+
+    smooth : the experiments, with a smooth force.
+    """
     model = kernel(valve.effects, "force", valve.catalogue, damped=True)
     progress("starting values", 0, 0)
-    smooth = with_smooth_force(experiments)
     held = None if coordinates.is_free("spring.K") else coordinates.values(np.zeros(coordinates.n_free))["spring.K"]
     loop = force_position_loop(smooth, held)
     if loop is None:
         return Fit(Outcome.NO_MOTION, model, coordinates)
     told = [_told(e, loop) for e in smooth]
     whole = Problem(model, coordinates, told)
-    parts = chunked(told)
+    parts = _parts(told)
     search = Search(whole if parts is None else Problem(model, coordinates, parts), loop)
     best = search.first(progress)
     for done in range(ROUNDS + 1):
@@ -198,6 +203,20 @@ def _changes(values: Mapping[str, float]) -> list[dict[str, float]]:
     bristles = [{"lugre.sigma0": f * s0, "lugre.sigma1": 0.5 * np.sqrt(f * s0 * m)} for f in (0.2, 1.0, 5.0)]
     masses = [{"mass.m": 0.3 * m}, {"mass.m": 3.0 * m}]
     return [dict(values) | change for change in (*curves, *bristles, *masses)]
+
+
+def _parts(experiments: Sequence[Experiment]) -> list[Experiment] | None:
+    """Chunks spread over the experiments, enough to search on; None where they are hardly longer."""
+    total = sum(float(s.t[-1] - s.t[0]) for e in experiments for s in e.segments)
+    if total < 1.5 * SEARCHED:
+        return None
+    return [e.with_segments(tuple(c for s in e.segments for c in _chunks(s, SEARCHED / total))) for e in experiments]
+
+
+def _chunks(segment: Segment, share: float) -> list[Segment]:
+    n, size = len(segment.t), round(CHUNK / segment.dt)
+    count = max(1, round(share * n / size))
+    return [segment.part(at.start, at.stop) for at in to_the_ends(n, min(n, size), count)]
 
 
 def _told(e: Experiment, loop: Loop) -> Experiment:

@@ -8,6 +8,7 @@ interval (a parametric bootstrap of few steps: Davidson and MacKinnon, Internati
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -63,11 +64,12 @@ def replicates(
     predicted = [answer.predicted for answer in answers if answer is not None]
     if len(predicted) < len(answers):
         return None
+    bounds = problem.coordinates.bounds.padded(len(unknowns))
     moves, levels = [], []
     for _ in range(trials):
         drawn = Problem(problem.kernel, problem.coordinates, _drawn(problem.experiments, predicted, rng))
-        end = minimise(lambda x, drawn=drawn: normal(drawn, form, x), drawn.start(theta), iterations=STEPS, tolerance=0.0,
-                       bounds=problem.coordinates.bounds.padded(len(unknowns)))  # fmt: skip
+        evaluate = functools.partial(normal, drawn, form)
+        end = minimise(evaluate, drawn.start(theta), bounds=bounds, iterations=STEPS, tolerance=0.0)
         if end is not None:
             moves.append(end.theta[: len(theta)] - theta)
             levels.append(end.normal.cost / drawn.samples)
