@@ -98,9 +98,7 @@ EXPLAINED = 2.0
 """How many times the loss of a right model a fit of windows may leave and count as converged."""
 
 
-def fit_of_windows(
-    valve: Kernel, coordinates: Coordinates, problem: Problem, minimum: Minimum, usual: Replicates | None
-) -> Fit:
+def fit_of_windows(problem: Problem, minimum: Minimum, usual: Replicates | None) -> Fit:
     """A fit of runs that are set back to the data in windows, with its outcome by their robust loss."""
     outcome = Outcome.CONVERGED if minimum.settled else Outcome.NOT_SETTLED
     if usual is None or minimum.level > EXPLAINED * usual.level:
@@ -108,7 +106,7 @@ def fit_of_windows(
     if minimum.level > HOPELESS:
         outcome = Outcome.NOT_EXPLAINED
     rms = float(np.sqrt(minimum.level / (1.0 if usual is None else usual.level)))
-    return Fit(outcome, valve, coordinates, problem, minimum, rms, replicates=usual)
+    return Fit(outcome, problem.kernel, problem.coordinates, problem, minimum, rms, replicates=usual)
 
 
 def fit_of_free_runs(valve: Kernel, coordinates: Coordinates, problem: Problem, minimum: Minimum | None) -> Fit:

@@ -9,13 +9,13 @@ the coordinates as its bounds and physical constraints as its rows (Conn, Gould,
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import casadi as ca
 import numpy as np
 
-from recordings import Array
+from recordings import Array, IndexArray
 
 REGULAR = 1e-10
 """Added to the diagonal of a whitened Gauss-Newton matrix, which may be singular."""
@@ -75,7 +75,7 @@ class Bounds:
         """No bounds on n unknowns."""
         return cls(np.full(n, -np.inf), np.full(n, np.inf))
 
-    def of(self, chosen: Array) -> Bounds:
+    def of(self, chosen: IndexArray) -> Bounds:
         """The bounds of the chosen unknowns (indices)."""
         rows = self.rows.reshape(-1, len(self.lower))[:, chosen]
         return Bounds(self.lower[chosen], self.upper[chosen], rows, self.least)
@@ -132,7 +132,7 @@ def _program(n: int, rows: int) -> ca.Function:
     return ca.conic("step", "qrqp", shape, quiet)
 
 
-class NormalEquations(ca.Callback):  # type: ignore[misc]
+class NormalEquations(ca.Callback):
     """theta (n,) -> cost, gradient (n,) and Gauss-Newton matrix (n, n) as a CasADi function; NaN where it diverges."""
 
     def __init__(self, evaluate: Callable[[Array], Normal | None], n: int) -> None:
@@ -152,7 +152,7 @@ class NormalEquations(ca.Callback):  # type: ignore[misc]
     def get_sparsity_out(self, i: int) -> ca.Sparsity:
         return ca.Sparsity.dense(*((1, 1), (self._n, 1), (self._n, self._n))[i])
 
-    def eval(self, arguments: list[ca.DM]) -> list[ca.DM]:
+    def eval(self, arguments: Sequence[ca.DM]) -> list[ca.DM]:
         found = self._evaluate(np.asarray(arguments[0]).ravel())
         nothing = np.full((self._n, self._n), np.nan)
         found = Normal(np.nan, nothing[0], nothing) if found is None else found

@@ -13,6 +13,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from identification.data.chunks import to_the_ends
 from identification.data.experiment import Experiment, Segment
@@ -78,23 +79,21 @@ def fit_damped(
     parts = _parts(told)
     search = Search(whole if parts is None else Problem(model, coordinates, parts), loop)
     best = search.first(progress)
+    end = None if best is None else search.refined(whole, best.theta[: coordinates.n_free])
     for done in range(ROUNDS + 1):
-        if best is None:
+        if best is None or end is None:
             return Fit(Outcome.DIVERGED, model, coordinates)
         progress("fit to whole recordings", done, ROUNDS + 1)
-        end = search.refined(whole, best.theta[: coordinates.n_free])
-        if end is None:
-            return Fit(Outcome.DIVERGED, model, coordinates)
         form, level = search.form(TUNINGS[-1], FINER), end.normal.cost / whole.samples
         usual = replicates(whole, end.theta, form, search.normal, TRIALS)
-        if done == ROUNDS or usual is None or level < EXPLAINED * usual.level:
-            break
-        better = search.changed(best)
+        found = fit_of_windows(
+            whole, Minimum(end.theta, end.normal, form, search.evaluations, end.settled, level), usual
+        )
+        better = best if usual is None or level < EXPLAINED * usual.level else search.changed(best)
         if better is best:
             break
-        best = better
-    minimum = Minimum(end.theta, end.normal, form, search.evaluations, end.settled, level)
-    return fit_of_windows(model, coordinates, whole, minimum, usual)
+        best, end = better, search.refined(whole, better.theta[: coordinates.n_free])
+    return found
 
 
 class Search:
@@ -224,7 +223,7 @@ def _told(e: Experiment, loop: Loop) -> Experiment:
     return e.with_segments(tuple(replace(s, seen=s.seen & _known(s, GUESSED * loop.level)) for s in e.segments))
 
 
-def _known(segment: Segment, allowed: float) -> Array:
+def _known(segment: Segment, allowed: float) -> NDArray[np.bool_]:
     """Whether the force is known [n_samples] since the valve was last set back."""
     bend = np.zeros(len(segment.t))
     bend[1:-1] = np.abs(np.diff(segment.u, 2)) / 8
@@ -232,4 +231,4 @@ def _known(segment: Segment, allowed: float) -> Array:
     stretch = np.searchsorted(at, np.arange(len(segment.t)), side="right")
     worst = np.zeros(len(at) + 1)
     np.maximum.at(worst, stretch, bend)
-    return np.asarray(worst[stretch] <= allowed)
+    return np.asarray(worst[stretch] <= allowed, bool)

@@ -12,10 +12,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import linprog
 
 from identification.data.experiment import Experiment
-from recordings import Array
+from recordings import Array, IndexArray
 
 BINS, FEWEST = 60, 6
 """Bins along the stroke, and samples that one needs to count."""
@@ -58,7 +59,7 @@ def force_position_loop(experiments: Sequence[Experiment], stiffness: float | No
     return Loop(float(K), float(F0), float(level))
 
 
-def _ends(left: Array, place: Array, slow: Array) -> Array:
+def _ends(left: Array, place: IndexArray, slow: NDArray[np.bool_]) -> Array:
     """Bin, lower and upper end of what spring and preload leave of the force, (n_bins, 3)."""
     rows = []
     for i in range(BINS):
