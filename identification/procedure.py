@@ -12,7 +12,7 @@ from identification.estimators.fit import Estimator, fit
 from identification.estimators.order import Order
 from identification.given import plant_constants
 from identification.identified import Identification
-from identification.result import free_runs, valve_model
+from identification.result import anchored_error, free_runs, valve_model
 from identification.sparse_regression import crosscheck
 from identification.uncertainty.bootstrap import bootstrap_of, checked_trials, with_bootstrap
 from identification.uncertainty.covariance import uncertainty_of
@@ -31,6 +31,7 @@ def identify(
     check: bool = True,
     estimator: Estimator = "auto",
     order: Order | Literal["auto"] = "auto",
+    priors: Mapping[str, tuple[float, float]] | None = None,
     bootstrap: int = 0,
     catalogue: Catalogue = CATALOGUE,
     progress: Progress = silent,
@@ -59,6 +60,8 @@ def identify(
         As in `fit`.
     order : {"auto", "full", "damped"}
         As in `fit`.
+    priors : mapping, optional
+        As in `fit`.
     bootstrap : int
         Trials of a parametric bootstrap, at least 5; 0 for intervals from the linearised model.
     catalogue : Catalogue
@@ -77,7 +80,7 @@ def identify(
     experiments = [experiment(r, causality, hold=hold) for r in recordings]
     held = plant_constants(experiments) | dict(given or {})
     found = fit(
-        experiments, effects=effects, given=held, estimator=estimator, catalogue=catalogue, order=order,
+        experiments, effects=effects, given=held, estimator=estimator, catalogue=catalogue, order=order, priors=priors,
         progress=progress,
     )  # fmt: skip
     if not found.outcome.usable:
@@ -101,6 +104,10 @@ def identify(
     checked = crosscheck(found, experiments, known.std) if check else None
     quality: dict[str, object] = {
         "estimator": found.estimator,
+        "anchored_rmse_m": {
+            "fit": anchored_error(found, experiments),
+            "holdout": anchored_error(found, others) if others else None,
+        },
         "correlated": [f"{a}, {b}: {c:+.3f}" for a, b, c in known.pairs()],
         "advice": list(advice(known)),
         "crosscheck": None if checked is None else checked.sentence,

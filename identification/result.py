@@ -19,6 +19,8 @@ from identification.uncertainty.covariance import Uncertainty
 from recordings import Array, Recording
 from simulator import FittedTo, Value, ValveModel
 
+ANCHORED = 1.0
+"""Window [s] of the runs that are set back to the data (`anchored_error`)."""
 SETTLING = 1.0
 """The initial state of a hold-out recording is estimated from this much of its beginning [s]."""
 
@@ -95,6 +97,27 @@ def free_runs(fit: Fit, experiments: Sequence[Experiment], fitted: bool) -> tupl
     runs = iter(zip(problem.pieces, problem.responses(unknowns, setting), strict=True))
     unit = "m" if fit.kernel.causality == "force" else "N"
     return tuple(_trajectory(e, [next(runs) for _ in e.segments], unit) for e in experiments)
+
+
+def anchored_error(fit: Fit, experiments: Sequence[Experiment]) -> float | None:
+    """Root mean square error [m] of runs that are set back to the data at rests, once in every `ANCHORED` seconds.
+
+    Over minutes stick-slip forgets its phase, so that a free run of the true model is far off as well; this one is not.
+    None where the motion is imposed, and where the model diverges.
+    """
+    if fit.kernel.causality != "force" or fit.minimum is None:
+        return None
+    problem = Problem(fit.kernel, fit.coordinates, experiments)
+    form = ResidualForm(fit.minimum.setting.h_max, max(ANCHORED, 5 * problem.spacing))
+    answers = problem.responses(problem.start(fit.minimum.unknowns[: problem.n_free]), form)
+    if any(answer is None for answer in answers):
+        return None
+    errors = [
+        (answer.predicted - piece.segment.y)[piece.segment.seen]
+        for answer, piece in zip(answers, problem.pieces, strict=True)
+        if answer is not None
+    ]
+    return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
 
 
 def _trajectory(e: Experiment, runs: Sequence[tuple[Piece, Response | None]], unit: str) -> Trajectory:

@@ -10,7 +10,7 @@ import numpy as np
 from identification.data.experiment import Experiment
 from identification.data.grid import with_smooth_force
 from identification.estimators.coordinates import Coordinates
-from identification.estimators.feasibility import check_given, obstacle
+from identification.estimators.feasibility import check_given, check_priors, obstacle
 from identification.estimators.fitted import Fit
 from identification.estimators.imposed_motion.fit import fit_imposed_motion
 from identification.estimators.noise_aware.fit import fit_noise_aware, force_noise_matters
@@ -35,6 +35,7 @@ def fit(
     estimator: Estimator = "auto",
     catalogue: Catalogue = CATALOGUE,
     order: Order | Literal["auto"] = "auto",
+    priors: Mapping[str, tuple[float, float]] | None = None,
     progress: Progress = silent,
 ) -> Fit:
     """Fit all free parameters of some effects to all experiments at once.
@@ -54,6 +55,8 @@ def fit(
     order : {"auto", "full", "damped"}
         What of the model the sampling resolves (`order.py`); by default the recordings say. It has no part where the
         motion is imposed or the plant has no spring, and an `estimator` that is asked for by name is one of full order.
+    priors : mapping, optional
+        What is known of parameters beforehand: mean and standard deviation by full name, SI units.
     progress : callable, optional
         Told the stages of the fit.
 
@@ -78,8 +81,9 @@ def fit(
         raise BadInput("recordings", "some are force-driven and some motion-driven", "fit them separately")
     valve = kernel(effects, causalities.pop(), catalogue)
     check_given(given, valve)
+    check_priors(priors or {}, valve)
     force = np.concatenate([s.u for e in experiments for s in e.segments])
-    coordinates = Coordinates.of(valve, given, float(np.std(force)) or 1.0)
+    coordinates = Coordinates.of(valve, given, float(np.std(force)) or 1.0, priors)
     hindered = obstacle(experiments, coordinates, force)
     if hindered is not None:
         return Fit(hindered, valve, coordinates)

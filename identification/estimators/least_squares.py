@@ -33,6 +33,13 @@ class Normal:
     gradient: Array
     matrix: Array
 
+    def plus(self, other: Normal) -> Normal:
+        """The sum of both; the other may have only the first of the unknowns."""
+        n, gradient, matrix = len(other.gradient), self.gradient.copy(), self.matrix.copy()
+        gradient[:n] += other.gradient
+        matrix[:n, :n] += other.matrix
+        return Normal(self.cost + other.cost, gradient, matrix)
+
     def with_prior(self, theta: Array, centre: Array, precision: Array) -> Normal:
         """Add a normal prior of independent coordinates, precision (n,) = 1 / std^2."""
         off = theta - centre

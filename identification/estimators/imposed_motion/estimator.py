@@ -80,7 +80,7 @@ class ImposedMotion:
         return path, Innovations(innovations, variances, both, (innovations, variances))
 
     def _estimate(self, theta: Array, pairs: Sequence[tuple[Array, Innovations]]) -> Estimate | None:
-        normal, logs, far, count, square = prior(self.names, theta), 0.0, 0, 0, 0.0
+        normal, logs, far, count, square = prior(self.names, theta).plus(self.coordinates.told(theta)), 0.0, 0, 0, 0.0
         for _, line in pairs:
             seen = np.isfinite(line.variances[:, 0])
             sigma = np.sqrt(line.variances[seen, 0])

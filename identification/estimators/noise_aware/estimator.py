@@ -200,7 +200,7 @@ class NoiseAware:
         return each(moved, range(len(self.grids)))
 
     def _estimate(self, theta: Array, paths: tuple[Array, ...], lines: tuple[Innovations, ...]) -> Estimate | None:
-        total, cost, far, loss, seen_y = prior(self.names, theta), 0.0, 0, 0.0, 0
+        total, cost, far, loss, seen_y = prior(self.names, theta).plus(self.coordinates.told(theta)), 0.0, 0, 0.0, 0
         for line in lines:
             seen = np.isfinite(line.variances)
             sigma = np.sqrt(line.variances[seen])

@@ -19,13 +19,12 @@ from identification.data.chunks import to_the_ends
 from identification.data.experiment import Experiment, Segment
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.fitted import Fit, Outcome, fit_of_windows
-from identification.estimators.least_squares import Normal, Solution, minimise
+from identification.estimators.least_squares import Solution, minimise
 from identification.estimators.order import sub_step
 from identification.estimators.output_error.force_position_loop import Loop, force_position_loop
 from identification.estimators.output_error.homotopy import Minimum
 from identification.estimators.output_error.problem import Problem, ResidualForm, anchors
-from identification.estimators.output_error.replicates import replicates
-from identification.estimators.priors import prior
+from identification.estimators.output_error.replicates import in_windows, replicates
 from recordings import Array, Progress, silent
 from simulator import Kernel, kernel
 
@@ -85,7 +84,7 @@ def fit_damped(
             return Fit(Outcome.DIVERGED, model, coordinates)
         progress("fit to whole recordings", done, ROUNDS + 1)
         form, level = search.form(TUNINGS[-1], FINER), end.normal.cost / whole.samples
-        usual = replicates(whole, end.theta, form, search.normal, TRIALS)
+        usual = replicates(whole, end.theta, form, TRIALS)
         found = fit_of_windows(
             whole, Minimum(end.theta, end.normal, form, search.evaluations, end.settled, level), usual
         )
@@ -161,22 +160,11 @@ class Search:
         r = np.concatenate([self.problem.residual(i, one) for i, one in enumerate(responses) if one is not None])
         return float(np.sum(np.log1p((r / SCREEN) ** 2)))
 
-    def normal(self, problem: Problem, form: ResidualForm, unknowns: Array) -> Normal | None:
-        """The normal equations, with what is known of friction beforehand."""
-        normal = problem.evaluate(unknowns, form)
-        if normal is None:
-            return None
-        n = self.coordinates.n_free
-        known = prior(self.coordinates.free_names, unknowns[:n])
-        normal.gradient[:n] += known.gradient
-        normal.matrix[:n, :n] += known.matrix
-        return replace(normal, cost=normal.cost + known.cost)
-
     def _staged(self, problem: Problem, theta: Array, tunings: Sequence[float], finer: int = 1) -> Solution | None:
         unknowns, found = problem.start(theta), None
         bounds = self.coordinates.bounds.padded(len(unknowns))
         for tuning in tunings:
-            evaluate = functools.partial(self.normal, problem, self.form(tuning, finer))
+            evaluate = functools.partial(in_windows, problem, self.form(tuning, finer))
             last = tuning == TUNINGS[-1]
             found = minimise(
                 evaluate, unknowns, bounds=bounds, iterations=LAST if last else ITERATIONS,

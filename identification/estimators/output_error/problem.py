@@ -106,7 +106,7 @@ class Problem:
             total.gradient[at] += one.gradient
             total.matrix[np.ix_(at, at)] += one.matrix
             total = replace(total, cost=total.cost + one.cost)
-        return total
+        return total.plus(self.coordinates.told(unknowns[: self.n_free]))
 
     def held(self, unknowns: Array, setting: ResidualForm, level: float) -> Callable[[Array], Normal | None]:
         """`evaluate` with a weak hold on the shared parameters where they are now; level : mean square residual."""

@@ -9,7 +9,6 @@ interval (a parametric bootstrap of few steps: Davidson and MacKinnon, Internati
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,6 +19,7 @@ from identification.data.smoothing import smooth
 from identification.estimators.least_squares import Normal, minimise
 from identification.estimators.order import swing
 from identification.estimators.output_error.problem import Problem, ResidualForm
+from identification.estimators.priors import prior
 from recordings import Array
 from simulator import kernel
 
@@ -48,11 +48,12 @@ def replicates(
     problem: Problem,
     unknowns: Array,
     form: ResidualForm,
-    normal: Callable[[Problem, ResidualForm, Array], Normal | None],
     trials: int,
+    *,
+    steps: int = STEPS,
     seed: int = 0,
 ) -> Replicates | None:
-    """Replicates of the fit of a damped problem that ended at `unknowns`; normal : its normal equations with priors.
+    """So many replicates of the fit of a damped problem that ended at `unknowns`, each fitted in so many steps.
 
     None where the model diverges in full order.
     """
@@ -68,12 +69,18 @@ def replicates(
     moves, levels = [], []
     for _ in range(trials):
         drawn = Problem(problem.kernel, problem.coordinates, _drawn(problem.experiments, predicted, rng))
-        evaluate = functools.partial(normal, drawn, form)
-        end = minimise(evaluate, drawn.start(theta), bounds=bounds, iterations=STEPS, tolerance=0.0)
+        evaluate = functools.partial(in_windows, drawn, form)
+        end = minimise(evaluate, drawn.start(theta), bounds=bounds, iterations=steps, tolerance=0.0)
         if end is not None:
             moves.append(end.theta[: len(theta)] - theta)
             levels.append(end.normal.cost / drawn.samples)
     return Replicates(np.array(moves), np.array(levels)) if moves else None
+
+
+def in_windows(problem: Problem, form: ResidualForm, unknowns: Array) -> Normal | None:
+    """The normal equations of a damped problem, with what is known of friction beforehand; None where it diverges."""
+    normal, c = problem.evaluate(unknowns, form), problem.coordinates
+    return None if normal is None else normal.plus(prior(c.free_names, unknowns[: c.n_free]))
 
 
 def _drawn(experiments: tuple[Experiment, ...], predicted: list[Array], rng: np.random.Generator) -> list[Experiment]:
