@@ -58,6 +58,8 @@ def profile(fit: Fit, known: Uncertainty, name: str, points: int = 7, reach: flo
     width = known.std[name] / fit.coordinates.slope(fit.p)[place]
     valley = Valley.of(fit)
     scale = width**2 / float(np.linalg.pinv(valley.matrix)[place, place])
+    if fit.estimate is not None:  # the paths come to rest a little further at every value, so they do at the best one
+        valley = valley.held_at(place, valley.unknowns[place]) or valley
     sides = []
     for sign in (-1.0, 1.0):
         here, side = valley, []
