@@ -88,7 +88,7 @@ class Fit:
 
 
 def fit_of(estimate: Estimate, work: NoiseAware, problem: Problem, minimum: Minimum) -> Fit:
-    """A noise-aware estimate as a fit, with its outcome; work : what made it; problem, minimum : its end as a free run."""
+    """A noise-aware estimate as a fit, with its outcome; work : what made it; problem, minimum : it as a free run."""
     resolved = turn(problem.coordinates.values(estimate.theta), problem.spacing) < RESOLVED
     outcome = Outcome.CONVERGED if converged(estimate, resolved=resolved) else Outcome.NOT_CONVERGED
     if estimate.loss > HOPELESS:
