@@ -58,7 +58,7 @@ def identify(
         Also cross-check with sparse regression.
     estimator : {"auto", "output-error", "noise-aware"}
         As in `fit`.
-    order : {"auto", "full", "damped"}
+    order : {"auto", "full", "damped", "static"}
         As in `fit`.
     priors : mapping, optional
         As in `fit`.

@@ -16,7 +16,7 @@ from scipy.stats import t as student
 from identification.estimators.coordinates import parameters
 from identification.estimators.estimate import TUNING, Estimate
 from identification.estimators.fitted import Fit, Outcome
-from identification.estimators.order import RESOLVED, RESOLVED_EXACT, swing, turn
+from identification.estimators.order import RESOLVED, RESOLVED_EXACT, at_rest, swing, turn
 from identification.estimators.output_error.problem import Problem, ResidualForm
 from recordings import Array
 from simulator import Status
@@ -96,6 +96,12 @@ def uncertainty_of(fit: Fit) -> Uncertainty:
     eigen = np.linalg.eigvalsh(scaled)
     std = dict(zip(names, (spread * slope).tolist(), strict=True))
     status, note = status_and_note(fit, names, std, correlation)
+    for name in (*at_rest(0.0), "lugre.fc") if fit.order == "static" else ():
+        if name in fit.kernel.parameters:
+            status[name] = "unresolved"
+            note[name] = (
+                f"a slip is over within the {fit.problem.spacing:g} s between samples; 20 a second would show it"
+            )
     inflation = float(np.median(np.sqrt(np.diag(robust)[:n] / np.diag(classic)[:n])))
     return Uncertainty(
         names, std, correlation, float(np.sqrt(eigen[-1] / max(eigen[0], 1e-30))), status, note, inflation
