@@ -52,7 +52,7 @@ viscous friction by more than the noise does (at full size by 50 standard deviat
 """
 BETTER = 0.98
 """Share of the cost below which a change is kept."""
-GUESSED = 0.1
+GUESSED = 0.03
 """Share of the level of friction by which a straight line between samples may miss the force; beyond, what the valve
 did until the next setting back is not held against the model."""
 STIFFNESS, MASSES, VISCOUS, STRIBECK = 1e7, (2.0, 6.0), (300.0, 1000.0), (1.5e-3, 6e-3)
