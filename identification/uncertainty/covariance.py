@@ -35,9 +35,9 @@ sixteen seeded valves; the coverage on others is in docs/studies/identification.
 WIDER_DAMPED = 1.8
 """The same of a fit of damped order, chosen on the development seeds of `benchmarks/plant_sampling.py`."""
 BENDS = 2.0
-"""Standard deviations of the position's noise by which a bristle has to bend before it breaks away, for its stiffness and
-the Stribeck velocity to show where its swing is not resolved: below, a stiffer one with another friction curve fits as
-well."""
+"""Standard deviations of the position's noise by which a bristle has to bend before it breaks away, for its stiffness
+and the Stribeck velocity to show where its swing is not resolved: below, a stiffer one with another friction curve fits
+as well."""
 SLOW, SLOW_FACTOR, SLOW_FACTOR_EXACT = 6e-3, 1.6, 1.3
 """Spacing [s] above which what the force does between samples is guessed, and the factors that this costs where the
 force is noisy and where its samples are exact."""
