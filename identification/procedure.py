@@ -11,7 +11,7 @@ from identification.estimators.fit import Estimator, fit
 from identification.given import plant_constants
 from identification.identified import Identification
 from identification.result import free_runs, valve_model
-from identification.sparse_regression import crosscheck
+from identification.sparse_regression.crosscheck import crosscheck
 from identification.uncertainty.bootstrap import bootstrap_of, checked_trials, with_bootstrap
 from identification.uncertainty.covariance import uncertainty_of
 from recordings import NegativeAnswer, Progress, Recording, silent
@@ -34,7 +34,8 @@ def identify(
 ) -> Identification:
     """Fit a valve to recordings, say how well its parameters are known, and judge it by free runs.
 
-    Where the noise of the force is accounted for, free runs and cross-check are made on the smoothed force.
+    Where the noise of the force is accounted for, free runs are made on the smoothed force. The cross-check takes the
+    recorded one.
 
     Parameters
     ----------
@@ -69,7 +70,7 @@ def identify(
         With the outcome's sentence, when no values came out.
     """
     trials = checked_trials(bootstrap)
-    experiments = [experiment(r, causality, hold=hold) for r in recordings]
+    experiments = recorded = [experiment(r, causality, hold=hold) for r in recordings]
     held = plant_constants(experiments) | dict(given or {})
     found = fit(
         experiments, effects=effects, given=held, estimator=estimator, catalogue=catalogue, progress=progress
@@ -92,7 +93,7 @@ def identify(
     held_out = free_runs(found, others, fitted=False) if others else ()
     if check:
         progress("cross-check", 0, 0)
-    checked = crosscheck(found, experiments, known.std) if check else None
+    checked = crosscheck(found, recorded, known) if check else None
     quality: dict[str, object] = {
         "estimator": found.estimator,
         "correlated": [f"{a}, {b}: {c:+.3f}" for a, b, c in known.pairs()],
