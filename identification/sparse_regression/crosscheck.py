@@ -14,7 +14,7 @@ import numpy as np
 
 from identification.data.experiment import Experiment
 from identification.estimators.fitted import Fit
-from identification.sparse_regression.regression import SLOPE, SlidingQuantity, Regression, regression
+from identification.sparse_regression.regression import SLOPE, Regression, SlidingQuantity, regression
 from identification.sparse_regression.sliding import sliding
 from identification.uncertainty.covariance import Uncertainty
 from recordings import Array
@@ -97,7 +97,7 @@ class Crosscheck:
         return (
             f"sparse regression disagrees with the fit in steady sliding: {worst.name} is "
             f"{worst.regressed:.4g} ± {worst.regressed_half:.2g} {worst.unit}, and by the fit {worst.fitted:.4g}; "
-            "the model may lack an effect, run 'bristle trace'"
+            "the model may lack an effect, which tracing would name"
         )
 
 
