@@ -22,6 +22,8 @@ LENGTHS, SHORTEST, LONGEST = 25, 1e-4, 0.2
 """Presliding lengths that are tried: how many, from this share to that one of the range of motion."""
 TOLD_APART = 16.0
 """Variances of the residual by which the sums of squares of two presliding lengths differ where they are told apart."""
+LACKING = 0.2
+"""Share of friction that is not there yet where a stem starts, at least."""
 CONFIDENT = 3.0
 """Errors by which a term stands out where it is kept."""
 
@@ -59,8 +61,8 @@ class Library:
 
 
 def library_for(s: Sliding) -> Library:
-    """The library for some windows of sliding: knots over their speeds, and the longest of the presliding lengths that
-    explain their force as well as the best one does.
+    """The library for some windows of sliding: knots over their speeds, and the longest presliding length that explains
+    their force as well as the best one does.
     """
     speed = np.abs(s.v)
     slow, fast = np.quantile(speed, [0.02, 0.98])
@@ -74,10 +76,17 @@ def library_for(s: Sliding) -> Library:
 
 
 def _left(columns: Array, force: Array) -> float:
-    """The sum of squares that columns leave of a force."""
-    size = np.linalg.norm(columns, axis=0)
-    scaled = columns / np.where(size > 0, size, 1.0)
-    return float(np.sum((force - scaled @ np.linalg.lstsq(scaled, force, rcond=1e-9)[0]) ** 2))
+    """The sum of squares that the terms up to presliding leave of a force. Presliding starts from a force of the other
+    sign, or none, so that it lacks at least `LACKING` of friction at first: less is not presliding.
+    """
+    basis = np.linalg.svd(columns[:, :-1] / np.maximum(np.linalg.norm(columns[:, :-1], axis=0), 1e-300),
+                          full_matrices=False)  # fmt: skip
+    others = basis.U[:, basis.S > 1e-9 * basis.S[0]]
+    own, rest = (z - others @ (others.T @ z) for z in (columns[:, -1], force))
+    friction = 0.5 * abs(float(np.mean(force[columns[:, 2] > 0]) - np.mean(force[columns[:, 2] < 0])))
+    size = float(own @ own)
+    start = float(own @ rest) / size if size > 1e-12 * len(own) else 0.0
+    return float(np.sum((rest - min(start, -LACKING * friction) * own) ** 2))
 
 
 def chosen_terms(columns: Array, force: Array, blocks: int) -> list[int]:
