@@ -132,16 +132,14 @@ def crosscheck_table(check: Crosscheck) -> object:
     """The cross-check, row by row."""
     from rich.table import Table
 
-    table = Table(title="Cross-check by sparse regression in steady sliding (pysindy)", title_justify="left")
-    left = ("quantity", "unit", "")
-    for column in ("quantity", "unit", "fit", "± 90 %", "regression", "± 90 %", "allowed", ""):
-        table.add_column(column, justify="left" if column in left else "right")
+    table = Table(title="Cross-check by sparse regression (pysindy), ± 90 %", title_justify="left")
+    for column in ("quantity", "fit", "regression", "allowed", ""):
+        table.add_column(column, justify="left" if column in ("quantity", "") else "right")
     for row in check.rows:
         verdict = ("agrees" if row.agrees else "differs") if row.counts else "informs only"
-        table.add_row(
-            row.name, row.unit, f"{row.fitted:.5g}", f"{row.fitted_half:.2g}", f"{row.regressed:.5g}",
-            f"{row.regressed_half:.2g}", f"{row.allowed:.2g}", verdict,
-        )  # fmt: skip
+        values = ((row.fitted, row.fitted_half), (row.regressed, row.regressed_half))
+        shown = (f"{value:.5g} ± {half:.2g}" for value, half in values)
+        table.add_row(f"{row.name} [{row.unit}]".replace("[", r"\["), *shown, f"{row.allowed:.2g}", verdict)
     return table
 
 

@@ -81,7 +81,7 @@ def _left(columns: Array, force: Array) -> float:
     """
     basis = np.linalg.svd(columns[:, :-1] / np.maximum(np.linalg.norm(columns[:, :-1], axis=0), 1e-300),
                           full_matrices=False)  # fmt: skip
-    others = basis.U[:, basis.S > 1e-9 * basis.S[0]]
+    others = basis.U[:, 1e-9 * basis.S[0] < basis.S]
     own, rest = (z - others @ (others.T @ z) for z in (columns[:, -1], force))
     friction = 0.5 * abs(float(np.mean(force[columns[:, 2] > 0]) - np.mean(force[columns[:, 2] < 0])))
     size = float(own @ own)
