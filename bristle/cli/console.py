@@ -134,11 +134,12 @@ def crosscheck_table(check: Crosscheck) -> object:
 
     table = Table(title="Cross-check by sparse regression (pysindy), ± 90 %", title_justify="left")
     for column in ("quantity", "fit", "regression", "allowed", ""):
-        table.add_column(column, justify="left" if column in ("quantity", "") else "right")
+        words = column in ("quantity", "")
+        table.add_column(column, justify="left" if words else "right", no_wrap=words)
     for row in check.rows:
         verdict = ("agrees" if row.agrees else "differs") if row.counts else "informs only"
         values = ((row.fitted, row.fitted_half), (row.regressed, row.regressed_half))
-        shown = (f"{value:.5g} ± {half:.2g}" for value, half in values)
+        shown = (f"{value:.4g} ± {half:.1g}" for value, half in values)
         table.add_row(f"{row.name} [{row.unit}]".replace("[", r"\["), *shown, f"{row.allowed:.2g}", verdict)
     return table
 

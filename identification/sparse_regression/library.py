@@ -20,6 +20,8 @@ ALWAYS = ("x", "1", "sgn v", "v")
 """Terms that stay: without them there is no spring, preload, friction or slope of it to compare."""
 LENGTHS, SHORTEST, LONGEST = 25, 1e-4, 0.2
 """Presliding lengths that are tried: how many, from this share to that one of the range of motion."""
+OVER = 20.0
+"""Presliding lengths after which nothing of presliding is left."""
 TOLD_APART = 16.0
 """Variances of the residual by which the sums of squares of two presliding lengths differ where they are told apart."""
 LACKING = 0.2
@@ -43,15 +45,16 @@ class Library:
         """Names of the terms, in the order in which they are asked."""
         knots = [f"{1e3 * k:.3g} mm/s" for k in self.knots]
         curve, uneven = (tuple(f"{kind} below {k}" for k in knots) for kind in ("sgn v", "1"))
-        return (*ALWAYS, *curve, "presliding", "a", "|v|", *uneven, "x sgn v", "x^2")
+        return (*ALWAYS, "a", *curve, "presliding", "|v|", *uneven, "x sgn v", "x^2")
 
     def columns(self, x: Array, v: Array, a: Array, direction: Array, travelled: Array) -> Array:
         """The terms (n, n_terms) at positions [m], speeds [m/s], accelerations [m/s2] and ways [m], each (n,)."""
         along, speed = x - self.middle, np.abs(v)
         below = np.maximum(0.0, 1.0 - speed[:, None] / self.knots)
-        left = direction * np.exp(-travelled / self.length)
+        ways = travelled / self.length
+        left = np.where(ways < OVER, direction * np.exp(-np.minimum(ways, OVER)), 0.0)
         return np.column_stack([
-            along, np.ones_like(x), direction, v, direction[:, None] * below, left, a,
+            along, np.ones_like(x), direction, v, a, direction[:, None] * below, left,
             speed, below, along * direction, along**2,
         ])  # fmt: skip
 

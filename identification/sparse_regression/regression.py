@@ -127,7 +127,7 @@ def _asked(s: Sliding, library: Library) -> tuple[list[tuple[str, str, float]], 
     rate = (centre(x + span / 4) - centre(x - span / 4)) / (span / 2)
     asked, rows = [("spring.K", "N/m", 2 / span), ("spring.F0", "N", 1.0)], [rate, centre(0.0)]
     for speed in (slow, fast):
-        words = f"{1e3 * speed:.2g} mm/s"
+        words = f"{1e3 * speed:.3g} mm/s"
         asked += [(f"friction rising, {words}", "N", 1.0), (f"friction falling, {words}", "N", 1.0)]
         rows += [at(x, speed) - centre(x), centre(x) - at(x, -speed)]
     if fast > APART * slow:
