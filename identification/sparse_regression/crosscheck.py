@@ -2,7 +2,7 @@
 
 The regression takes the recording alone: it finds where the stem slides, and describes the force there by spring, mass
 and a friction curve of a shape not known. What the fit says of the same quantities is made of the model's force along
-the recorded motion, in the same windows, by the same matrix.
+the recorded motion, in the same windows, by the same matrix; spring rate and preload of the base model are its own.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from identification.sparse_regression.regression import SLOPE, Regression, Slidi
 from identification.sparse_regression.sliding import sliding
 from identification.uncertainty.covariance import Uncertainty
 from recordings import Array
-from simulator import Kernel, kernel, shows_imposed
+from simulator import BASE, Kernel, kernel, shows_imposed
 
 ALLOWED_RATE, ALLOWED_FRICTION = 0.02, 0.08
 """What may lie between two intervals that agree: a share of the spring rate, and of sliding friction for the others.
@@ -119,7 +119,7 @@ def crosscheck(fit: Fit, experiments: Sequence[Experiment], known: Uncertainty |
         return Crosscheck((), lack=found)
     if not np.isfinite(found.windows.model).all():
         return Crosscheck((), lack="the model has no force along the recorded motion")
-    return Crosscheck(_rows(found, valve, known, fit.rms), found.kept, found.unexplained)
+    return Crosscheck(_rows(found, valve, known, fit), found.kept, found.unexplained)
 
 
 def _model_force(valve: Kernel, fit: Fit, experiment: Experiment, segment: int) -> Array:
@@ -132,11 +132,12 @@ def _model_force(valve: Kernel, fit: Fit, experiment: Experiment, segment: int) 
     return np.column_stack([run.outputs[:, 0], run.jacobian[:, 0, : len(valve.parameters)]])
 
 
-def _rows(found: Regression, valve: Kernel, known: Uncertainty | None, rms: float) -> tuple[ComparedQuantity, ...]:
+def _rows(found: Regression, valve: Kernel, known: Uncertainty | None, fit: Fit) -> tuple[ComparedQuantity, ...]:
     model = found.matrix @ found.windows.model
-    half = SURE * _std(model[:, 1:], valve, known, rms)
+    half = SURE * _std(model[:, 1:], valve, known, fit.rms)
+    own = fit.values if set(fit.kernel.effects) <= set(BASE) else {}  # added forces have a part in rate and preload
     pairs = zip(found.quantities, model[:, 0], half, strict=True)
-    return tuple(_row(q, float(value), float(h), found.friction) for q, value, h in pairs)
+    return tuple(_row(q, float(own.get(q.name, value)), float(h), found.friction) for q, value, h in pairs)
 
 
 def _std(by: Array, valve: Kernel, known: Uncertainty | None, rms: float) -> Array:
