@@ -65,7 +65,7 @@ def fit(
     bootstrap : int, optional
         Number of refits of simulated recordings for the intervals; 0 takes them from the linearised model.
     crosscheck : bool, optional
-        Whether the parameters are compared with those of a sparse regression.
+        Whether spring and friction are compared with those of a sparse regression of the recorded force.
     catalogue : Catalogue, optional
         Where effects are looked up; ``CATALOGUE.extended`` adds your own.
     progress : callable, optional

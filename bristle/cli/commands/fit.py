@@ -65,7 +65,7 @@ def command(
             progress=shown_on(status),
         )  # fmt: skip
     console = stdout()
-    print_identification(console, found, crosscheck=crosscheck)
+    print_identification(console, found)
     print_profiles(console, found, wanted)
     if out:
         found.write(out)
