@@ -13,7 +13,7 @@ from identification.estimators.order import Order
 from identification.given import plant_constants
 from identification.identified import Identification
 from identification.result import anchored_error, free_runs, valve_model
-from identification.sparse_regression import crosscheck
+from identification.sparse_regression.crosscheck import crosscheck
 from identification.uncertainty.bootstrap import bootstrap_of, checked_trials, with_bootstrap
 from identification.uncertainty.covariance import uncertainty_of
 from recordings import NegativeAnswer, Progress, Recording, silent
@@ -38,7 +38,8 @@ def identify(
 ) -> Identification:
     """Fit a valve to recordings, say how well its parameters are known, and judge it by free runs.
 
-    Where the noise of the force is accounted for, free runs and cross-check are made on the smoothed force.
+    Where the noise of the force is accounted for, free runs are made on the smoothed force. The cross-check takes the
+    recorded one.
 
     Parameters
     ----------
@@ -58,7 +59,7 @@ def identify(
         Also cross-check with sparse regression.
     estimator : {"auto", "output-error", "noise-aware"}
         As in `fit`.
-    order : {"auto", "full", "damped"}
+    order : {"auto", "full", "damped", "static"}
         As in `fit`.
     priors : mapping, optional
         As in `fit`.
@@ -77,7 +78,7 @@ def identify(
         With the outcome's sentence, when no values came out.
     """
     trials = checked_trials(bootstrap)
-    experiments = [experiment(r, causality, hold=hold) for r in recordings]
+    experiments = recorded = [experiment(r, causality, hold=hold) for r in recordings]
     held = plant_constants(experiments) | dict(given or {})
     found = fit(
         experiments, effects=effects, given=held, estimator=estimator, catalogue=catalogue, order=order, priors=priors,
@@ -101,7 +102,7 @@ def identify(
     held_out = free_runs(found, others, fitted=False) if others else ()
     if check:
         progress("cross-check", 0, 0)
-    checked = crosscheck(found, experiments, known.std) if check else None
+    checked = crosscheck(found, recorded, known) if check else None
     quality: dict[str, object] = {
         "estimator": found.estimator,
         "anchored_rmse_m": {

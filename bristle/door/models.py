@@ -57,14 +57,15 @@ def fit(
         Whether the force is held between samples, as the output of a converter is.
     estimator : {"auto", "output-error", "noise-aware"}, optional
         "output-error" takes the force as exact, "noise-aware" as noisy.
-    order : {"auto", "full", "damped"}, optional
-        Whether the model follows the swing of the mass on its bristles; "auto" asks whether the sampling resolves it.
+    order : {"auto", "full", "damped", "static"}, optional
+        What the sampling resolves: the swing of the mass on its bristles, only its slips, or only where it rests;
+        "auto" asks the recordings.
     priors : mapping, optional
         What is known beforehand, mean and standard deviation by full name, in SI units: ``{"mass.m": (2.1, 0.2)}``.
     bootstrap : int, optional
         Number of refits of simulated recordings for the intervals; 0 takes them from the linearised model.
     crosscheck : bool, optional
-        Whether the parameters are compared with those of a sparse regression.
+        Whether spring and friction are compared with those of a sparse regression of the recorded force.
     catalogue : Catalogue, optional
         Where effects are looked up; ``CATALOGUE.extended`` adds your own.
     progress : callable, optional

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -96,6 +96,12 @@ class Coordinates:
         with np.errstate(over="ignore"):
             moved = np.where(self.logs, np.exp(np.clip(full, -80.0, 80.0)), full * self.scale)
         return np.where(self.free, np.clip(moved, self.lower, self.upper), self.base)
+
+    def holding(self, values: Mapping[str, float]) -> Coordinates:
+        """The same with some of the free parameters held at values, by full name; what is held already stays so."""
+        chosen = np.array([name in values for name in self.names]) & self.free
+        base = np.where(chosen, [values.get(name, 0.0) for name in self.names], self.base)
+        return replace(self, base=base, free=self.free & ~chosen)
 
     def told(self, theta: Array) -> Normal:
         """Normal equations (n_free,) of the user's priors, which are normal in the parameters themselves."""

@@ -52,7 +52,7 @@ def fit(
         See `Estimator`. It has no part where the motion is imposed.
     catalogue : Catalogue
         Where the effects are looked up: ``CATALOGUE.extended(MyEffect())`` for one of your own.
-    order : {"auto", "full", "damped"}
+    order : {"auto", "full", "damped", "static"}
         What of the model the sampling resolves (`order.py`); by default the recordings say. It has no part where the
         motion is imposed or the plant has no spring, and an `estimator` that is asked for by name is one of full order.
     priors : mapping, optional
@@ -94,7 +94,7 @@ def fit(
         smooth = with_smooth_force(experiments)
         order = _order(valve, coordinates, smooth if noisy else experiments, noisy) if order == "auto" else order
         if order != "full":
-            return fit_damped(valve, coordinates, smooth, progress)
+            return fit_damped(valve, coordinates, smooth, order, progress)
     return (fit_noise_aware if noisy else fit_output_error)(valve, coordinates, experiments, progress)
 
 

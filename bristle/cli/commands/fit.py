@@ -33,7 +33,7 @@ def command(
         str, typer.Option(help="'auto', 'output-error' (exact force) or 'noise-aware' (noisy force).")
     ] = "auto",
     order: Annotated[
-        str, typer.Option(help="'auto', 'full', or 'damped': the swing of the mass on its bristles is not resolved.")
+        str, typer.Option(help="'auto', or what the sampling resolves: 'full', 'damped' or 'static'.")
     ] = "auto",
     prior: Annotated[
         list[str] | None, typer.Option(help="What is known of a parameter: mass.m=2.1+-0.2 (SI units).")
@@ -65,7 +65,7 @@ def command(
             progress=shown_on(status),
         )  # fmt: skip
     console = stdout()
-    print_identification(console, found, crosscheck=crosscheck)
+    print_identification(console, found)
     print_profiles(console, found, wanted)
     if out:
         found.write(out)
