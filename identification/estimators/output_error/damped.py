@@ -76,7 +76,7 @@ def fit_damped(
     held = None if coordinates.is_free("spring.K") else coordinates.values(np.zeros(coordinates.n_free))["spring.K"]
     loop = force_position_loop(smooth, held)
     if loop is None:
-        return Fit(Outcome.NO_MOTION, model, coordinates)
+        return Fit(Outcome.TOO_SHORT, model, coordinates)
     if order == "static":
         coordinates = coordinates.holding(at_rest(loop.K))
     told = [_told(e, loop) for e in smooth]

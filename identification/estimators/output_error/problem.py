@@ -84,7 +84,8 @@ class Problem:
 
     def local_scale(self, piece: Piece) -> Array:
         """Units of the start of a segment: `MOTION_SCALE` noises for x, as much per sample for v, `MEMORY_SCALE`."""
-        motion = [MOTION_SCALE * piece.noise, MOTION_SCALE * piece.noise / piece.segment.dt] if self.kernel.causality == "force" else []
+        x = MOTION_SCALE * piece.noise
+        motion = [x, x / piece.segment.dt] if self.kernel.causality == "force" else []
         return np.array([*motion, *[MEMORY_SCALE] * (self.n_local - len(motion))])
 
     def start(self, theta: Array) -> Array:
