@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.estimators.least_squares import Bounds, Normal
+from identification.estimators.least_squares import FeasibleSet, Normal
 from recordings import Array
 from simulator import Kernel, Parameter
 
@@ -115,14 +115,14 @@ class Coordinates:
         return normal
 
     @property
-    def bounds(self) -> Bounds:
+    def bounds(self) -> FeasibleSet:
         """The physical bounds of the parameters as bounds of theta."""
         known = self.free
         least = np.log(FLOOR * self.scale)
         with np.errstate(divide="ignore", invalid="ignore"):
             lower = np.where(self.logs, np.fmax(np.log(self.lower), least), self.lower / self.scale)
             upper = np.where(self.logs, np.log(self.upper), self.upper / self.scale)
-        return Bounds(lower[known], upper[known])
+        return FeasibleSet(lower[known], upper[known])
 
     def slope(self, p: Array) -> Array:
         """dp/dtheta (n_free,) at a parameter vector."""
