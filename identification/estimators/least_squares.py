@@ -82,6 +82,18 @@ class FeasibleSet:
         """No bounds on n unknowns."""
         return cls(np.full(n, -np.inf), np.full(n, np.inf))
 
+    def nearest(self, theta: Array) -> Array:
+        """The place (n,) nearest to theta that is allowed."""
+        inside = np.clip(theta, self.lower, self.upper)
+        if not len(self.least) or (self.rows @ inside >= self.least - 1e-9).all():
+            return inside
+        free = FeasibleSet(self.lower - inside, self.upper - inside, self.rows, self.least - self.rows @ inside)
+        n = len(theta)
+        found = _program(n, len(self.least))(
+            h=np.eye(n), g=np.zeros(n), lbx=free.lower, ubx=free.upper, a=self.rows, lba=free.least
+        )
+        return np.asarray(inside + np.asarray(found["x"]).ravel(), float)
+
     def of(self, chosen: IndexArray) -> FeasibleSet:
         """The bounds of the chosen unknowns (indices)."""
         rows = self.rows.reshape(-1, len(self.lower))[:, chosen]
@@ -206,7 +218,7 @@ def minimise(
     """
     function = NormalEquations(evaluate, len(theta))
     limits = FeasibleSet.none(len(theta)) if bounds is None else bounds
-    theta = np.clip(theta, limits.lower, limits.upper)
+    theta = limits.nearest(theta)
     now, used, reach, failures = function.at(theta), 1, radius, 0
     if now is None:
         return None
