@@ -32,6 +32,7 @@ def identify(
     estimator: Estimator = "auto",
     order: Order | Literal["auto"] = "auto",
     priors: Mapping[str, tuple[float, float]] | None = None,
+    constraints: Sequence[str] = (),
     bootstrap: int = 0,
     catalogue: Catalogue = CATALOGUE,
     progress: Progress = silent,
@@ -63,6 +64,8 @@ def identify(
         As in `fit`.
     priors : mapping, optional
         As in `fit`.
+    constraints : sequence of str
+        As in `fit`.
     bootstrap : int
         Trials of a parametric bootstrap, at least 5; 0 for intervals from the linearised model.
     catalogue : Catalogue
@@ -82,6 +85,7 @@ def identify(
     held = plant_constants(experiments) | dict(given or {})
     found = fit(
         experiments, effects=effects, given=held, estimator=estimator, catalogue=catalogue, order=order, priors=priors,
+        constraints=constraints,
         progress=progress,
     )  # fmt: skip
     if not found.outcome.usable:

@@ -30,6 +30,7 @@ def fit(
     estimator: Estimator = "auto",
     order: Order | Literal["auto"] = "auto",
     priors: Mapping[str, tuple[float, float]] | None = None,
+    constraints: Iterable[str] = (),
     bootstrap: int = 0,
     crosscheck: bool = True,
     catalogue: Catalogue = CATALOGUE,
@@ -62,6 +63,8 @@ def fit(
         "auto" asks the recordings.
     priors : mapping, optional
         What is known beforehand, mean and standard deviation by full name, in SI units: ``{"mass.m": (2.1, 0.2)}``.
+    constraints : texts, optional
+        What the fit must keep to, in SI units: ``["lugre.fs>=1.05*lugre.fc", "mass.m<=5"]``.
     bootstrap : int, optional
         Number of refits of simulated recordings for the intervals; 0 takes them from the linearised model.
     crosscheck : bool, optional
@@ -99,7 +102,8 @@ def fit(
     fitted, judging = (with_area(read_all(some), area) for some in (recordings, holdout))
     return identification.identify(
         fitted, holdout=judging, effects=tuple(dict.fromkeys((*BASE, *added))), given=held, causality=causality,
-        hold=hold, check=crosscheck, estimator=estimator, order=order, priors=priors, bootstrap=bootstrap,
+        hold=hold, check=crosscheck, estimator=estimator, order=order, priors=priors,
+        constraints=tuple(constraints), bootstrap=bootstrap,
         catalogue=catalogue, progress=progress,
     )  # fmt: skip
 

@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.estimators.least_squares import Bounds, Normal
+from identification.estimators.constraints import Constraint, rows_of
+from identification.estimators.least_squares import FeasibleSet, Normal
 from recordings import Array
 from simulator import Kernel, Parameter
 
@@ -22,7 +23,7 @@ class Coordinates:
 
     names : all parameters in kernel order; base (n_parameters,) : values of the fixed ones; free, logs (n_parameters,)
     bool; scale (n_parameters,) : unit of the linear coordinates; lower, upper (n_parameters,) in physical units;
-    priors : (name, mean, standard deviation) of what a user knows, SI units.
+    priors : (name, mean, standard deviation) of what a user knows, SI units; constraints : that a user makes.
     """
 
     names: tuple[str, ...]
@@ -33,6 +34,7 @@ class Coordinates:
     lower: Array
     upper: Array
     priors: tuple[tuple[str, float, float], ...] = ()
+    constraints: tuple[Constraint, ...] = ()
 
     @classmethod
     def of(
@@ -74,7 +76,9 @@ class Coordinates:
         kept = np.isin(self.names, names)
         arrays = {key: getattr(self, key)[kept] for key in ("base", "free", "logs", "scale", "lower", "upper")}
         some = tuple(n for n, here in zip(self.names, kept, strict=True) if here)
-        return Coordinates(some, **arrays, priors=tuple(one for one in self.priors if one[0] in some))
+        priors = tuple(one for one in self.priors if one[0] in some)
+        own = tuple(one for one in self.constraints if set(one.names) <= set(some))
+        return Coordinates(some, **arrays, priors=priors, constraints=own)
 
     def values(self, theta: Array) -> dict[str, float]:
         """All parameters by name at coordinates theta."""
@@ -115,14 +119,15 @@ class Coordinates:
         return normal
 
     @property
-    def bounds(self) -> Bounds:
-        """The physical bounds of the parameters as bounds of theta."""
+    def bounds(self) -> FeasibleSet:
+        """The physical bounds of the parameters as bounds of theta, and the user's constraints as its rows."""
         known = self.free
         least = np.log(FLOOR * self.scale)
         with np.errstate(divide="ignore", invalid="ignore"):
             lower = np.where(self.logs, np.fmax(np.log(self.lower), least), self.lower / self.scale)
             upper = np.where(self.logs, np.log(self.upper), self.upper / self.scale)
-        return Bounds(lower[known], upper[known])
+        rows = rows_of(self.constraints, self.names, self.base, self.logs, self.free, self.scale)
+        return FeasibleSet(lower[known], upper[known], *rows)
 
     def slope(self, p: Array) -> Array:
         """dp/dtheta (n_free,) at a parameter vector."""

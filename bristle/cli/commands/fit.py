@@ -38,6 +38,9 @@ def command(
     prior: Annotated[
         list[str] | None, typer.Option(help="What is known of a parameter: mass.m=2.1+-0.2 (SI units).")
     ] = None,
+    constraint: Annotated[
+        list[str] | None, typer.Option(help="What the fit must keep to: lugre.fs>=1.05*lugre.fc (SI units).")
+    ] = None,
     bootstrap: Annotated[
         int,
         typer.Option(help="Intervals from so many refits of simulated recordings (0: by linearisation)."),
@@ -61,7 +64,7 @@ def command(
         found = br.fit(
             recordings, holdout=holdout or (), given=held, causality=cast("Causality | None", causality), area=area,
             hold=hold, estimator=cast("Estimator", estimator), order=cast("Order", order), priors=priors(prior or ()),
-            bootstrap=bootstrap, crosscheck=crosscheck,
+            constraints=constraint or (), bootstrap=bootstrap, crosscheck=crosscheck,
             progress=shown_on(status),
         )  # fmt: skip
     console = stdout()

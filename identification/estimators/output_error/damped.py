@@ -21,7 +21,7 @@ from identification.estimators.coordinates import Coordinates
 from identification.estimators.fitted import Fit, Outcome, fit_of_windows
 from identification.estimators.least_squares import Solution, minimise
 from identification.estimators.order import Order, at_rest, sub_step
-from identification.estimators.output_error.force_position_loop import Loop, force_position_loop
+from identification.estimators.output_error.force_position_loop import ForcePositionLoop, force_position_loop
 from identification.estimators.output_error.homotopy import Minimum
 from identification.estimators.output_error.problem import Problem, ResidualForm, anchors
 from identification.estimators.output_error.replicates import in_windows, replicates
@@ -109,7 +109,7 @@ def window(spacing: float) -> float:
 class Search:
     """The way from the loop of force over position to a minimum."""
 
-    def __init__(self, problem: Problem, loop: Loop) -> None:
+    def __init__(self, problem: Problem, loop: ForcePositionLoop) -> None:
         self.problem, self.loop = problem, loop
         self.coordinates = problem.coordinates
         self.window = window(problem.spacing)
@@ -234,7 +234,7 @@ def _chunks(segment: Segment, share: float) -> list[Segment]:
     return [segment.part(at.start, at.stop) for at in to_the_ends(n, min(n, size), count)]
 
 
-def _told(e: Experiment, loop: Loop) -> Experiment:
+def _told(e: Experiment, loop: ForcePositionLoop) -> Experiment:
     """The experiment with the samples unseen before which the force is guessed, not known (`GUESSED`)."""
     return e.with_segments(tuple(replace(s, seen=s.seen & _known(s, GUESSED * loop.level)) for s in e.segments))
 
