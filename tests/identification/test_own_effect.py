@@ -6,7 +6,7 @@ import functools
 
 import pytest
 
-from identification import Identification, identify
+from identification import Estimator, Identification, identify
 from recordings import BadParameter, Recording
 from simulator import BASE, CATALOGUE, Effect, Excitation, Parameter, Sensors, Site, random_valve, simulate
 
@@ -41,14 +41,22 @@ def recorded(force_noise: float = 0.0) -> Recording:
 
 
 @functools.cache
-def found(force_noise: float) -> Identification:
-    return identify([recorded(force_noise)], effects=EFFECTS, catalogue=OURS, check=False)
+def found(force_noise: float, estimator: Estimator = "auto") -> Identification:
+    return identify([recorded(force_noise)], effects=EFFECTS, catalogue=OURS, estimator=estimator, check=False)
 
 
-@pytest.mark.parametrize("share", [0.0, 3e-4], ids=["exact force", "noisy force"])
-def test_it_is_recovered_within_its_interval_and_is_in_the_model(share):
-    identified = found(share * VALUES["spring.K"] * STROKE)
-    assert identified.fit.estimator == ("noise-aware" if share else "output-error")
+@pytest.mark.parametrize(
+    ("share", "estimator", "order", "chosen"),
+    [
+        (0.0, "auto", "full", "output-error"),
+        (3e-4, "auto", "damped", "output-error"),
+        (3e-4, "noise-aware", "full", "noise-aware"),
+    ],
+    ids=["exact force", "noisy force", "noise-aware"],
+)
+def test_it_is_recovered_within_its_interval_and_is_in_the_model(share, estimator, order, chosen):
+    identified = found(share * VALUES["spring.K"] * STROKE, estimator)
+    assert (identified.fit.order, identified.fit.estimator) == (order, chosen)
     error = identified.fit.values["hardening.k3"] - HARDENING
     assert abs(error) < 3 * identified.uncertainty.std["hardening.k3"]
     assert identified.uncertainty.std["hardening.k3"] < 0.1 * HARDENING

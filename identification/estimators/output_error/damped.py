@@ -34,7 +34,7 @@ FEWEST = 5
 """Samples between two settings back."""
 TUNINGS = (100.0, 20.0, 3.0)
 """Tunings of the Cauchy loss, in sigmas, one after the other: to the first, a slip that is missed is a small error."""
-FOLLOWED, TRADED, CHANGED = 3, 2, 3
+FOLLOWED, TRADED, CHANGED = 3, 3, 3
 """Starts, `_trades` of the best end of these, and in every round changes of the best end, from which the fit is made.
 """
 ROUNDS = 2
@@ -58,7 +58,7 @@ GUESSED = 0.03
 did until the next setting back is not held against the model."""
 STIFFNESS, MASSES, VISCOUS, STRIBECK = 1e7, (2.0, 6.0), (300.0, 1000.0), (1.5e-3, 6e-3)
 """Starting values: bristle stiffness [N/m], mass [kg], viscous friction [N s/m], Stribeck velocity [m/s]."""
-LEVELS = ((0.6, 1.0), (0.9, 1.0), (1.0, 1.4))
+LEVELS = ((0.6, 1.0), (0.75, 1.0), (0.9, 1.0), (1.0, 1.4))
 """Coulomb and static friction as shares of the half width of the loop: of a valve that sticks and slips, and of one
 that slides through."""
 
@@ -126,7 +126,13 @@ class Search:
         for done, theta in enumerate(self._ranked(self._starts())[:FOLLOWED]):
             progress("search", done, FOLLOWED)
             found = _better(found, self._staged(self.problem, theta, TUNINGS))
-        return None if found is None else self._improved(found, _trades(self._values(found)), TRADED)
+        for _ in range(ROUNDS if found is not None else 0):
+            assert found is not None
+            better = self._improved(found, _trades(self._values(found)), TRADED)
+            if better is found:
+                break
+            found = better
+        return found
 
     def changed(self, best: Solution) -> Solution:
         """The end, or a better one from one of the likeliest `changes` of it."""
