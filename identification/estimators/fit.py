@@ -13,7 +13,7 @@ from identification.data.grid import with_smooth_force
 from identification.estimators.constraints import checked
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.feasibility import check_given, check_priors, obstacle
-from identification.estimators.fitted import Fit
+from identification.estimators.fitted import Fit, Outcome
 from identification.estimators.imposed_motion.fit import fit_imposed_motion
 from identification.estimators.noise_aware.fit import fit_noise_aware, force_noise_matters
 from identification.estimators.order import Order, order_of, swing
@@ -97,11 +97,29 @@ def fit(
         return fit_imposed_motion(valve, coordinates, experiments, progress)
     noisy = _noise_aware(estimator, coordinates, experiments)
     if estimator == "auto" and order != "full" and not integrates(coordinates):
-        smooth = with_smooth_force(experiments)
-        order = _order(valve, coordinates, smooth if noisy else experiments, noisy) if order == "auto" else order
-        if order != "full":
-            return fit_damped(valve, coordinates, smooth, order, progress)
+        found = _of_lower_order(valve, coordinates, experiments, order, noisy, progress)
+        if found is not None:
+            return found
     return (fit_noise_aware if noisy else fit_output_error)(valve, coordinates, experiments, progress)
+
+
+def _of_lower_order(
+    valve: Kernel,
+    coordinates: Coordinates,
+    experiments: Sequence[Experiment],
+    order: Order | Literal["auto"],
+    noisy: bool,
+    progress: Progress,
+) -> Fit | None:
+    """A fit of damped or static order. None where it is left to the recordings and they resolve the bristle, or show
+    too little of the loop of force over position to start from.
+    """
+    smooth = with_smooth_force(experiments) if noisy or order != "auto" else None
+    chosen = _order(valve, coordinates, smooth or experiments, noisy) if order == "auto" else order
+    if chosen == "full":
+        return None
+    found = fit_damped(valve, coordinates, smooth or with_smooth_force(experiments), chosen, progress)
+    return None if order == "auto" and found.outcome is Outcome.TOO_SHORT else found
 
 
 def _order(valve: Kernel, coordinates: Coordinates, experiments: Sequence[Experiment], noisy: bool) -> Order:

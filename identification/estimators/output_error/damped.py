@@ -34,9 +34,10 @@ FEWEST = 5
 """Samples between two settings back."""
 TUNINGS = (100.0, 20.0, 3.0)
 """Tunings of the Cauchy loss, in sigmas, one after the other: to the first, a slip that is missed is a small error."""
-STARTS, FOLLOWED, FINISHED, CHANGED = 128, 6, 2, 3
+STARTS, FOLLOWED, FINISHED, TRADED, CHANGED = 128, 6, 2, 2, 3
 """Starts that are compared, those of them that are followed through the wide losses, those that are followed to the
-end, and changes of the best end in a round."""
+end, `_trades` of the best end, and in every round changes of it.
+"""
 ROUNDS = 5
 """Rounds of `changes`, as long as they help and the recordings are not explained."""
 TRIALS, EXPLAINED = 3, 1.2
@@ -80,7 +81,7 @@ def fit_damped(
     held = None if coordinates.is_free("spring.K") else coordinates.values(np.zeros(coordinates.n_free))["spring.K"]
     loop = force_position_loop(smooth, held)
     if loop is None:
-        return Fit(Outcome.NO_MOTION, model, coordinates)
+        return Fit(Outcome.TOO_SHORT, model, coordinates)
     if order == "static":
         coordinates = coordinates.holding(at_rest(loop.K))
     told = [_told(e, loop) for e in smooth]
@@ -138,13 +139,16 @@ class Search:
         found: Solution | None = None
         for end in ends[:FINISHED]:
             found = _better(found, self._staged(self.problem, end.theta[: self.coordinates.n_free], TUNINGS[-1:]))
-        return found
+        return None if found is None else self._improved(found, _trades(self._values(found)), TRADED)
 
     def changed(self, best: Solution) -> Solution:
         """The end, or a better one from one of the likeliest `changes` of it."""
+        return self._improved(best, _changes(self._values(best)), CHANGED)
+
+    def _improved(self, best: Solution, changes: Sequence[Mapping[str, float]], most: int) -> Solution:
+        """The end, or a better one from the likeliest of some changes of it, at most so many."""
         found = best
-        starts = self._ranked([self.coordinates.theta_of(values) for values in _changes(self._values(best))])
-        for theta in starts[:CHANGED]:
+        for theta in self._ranked([self.coordinates.theta_of(values) for values in changes])[:most]:
             end = self._staged(self.problem, theta, TUNINGS[1:])
             if end is not None and end.normal.cost < BETTER * found.normal.cost:
                 found = end
@@ -214,8 +218,22 @@ def _changes(values: Mapping[str, float]) -> list[dict[str, float]]:
     curves = [{"lugre.fs": fc + f * abs(fs - fc), "lugre.vs": g * vs} for f in (0.5, 1.0, 2.0) for g in (0.4, 1.0, 2.5)]
     curves += [{"lugre.fs": 1.4 * fc, "lugre.vs": vs} for vs in (1e-3, 3e-3, 1e-2)]
     bristles = [{"lugre.sigma0": f * s0, "lugre.sigma1": 0.5 * np.sqrt(f * s0 * m)} for f in (0.2, 1.0, 5.0)]
-    masses = [{"mass.m": 0.3 * m}, {"mass.m": 3.0 * m}]
-    return [dict(values) | change for change in (*curves, *bristles, *masses)]
+    return [dict(values) | change for change in (*curves, *bristles)] + _trades(values)
+
+
+def _trades(values: Mapping[str, float]) -> list[dict[str, float]]:
+    """Other masses and viscosities with the same friction at the peak speed of a slip, (fs - fc) / sqrt(K m): a heavy
+    stem on overdamped bristles slips about as far as a light one, and no descent leads from one to the other.
+    """
+    fc, s0, s2, m = (values[name] for name in ("lugre.fc", "lugre.sigma0", "lugre.sigma2", "mass.m"))
+    peak = abs(values["lugre.fs"] - fc) / np.sqrt(max(values["spring.K"], 1.0) * m)
+    return [
+        dict(values) | {
+            "mass.m": f * m, "lugre.sigma2": g * s2, "lugre.fc": max(fc + (1 - g) * s2 * peak, 0.3 * fc),
+            "lugre.sigma1": 0.5 * np.sqrt(s0 * f * m),
+        }
+        for f in (0.3, 0.5, 2.0) for g in (0.5, 1.0, 2.0)
+    ]  # fmt: skip
 
 
 def _parts(experiments: Sequence[Experiment]) -> list[Experiment] | None:

@@ -19,9 +19,10 @@ HELD = 10.0
 """In a last, plain stage a parameter may move freely by about this factor from where it started; beyond, it costs what
 one residual of average size costs, which only matters where the data say nothing."""
 
-MEMORY_SCALE, MEMORY_STD = 1e-4, 1e-3
-"""Unit and prior standard deviation of an initial bristle deflection [m]. Deflections at break-away, fs/sigma0, go from
-micrometres to millimetres, and a descent moves at most one unit in an iteration: a smaller unit cannot reach them."""
+MOTION_SCALE, MEMORY_SCALE, MEMORY_STD = 10.0, 1e-3, 1e-3
+"""Units of the start of a segment: so many standard deviations of the noise for the motion, and of an initial bristle
+deflection [m], with its prior standard deviation [m]. Deflections at break-away, fs/sigma0, go from micrometres to
+millimetres; an unknown moves by one unit in a step at most, and a smaller one is walked to in dozens of steps."""
 
 
 @dataclass(frozen=True)
@@ -82,8 +83,9 @@ class Problem:
         return max(piece.segment.dt for piece in self.pieces)
 
     def local_scale(self, piece: Piece) -> Array:
-        """Units of the start of a segment: noise for x, noise per sample for v, `MEMORY_SCALE` for memory."""
-        motion = [piece.noise, piece.noise / piece.segment.dt] if self.kernel.causality == "force" else []
+        """Units of the start of a segment: `MOTION_SCALE` noises for x, as much per sample for v, `MEMORY_SCALE`."""
+        x = MOTION_SCALE * piece.noise
+        motion = [x, x / piece.segment.dt] if self.kernel.causality == "force" else []
         return np.array([*motion, *[MEMORY_SCALE] * (self.n_local - len(motion))])
 
     def start(self, theta: Array) -> Array:
