@@ -22,17 +22,26 @@ def loops(
     functions: Mapping[str, ca.Function], sizes: Sizes, scale: float, ahead: tuple[float, ...] = ()
 ) -> Loops | None:
     """The compiled loops, or None when no compiler works here."""
-    command = compiler()
-    if command is None:
-        return None
-    try:
-        library = shared_library(command, _source(functions, sizes, scale, ahead))
-    except BuildFailed as failure:
-        logging.getLogger(__name__).warning("%s; going on without a C compiler", failure)
+    library = with_sub_steps(functions, sizes, scale, ahead, _text("loop.c"))
+    if library is None:
         return None
     library.scan.restype = ctypes.c_long
     library.shoot.restype = ctypes.c_long
     return Loops(functools.partial(_call, library), functools.partial(_call_shoot, library))
+
+
+def with_sub_steps(
+    functions: Mapping[str, ca.Function], sizes: Sizes, scale: float, ahead: tuple[float, ...], text: str
+) -> ctypes.CDLL | None:
+    """C text compiled behind the sub-steps of a recurrence (`sub_step.c`), or None when no compiler works here."""
+    command = compiler()
+    if command is None:
+        return None
+    try:
+        return shared_library(command, _source(functions, sizes, scale, ahead) + text)
+    except BuildFailed as failure:
+        logging.getLogger(__name__).warning("%s; going on without a C compiler", failure)
+        return None
 
 
 def _call(
@@ -76,9 +85,9 @@ def _source(functions: Mapping[str, ca.Function], sizes: Sizes, scale: float, ah
     definitions = "".join(f"#define {name} {value}\n" for name, value in numbers.items())
     definitions += f"static const double AHEAD[] = {{{', '.join(map(repr, ahead or (0.0,)))}}};\n"
     # Static functions can be inlined, and never meet a symbol of the C library that has the same name.
-    return "#define CASADI_SYMBOL_EXPORT static\n" + generator.dump() + definitions + _loop_text()
+    return "#define CASADI_SYMBOL_EXPORT static\n" + generator.dump() + definitions + _text("sub_step.c")
 
 
 @functools.cache
-def _loop_text() -> str:
-    return resources.files("simulator.compile").joinpath("loop.c").read_text(encoding="utf-8")
+def _text(name: str) -> str:
+    return resources.files("simulator.compile").joinpath(name).read_text(encoding="utf-8")

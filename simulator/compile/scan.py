@@ -6,6 +6,8 @@ compiles the same operations from Python (`numba_loop`). Both ways give the same
 
 from __future__ import annotations
 
+import ctypes
+import threading
 from dataclasses import dataclass
 
 import numpy as np
@@ -72,6 +74,19 @@ class Scanner:
 
             loops = numba_loop.loops(functions, self.sizes.exo, recurrence.scale, recurrence.ahead)
         self._loop, self._shoot = loops
+        self._libraries: dict[tuple[str, tuple[int, ...]], ctypes.CDLL | None] = {}
+        self._lock = threading.Lock()
+
+    def compiled_with(self, text: str, columns: tuple[int, ...]) -> ctypes.CDLL | None:
+        """A library of C text that calls `sub_step.c`, with derivatives by these of the parameters; None without a C
+        compiler. Kept for this process.
+        """
+        with self._lock:
+            if self._compiled and (text, columns) not in self._libraries:
+                sizes, functions = self.sizes._replace(parameters=len(columns)), self.recurrence.functions(columns)
+                build = c_loop.with_sub_steps(functions, sizes, self.recurrence.scale, self.recurrence.ahead, text)
+                self._libraries[text, columns] = build
+            return self._libraries.get((text, columns))
 
     @property
     def compiled(self) -> bool:

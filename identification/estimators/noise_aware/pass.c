@@ -1,0 +1,237 @@
+/* One pass of the smoother's filter along a path: every interval is shot from the path, its affine model is filtered
+   with the derivatives of the means by the free coordinates, and the normal equations of the innovations are summed.
+   The same as `linearised_model.py` does with `recursions.py`, in one go, so that what only the next step needs stays
+   in the processor.
+
+   Compiled behind `sub_step.c` of the simulator, whose derivatives are by the M = NP free parameters and the NS states
+   [x, v, memory..., u, du]. All means are deviations from the path. Rows of M numbers are kept in WIDE ones, whole
+   vectors of the processor, with zeros at their end. */
+#define M NP
+#define WIDE ((M + 3) / 4 * 4)
+#define FORCE (NS - 2)
+
+/* What a pass is given; `compiled_pass.py` has the same fields in the same order. Rows of t (n), inputs (n, NU), path
+   (n, NS), y and force (n), measured, NaN where nothing was; slope (M): of the parameters by their coordinates; first
+   (NS): variances of the first state; base (NS - 2): variances of the noise of an interval, curvature: share of the
+   square of its jump that is added; intensity (n - 1): of the noise of the force's slope, its scale in it. */
+typedef struct {
+  const double *t, *inputs, *p, *slope, *path, *y, *force, *first, *base, *intensity;
+  double h_max, curvature, noise_y, noise_force, intensity_scale, runaway, tuning, outlier;
+  long n, honest;
+} Given;
+
+/* What it fills, as `filtered` of `recursions.py` does; by (n, 2, M): derivatives of the innovations; scored, variances
+   (n, 2): those by which an estimate is judged; gradient (M), matrix (M, M): of the normal equations; totals: robust
+   loss of position and force, sum of the logarithms of their variances, number of positions, and of those far off. */
+typedef struct {
+  double *A, *P, *S, *E, *V, *J, *K, *H, *F, *by, *scored, *variances, *gradient, *matrix, *totals;
+} Filled;
+
+/* The sum of the logarithms of many factors, of which the product is kept as long as it is within range. */
+typedef struct { double sum, product; } Logs;
+
+static void multiply(Logs *logs, double factor) {
+  logs->product *= factor;
+  if (!(logs->product > 1e-100 && logs->product < 1e100)) { logs->sum += log(logs->product); logs->product = 1; }
+}
+
+/* A mean, its covariance, and its derivatives by the free coordinates. */
+typedef struct { double a[NS], P[NS][NS], S[NS][WIDE + !M]; } Belief;
+
+/* One scalar measurement with the row h, of which the innovation e falls with the coordinates by J (WIDE); K (NS) is
+   filled with the gain. Returns the variance of the innovation. */
+static inline double update(Belief *b, int sensitive, const double *h, const double *J, double e, double r, double *K) {
+  double variance = r;
+  for (int i = 0; i < NS; ++i) {
+    K[i] = 0;
+    for (int j = 0; j < NS; ++j) K[i] += b->P[i][j] * h[j];
+  }
+  for (int i = 0; i < NS; ++i) variance += h[i] * K[i];
+  for (int i = 0; i < NS; ++i) {
+    const double gain = K[i] / variance;
+    b->a[i] += gain * e;
+    if (sensitive) for (int j = 0; j < WIDE; ++j) b->S[i][j] -= gain * J[j];
+    for (int j = 0; j <= i; ++j) b->P[j][i] = b->P[i][j] -= gain * K[j];
+  }
+  for (int i = 0; i < NS; ++i) K[i] /= variance;
+  return variance;
+}
+
+/* Carries a belief over an interval with transition F, derivatives G by the coordinates, jump and noise Q. */
+static inline void predict(Belief *b, int sensitive, const double F[NS][NS], const double G[NS][WIDE + !M],
+                           const double *jump, const double Q[NS][NS]) {
+  double a[NS], T[NS][NS], S[NS][WIDE + !M];
+  for (int i = 0; i < NS; ++i) {
+    a[i] = jump[i];
+    for (int j = 0; j < NS; ++j) a[i] += F[i][j] * b->a[j];
+    for (int j = 0; j < NS; ++j) T[i][j] = 0;
+    for (int k = 0; k < NS; ++k) for (int j = 0; j < NS; ++j) T[i][j] += F[i][k] * b->P[k][j];
+    if (!sensitive) continue;
+    for (int j = 0; j < WIDE; ++j) S[i][j] = G[i][j];
+    for (int k = 0; k < NS; ++k) for (int j = 0; j < WIDE; ++j) S[i][j] += F[i][k] * b->S[k][j];
+  }
+  for (int i = 0; i < NS; ++i) {
+    b->a[i] = a[i];
+    if (sensitive) for (int j = 0; j < WIDE; ++j) b->S[i][j] = S[i][j];
+    for (int j = 0; j <= i; ++j) {
+      double value = Q[i][j];
+      for (int k = 0; k < NS; ++k) value += T[i][k] * F[j][k];
+      b->P[i][j] = b->P[j][i] = value;
+    }
+  }
+}
+
+/* The measurements of a sample: what is measured less the path in e (2), NaN where nothing was, turned into the
+   innovations, their variances in v, and the third of `recursions.py`, which holds a velocity that nothing tells. */
+static inline int measure(Belief *b, int sensitive, const double H[2][NS], const double D[2][WIDE + !M],
+                          const double *noise, double runaway, double *e, double *v, double J[3][WIDE + !M],
+                          double K[3][NS]) {
+  static const double velocity[NS] = {0, 1};
+  int fine = 1;
+  for (int c = 0; c < 3; ++c) {
+    const double *row = c < 2 ? H[c] : velocity;
+    if (c < 2 ? isnan(e[c]) : b->P[1][1] <= runaway * runaway) {
+      e[c] = 0; v[c] = INFINITY;
+      for (int i = 0; i < NS; ++i) K[c][i] = 0;
+      for (int j = 0; j < WIDE && sensitive; ++j) J[c][j] = 0;
+      continue;
+    }
+    if (c == 2) e[c] = 0;
+    for (int i = 0; i < NS; ++i) e[c] -= row[i] * b->a[i];
+    for (int j = 0; j < WIDE && sensitive; ++j) {
+      J[c][j] = c < 2 ? D[c][j] : 0;
+      for (int i = 0; i < NS; ++i) J[c][j] += row[i] * b->S[i][j];
+    }
+    v[c] = update(b, sensitive, row, J[c], e[c], c < 2 ? noise[c] : runaway * runaway, K[c]);
+    fine = fine && v[c] > 0 && isfinite(e[c]);
+    for (int j = 0; j < WIDE && sensitive; ++j) fine = fine && isfinite(J[c][j]);
+  }
+  return fine;
+}
+
+/* The covariance Q of an interval of length dt that ends `jump` beside the path. */
+static inline void noise_of(const Given *g, long k, double dt, const double *jump, double curvature, double Q[NS][NS]) {
+  const double w = g->intensity_scale * g->intensity[k];
+  for (int i = 0; i < FORCE; ++i) Q[i][i] = g->base[i] + curvature * (jump[i] * jump[i]);
+  Q[FORCE][FORCE] = w * (dt * dt * dt) / 3;
+  Q[FORCE + 1][FORCE + 1] = w * dt;
+  Q[FORCE][FORCE + 1] = Q[FORCE + 1][FORCE] = w * (dt * dt) / 2;
+}
+
+static void copy(const double *from, double *to, int count) { for (int i = 0; i < count; ++i) to[i] = from[i]; }
+
+static void scaled(const double *from, const double *by, double *to) { for (int i = 0; i < M; ++i) to[i] = from[i] * by[i]; }
+
+/* Keeps what the way back and the judgement of an estimate need of a sample. */
+static inline void keep(const Filled *out, long k, const double *e, const double *v, double J[3][WIDE + !M], double K[3][NS]) {
+  copy(e, out->E + 3 * k, 3);
+  copy(v, out->V + 3 * k, 3);
+  copy(K[0], out->K + 3 * NS * k, 3 * NS);
+  for (int c = 0; c < 3; ++c) copy(J[c], out->J + (3 * k + c) * M, M);
+  for (int c = 0; c < 2; ++c) for (int j = 0; j < M; ++j) out->by[(2 * k + c) * M + j] = -J[c][j];
+}
+
+/* Sums of a pass; losses of the position and the force, and all variances, as products. */
+typedef struct { double gradient[WIDE + !M], matrix[M + !M][WIDE + !M]; Logs losses[2], variances; long positions, far; } Sums;
+
+/* Adds one innovation e of variance v to the normal equations, with the weight that Cauchy's loss gives it. */
+static inline void add(Sums *sums, double e, double v, const double *J, double tuning) {
+  const double weight = 1 / (v * (1 + e * e / (v * (tuning * tuning))));
+  for (int j = 0; j < WIDE; ++j) sums->gradient[j] -= weight * e * J[j];
+  for (int i = 0; i < M; ++i) {
+    const double heavy = weight * J[i];
+    for (int j = 0; j < WIDE; ++j) sums->matrix[i][j] += heavy * J[j];
+  }
+}
+
+/* Adds one innovation by which the estimate is judged; channel 0 is the position. */
+static inline void judge(Sums *sums, int channel, double e, double v, const Given *g) {
+  const double square = e * e / v;
+  multiply(&sums->losses[channel], 1 + square / (g->tuning * g->tuning));
+  multiply(&sums->variances, v);
+  if (channel == 0) { ++sums->positions; sums->far += square > g->outlier * g->outlier; }
+}
+
+static void hand_over(const Sums *sums, const Given *g, const Filled *out) {
+  const double scale = g->tuning * g->tuning;
+  copy(sums->gradient, out->gradient, M);
+  for (int i = 0; i < M; ++i) copy(sums->matrix[i], out->matrix + i * M, M);
+  for (int c = 0; c < 2; ++c) out->totals[c] = scale * (sums->losses[c].sum + log(sums->losses[c].product));
+  out->totals[2] = sums->variances.sum + log(sums->variances.product);
+  out->totals[3] = sums->positions;
+  out->totals[4] = sums->far;
+}
+
+/* The output at sample k less what was measured, with its rows by states, H, and coordinates, D. */
+static inline int seen(const Given *g, long k, double *e, double H[2][NS], double D[2][WIDE + !M]) {
+  const double *s = g->path + k * NS, *u = g->inputs + k * NU;
+  double exo[NE], S[NS * NC], y[NY], Y[NY * NC];
+  for (int i = 0; i < NS * NC; ++i) S[i] = 0;
+  for (int i = 0; i < NS; ++i) S[i * NC + NP + i] = 1;
+  exo[0] = g->t[k]; exo[1] = 0;
+  fill(exo, u, u, 0, 0);
+  if (!sample(exo, g->p, s, S, y, Y)) return 0;
+  copy(Y + NP, H[0], NS);
+  scaled(Y, g->slope, D[0]);
+  e[0] = g->y[k] - y[0];
+  e[1] = g->force[k] - s[FORCE];
+  return 1;
+}
+
+/* Interval k: where it ends beside the path, with its transition and derivatives by the coordinates. */
+static inline int shot(const Given *g, long k, double *jump, double F[NS][NS], double G[NS][WIDE + !M]) {
+  const double dt = g->t[k + 1] - g->t[k], *u = g->inputs + k * NU;
+  const long steps = g->h_max > 0 && dt > g->h_max ? (long)ceil(dt / g->h_max - 1e-9) : 1;
+  double s[NS], S[NS * NC];
+  copy(g->path + k * NS, s, NS);
+  for (int i = 0; i < NS * NC; ++i) S[i] = 0;
+  for (int i = 0; i < NS; ++i) S[i * NC + NP + i] = 1;
+  for (long j = 0; j < steps; ++j) if (!sub_step(g->t[k], dt, j, steps, u, u + NU, g->p, s, S)) return 0;
+  for (int i = 0; i < NS; ++i) {
+    jump[i] = s[i] - g->path[(k + 1) * NS + i];
+    copy(S + i * NC + NP, F[i], NS);
+    scaled(S + i * NC, g->slope, G[i]);
+  }
+  return 1;
+}
+
+/* The pass. Returns 1, or 0 where the model or the filter has no finite answer. */
+int filter_pass(const Given *g, const Filled *out) {
+  const double noise[2] = {g->noise_y * g->noise_y, g->noise_force * g->noise_force};
+  double H[2][NS] = {{0}}, D[2][WIDE + !M] = {{0}}, F[NS][NS], G[NS][WIDE + !M] = {{0}}, jump[NS], Q[NS][NS] = {{0}};
+  double e[3], v[3], J[3][WIDE + !M], K[3][NS];
+  Belief b = {{0}}, plain = {{0}};
+  Sums sums = {{0}};
+  sums.losses[0].product = sums.losses[1].product = sums.variances.product = 1;
+  H[1][FORCE] = 1;
+  for (int i = 0; i < NS; ++i) b.P[i][i] = plain.P[i][i] = g->first[i];
+  for (long k = 0; k < g->n; ++k) {
+    copy(b.a, out->A + k * NS, NS);
+    copy(b.P[0], out->P + k * NS * NS, NS * NS);
+    for (int i = 0; i < NS; ++i) copy(b.S[i], out->S + (k * NS + i) * M, M);
+    if (!seen(g, k, e, H, D)) return 0;
+    copy(H[0], out->H + k * 2 * NS, 2 * NS);
+    double judged[3] = {e[0], e[1], 0};
+    if (!measure(&b, 1, H, D, noise, g->runaway, e, v, J, K)) return 0;
+    keep(out, k, e, v, J, K);
+    for (int c = 0; c < 2; ++c) if (v[c] < INFINITY) add(&sums, e[c], v[c], J[c], g->tuning);
+    if (g->honest) {
+      if (!measure(&plain, 0, H, D, noise, g->runaway, judged, v, J, K)) return 0;
+    } else copy(e, judged, 2);
+    copy(judged, out->scored + 2 * k, 2);
+    copy(v, out->variances + 2 * k, 2);
+    for (int c = 0; c < 2; ++c) if (v[c] < INFINITY) judge(&sums, c, judged[c], v[c], g);
+    if (k + 1 == g->n) break;
+    if (!shot(g, k, jump, F, G)) return 0;
+    copy(F[0], out->F + k * NS * NS, NS * NS);
+    const double dt = g->t[k + 1] - g->t[k];
+    if (g->honest) {
+      noise_of(g, k, dt, jump, 0, Q);
+      predict(&plain, 0, F, G, jump, Q);
+    }
+    noise_of(g, k, dt, jump, g->curvature, Q);
+    predict(&b, 1, F, G, jump, Q);
+  }
+  hand_over(&sums, g, out);
+  return 1;
+}
