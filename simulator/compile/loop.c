@@ -1,5 +1,6 @@
 /* The loops over samples and sub-steps, behind `sub_step.c`; `loop.py` is the same in Python. They return -1, or the
-   sample at which state, output or derivatives are not finite, or before which the implicit equation has no solution. */
+   sample at which state, output or derivatives are not finite, or before which the implicit equation has no
+   solution. */
 long scan(long n, const double *t, const double *u, int hold, double h_max, const double *p,
           double *s, double *y, double *S, double *Y, const double *resets) {
   double e[NE];

@@ -97,6 +97,26 @@ class Recurrence:
             for name, (letters, outputs) in whole.items()
         }
 
+    def carried(self, columns: Sequence[int]) -> ca.Function:
+        """carried(w, s, e, p, S): the next state and its derivatives by some parameters and by the state of the start,
+        from those before, S. Of S (n_states, n_columns + n_states) only what can differ from zero is there.
+        """
+        w = ca.SX.sym("w") if self.implicit is None else self.implicit
+        residual = w if self.residual is None else self.residual
+        by_state, by_parameters = self._jacobian(w, residual, self.parameters[list(columns)])
+        n = self.sizes.states
+        start = ca.horzcat(ca.SX(n, len(columns)), ca.SX.eye(n))
+        pattern = ca.SX(start.sparsity(), 1.0)
+        while True:
+            S = ca.SX.sym("S", pattern.sparsity())
+            T = by_state @ S + ca.horzcat(by_parameters, ca.SX(n, n))
+            grown = ca.SX(T.sparsity() + pattern.sparsity(), 1.0)
+            if grown.nnz() == pattern.nnz():
+                break
+            pattern = grown
+        outputs = ca.cse([ca.densify(self.step), ca.project(T, S.sparsity())])
+        return ca.Function("carry", [w, self.state, self.exo, self.parameters, S], outputs, list("wsepS"), ["o0", "o1"])
+
     def _jacobian(self, w: Expression, residual: Expression, by: Expression) -> tuple[Expression, Expression]:
         """Total derivatives of the step in the state and some parameters, by the implicit function theorem."""
         by_w, slope = self._derivative(self.step, w), ca.jacobian(residual, w)

@@ -78,14 +78,12 @@ class Scanner:
         self._lock = threading.Lock()
 
     def compiled_with(self, text: str, columns: tuple[int, ...]) -> ctypes.CDLL | None:
-        """A library of C text that calls `sub_step.c`, with derivatives by these of the parameters; None without a C
-        compiler. Kept for this process.
+        """A library of C text that calls `sub_step.c` and `shoot_lanes.c`, with derivatives by these of the parameters;
+        None where it cannot be compiled. Kept for this process.
         """
         with self._lock:
             if self._compiled and (text, columns) not in self._libraries:
-                sizes, functions = self.sizes._replace(parameters=len(columns)), self.recurrence.functions(columns)
-                build = c_loop.with_sub_steps(functions, sizes, self.recurrence.scale, self.recurrence.ahead, text)
-                self._libraries[text, columns] = build
+                self._libraries[text, columns] = c_loop.with_shots(self.recurrence, columns, text)
             return self._libraries.get((text, columns))
 
     @property

@@ -1,6 +1,6 @@
-/* A sub-step and the output around the generated functions of one recurrence, with derivatives; `loop.py` has the same in
-   Python. Sizes NS (states), NE (t, h, inputs, and inputs at the end of a sub-step where the recurrence asks for them),
-   NU (inputs), NP (parameters that derivatives are taken by), NY, NC = NP + NS and SCALE (a small w) come as
+/* A sub-step and the output around the generated functions of one recurrence, with derivatives; `loop.py` has the same
+   in Python. Sizes NS (states), NE (t, h, inputs, and inputs at the end of a sub-step where the recurrence asks for
+   them), NU (inputs), NP (parameters that derivatives are taken by), NY, NC = NP + NS and SCALE (a small w) come as
    definitions. */
 #include <math.h>
 

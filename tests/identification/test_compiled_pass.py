@@ -97,7 +97,11 @@ def test_it_answers_what_the_parts_do(added, damped):
     assert_same(linearise(*arguments, FREEDOM), linearise_in_parts(*arguments, FREEDOM))
 
 
-@pytest.mark.parametrize("held", [("mass.m",), ("spring.K", "lugre.sigma0"), BASE_PARAMETERS], ids=len)
+@pytest.mark.parametrize(
+    "held",
+    [("mass.m",), ("spring.K", "lugre.sigma0"), BASE_PARAMETERS],
+    ids=len,
+)
 def test_it_takes_derivatives_by_what_is_free(held):
     arguments = case(with_error("asymmetric_coulomb"), grid(), held)
     found = linearise(*arguments, FREEDOM)

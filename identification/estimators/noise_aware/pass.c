@@ -3,11 +3,11 @@
    The same as `linearised_model.py` does with `recursions.py`, in one go, so that what only the next step needs stays
    in the processor.
 
-   Compiled behind `sub_step.c` of the simulator, whose derivatives are by the M = NP free parameters and the NS states
-   [x, v, memory..., u, du]. All means are deviations from the path. Rows of M numbers are kept in WIDE ones, whole
-   vectors of the processor, with zeros at their end. */
+   Compiled behind `sub_step.c` and `shoot_lanes.c` of the simulator, whose derivatives are by the M = NP free
+   parameters and the NS states [x, v, memory..., u, du]. All means are deviations from the path. Rows of M numbers are
+   kept in WIDE ones, whole vectors of the processor, with zeros at their end. */
 #define M NP
-#define WIDE ((M + 3) / 4 * 4)
+#define WIDE (M > 0 ? (M + 3) / 4 * 4 : 1)
 #define FORCE (NS - 2)
 
 /* What a pass is given; `compiled_pass.py` has the same fields in the same order. Rows of t (n), inputs (n, NU), path
@@ -36,7 +36,7 @@ static void multiply(Logs *logs, double factor) {
 }
 
 /* A mean, its covariance, and its derivatives by the free coordinates. */
-typedef struct { double a[NS], P[NS][NS], S[NS][WIDE + !M]; } Belief;
+typedef struct { double a[NS], P[NS][NS], S[NS][WIDE]; } Belief;
 
 /* One scalar measurement with the row h, of which the innovation e falls with the coordinates by J (WIDE); K (NS) is
    filled with the gain. Returns the variance of the innovation. */
@@ -58,9 +58,9 @@ static inline double update(Belief *b, int sensitive, const double *h, const dou
 }
 
 /* Carries a belief over an interval with transition F, derivatives G by the coordinates, jump and noise Q. */
-static inline void predict(Belief *b, int sensitive, const double F[NS][NS], const double G[NS][WIDE + !M],
+static inline void predict(Belief *b, int sensitive, const double F[NS][NS], const double G[NS][WIDE],
                            const double *jump, const double Q[NS][NS]) {
-  double a[NS], T[NS][NS], S[NS][WIDE + !M];
+  double a[NS], T[NS][NS], S[NS][WIDE];
   for (int i = 0; i < NS; ++i) {
     a[i] = jump[i];
     for (int j = 0; j < NS; ++j) a[i] += F[i][j] * b->a[j];
@@ -83,8 +83,8 @@ static inline void predict(Belief *b, int sensitive, const double F[NS][NS], con
 
 /* The measurements of a sample: what is measured less the path in e (2), NaN where nothing was, turned into the
    innovations, their variances in v, and the third of `recursions.py`, which holds a velocity that nothing tells. */
-static inline int measure(Belief *b, int sensitive, const double H[2][NS], const double D[2][WIDE + !M],
-                          const double *noise, double runaway, double *e, double *v, double J[3][WIDE + !M],
+static inline int measure(Belief *b, int sensitive, const double H[2][NS], const double D[2][WIDE],
+                          const double *noise, double runaway, double *e, double *v, double J[3][WIDE],
                           double K[3][NS]) {
   static const double velocity[NS] = {0, 1};
   int fine = 1;
@@ -120,10 +120,13 @@ static inline void noise_of(const Given *g, long k, double dt, const double *jum
 
 static void copy(const double *from, double *to, int count) { for (int i = 0; i < count; ++i) to[i] = from[i]; }
 
-static void scaled(const double *from, const double *by, double *to) { for (int i = 0; i < M; ++i) to[i] = from[i] * by[i]; }
+static void scaled(const double *from, const double *slope, double *to) {
+  for (int i = 0; i < M; ++i) to[i] = from[i] * slope[i];
+}
 
 /* Keeps what the way back and the judgement of an estimate need of a sample. */
-static inline void keep(const Filled *out, long k, const double *e, const double *v, double J[3][WIDE + !M], double K[3][NS]) {
+static inline void keep(const Filled *out, long k, const double *e, const double *v, double J[3][WIDE],
+                        double K[3][NS]) {
   copy(e, out->E + 3 * k, 3);
   copy(v, out->V + 3 * k, 3);
   copy(K[0], out->K + 3 * NS * k, 3 * NS);
@@ -132,7 +135,11 @@ static inline void keep(const Filled *out, long k, const double *e, const double
 }
 
 /* Sums of a pass; losses of the position and the force, and all variances, as products. */
-typedef struct { double gradient[WIDE + !M], matrix[M + !M][WIDE + !M]; Logs losses[2], variances; long positions, far; } Sums;
+typedef struct {
+  double gradient[WIDE], matrix[WIDE][WIDE];
+  Logs losses[2], variances;
+  long positions, far;
+} Sums;
 
 /* Adds one innovation e of variance v to the normal equations, with the weight that Cauchy's loss gives it. */
 static inline void add(Sums *sums, double e, double v, const double *J, double tuning) {
@@ -163,7 +170,7 @@ static void hand_over(const Sums *sums, const Given *g, const Filled *out) {
 }
 
 /* The output at sample k less what was measured, with its rows by states, H, and coordinates, D. */
-static inline int seen(const Given *g, long k, double *e, double H[2][NS], double D[2][WIDE + !M]) {
+static inline int seen(const Given *g, long k, double *e, double H[2][NS], double D[2][WIDE]) {
   const double *s = g->path + k * NS, *u = g->inputs + k * NU;
   double exo[NE], S[NS * NC], y[NY], Y[NY * NC];
   for (int i = 0; i < NS * NC; ++i) S[i] = 0;
@@ -178,28 +185,22 @@ static inline int seen(const Given *g, long k, double *e, double H[2][NS], doubl
   return 1;
 }
 
-/* Interval k: where it ends beside the path, with its transition and derivatives by the coordinates. */
-static inline int shot(const Given *g, long k, double *jump, double F[NS][NS], double G[NS][WIDE + !M]) {
-  const double dt = g->t[k + 1] - g->t[k], *u = g->inputs + k * NU;
-  const long steps = g->h_max > 0 && dt > g->h_max ? (long)ceil(dt / g->h_max - 1e-9) : 1;
-  double s[NS], S[NS * NC];
-  copy(g->path + k * NS, s, NS);
-  for (int i = 0; i < NS * NC; ++i) S[i] = 0;
-  for (int i = 0; i < NS; ++i) S[i * NC + NP + i] = 1;
-  for (long j = 0; j < steps; ++j) if (!sub_step(g->t[k], dt, j, steps, u, u + NU, g->p, s, S)) return 0;
+/* Interval k, shot to `end` with derivatives `by`: where it ends beside the path, its transition, and its derivatives
+   by the coordinates. */
+static inline void along(const Given *g, long k, const double *end, double by[NS][NC], double *jump, double F[NS][NS],
+                         double G[NS][WIDE]) {
   for (int i = 0; i < NS; ++i) {
-    jump[i] = s[i] - g->path[(k + 1) * NS + i];
-    copy(S + i * NC + NP, F[i], NS);
-    scaled(S + i * NC, g->slope, G[i]);
+    jump[i] = end[i] - g->path[(k + 1) * NS + i];
+    copy(by[i] + NP, F[i], NS);
+    scaled(by[i], g->slope, G[i]);
   }
-  return 1;
 }
 
 /* The pass. Returns 1, or 0 where the model or the filter has no finite answer. */
 int filter_pass(const Given *g, const Filled *out) {
   const double noise[2] = {g->noise_y * g->noise_y, g->noise_force * g->noise_force};
-  double H[2][NS] = {{0}}, D[2][WIDE + !M] = {{0}}, F[NS][NS], G[NS][WIDE + !M] = {{0}}, jump[NS], Q[NS][NS] = {{0}};
-  double e[3], v[3], J[3][WIDE + !M], K[3][NS];
+  double H[2][NS] = {{0}}, D[2][WIDE] = {{0}}, F[NS][NS], G[NS][WIDE] = {{0}}, jump[NS], Q[NS][NS] = {{0}};
+  double e[3], v[3], J[3][WIDE], K[3][NS], ends[LANES][NS], by[LANES][NS][NC] = {{{0}}};
   Belief b = {{0}}, plain = {{0}};
   Sums sums = {{0}};
   sums.losses[0].product = sums.losses[1].product = sums.variances.product = 1;
@@ -222,7 +223,11 @@ int filter_pass(const Given *g, const Filled *out) {
     copy(v, out->variances + 2 * k, 2);
     for (int c = 0; c < 2; ++c) if (v[c] < INFINITY) judge(&sums, c, judged[c], v[c], g);
     if (k + 1 == g->n) break;
-    if (!shot(g, k, jump, F, G)) return 0;
+    if (k % LANES == 0) {
+      const long count = g->n - 1 - k < LANES ? g->n - 1 - k : LANES;
+      if (!shoot_lanes(k, count, g->t, g->inputs, g->h_max, g->p, g->path, ends, by)) return 0;
+    }
+    along(g, k, ends[k % LANES], by[k % LANES], jump, F, G);
     copy(F[0], out->F + k * NS * NS, NS * NS);
     const double dt = g->t[k + 1] - g->t[k];
     if (g->honest) {
