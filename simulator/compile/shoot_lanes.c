@@ -90,7 +90,9 @@ static Block block_of(long first, long count, const double *t, const double *u, 
   return b;
 }
 
-/* The numbers of sub-steps, none longer than h_max. */
+/* The numbers of sub-steps, none longer than h_max. Fewer, where twice as many end at the same place but for a tenth of
+   the model's noise, take longer to find than all of them do, and errors of a valve at rest add up: over a staircase
+   the break-away force moved by 0.16 of its standard deviation. */
 static Lanes sub_steps(const Block *b, double h_max) {
   Lanes steps = all(1);
   for (int l = 0; l < LANES; ++l) if (h_max > 0 && b->dt[l] > h_max) steps[l] = ceil(b->dt[l] / h_max - 1e-9);
