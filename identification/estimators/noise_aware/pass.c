@@ -38,74 +38,80 @@ static void multiply(Logs *logs, double factor) {
 /* A mean, its covariance, and its derivatives by the free coordinates. */
 typedef struct { double a[NS], P[NS][NS], S[NS][WIDE]; } Belief;
 
-/* One scalar measurement with the row h, of which the innovation e falls with the coordinates by J (WIDE); K (NS) is
-   filled with the gain. Returns the variance of the innovation. */
-static inline double update(Belief *b, int sensitive, const double *h, const double *J, double e, double r, double *K) {
-  double variance = r;
+/* What one scalar measurement says: its innovation e and that one's variance v, by how much it falls with the
+   coordinates, J, and the gains K. */
+typedef struct { double e, v, J[WIDE], K[NS]; } Innovation;
+
+/* Takes a scalar measurement, which is off the path by e with noise variance r, into a belief. Its row by the states is
+   h and its derivatives by the coordinates are D, or it is of one state alone where h is null. Returns whether the
+   innovation is finite. */
+static inline int take(Belief *b, int sensitive, const double *h, const double *D, int state, double e, double r,
+                       Innovation *found) {
+  double across[NS], v = r;
   for (int i = 0; i < NS; ++i) {
-    K[i] = 0;
-    for (int j = 0; j < NS; ++j) K[i] += b->P[i][j] * h[j];
+    across[i] = h ? 0 : b->P[i][state];
+    for (int j = 0; j < NS && h; ++j) across[i] += b->P[i][j] * h[j];
   }
-  for (int i = 0; i < NS; ++i) variance += h[i] * K[i];
+  for (int i = 0; i < NS && h; ++i) { e -= h[i] * b->a[i]; v += h[i] * across[i]; }
+  if (!h) { e -= b->a[state]; v += across[state]; }
+  for (int j = 0; j < WIDE && sensitive; ++j) {
+    double fall = h ? D[j] : b->S[state][j];
+    for (int i = 0; i < NS && h; ++i) fall += h[i] * b->S[i][j];
+    found->J[j] = fall;
+  }
+  int fine = v > 0 && isfinite(e);
   for (int i = 0; i < NS; ++i) {
-    const double gain = K[i] / variance;
+    const double gain = found->K[i] = across[i] / v;
     b->a[i] += gain * e;
-    if (sensitive) for (int j = 0; j < WIDE; ++j) b->S[i][j] -= gain * J[j];
-    for (int j = 0; j <= i; ++j) b->P[j][i] = b->P[i][j] -= gain * K[j];
+    for (int j = 0; j < WIDE && sensitive; ++j) b->S[i][j] -= gain * found->J[j];
+    for (int j = 0; j <= i; ++j) b->P[j][i] = b->P[i][j] -= gain * across[j];
   }
-  for (int i = 0; i < NS; ++i) K[i] /= variance;
-  return variance;
+  for (int j = 0; j < WIDE && sensitive; ++j) fine &= isfinite(found->J[j]) != 0;
+  found->e = e;
+  found->v = v;
+  return fine;
 }
 
-/* Carries a belief over an interval with transition F, derivatives G by the coordinates, jump and noise Q. */
+/* Nothing was measured. */
+static inline int miss(Innovation *found) {
+  *found = (Innovation){.v = INFINITY};
+  return 1;
+}
+
+/* Carries a belief over an interval with transition F, derivatives G by the coordinates, jump and noise Q. The force
+   and its slope depend on nothing before them among the states. */
 static inline void predict(Belief *b, int sensitive, const double F[NS][NS], const double G[NS][WIDE],
                            const double *jump, const double Q[NS][NS]) {
   double a[NS], T[NS][NS], S[NS][WIDE];
   for (int i = 0; i < NS; ++i) {
+    const int first = i < FORCE ? 0 : FORCE;
     a[i] = jump[i];
-    for (int j = 0; j < NS; ++j) a[i] += F[i][j] * b->a[j];
+    for (int j = first; j < NS; ++j) a[i] += F[i][j] * b->a[j];
     for (int j = 0; j < NS; ++j) T[i][j] = 0;
-    for (int k = 0; k < NS; ++k) for (int j = 0; j < NS; ++j) T[i][j] += F[i][k] * b->P[k][j];
+    for (int k = first; k < NS; ++k) for (int j = 0; j < NS; ++j) T[i][j] += F[i][k] * b->P[k][j];
     if (!sensitive) continue;
     for (int j = 0; j < WIDE; ++j) S[i][j] = G[i][j];
-    for (int k = 0; k < NS; ++k) for (int j = 0; j < WIDE; ++j) S[i][j] += F[i][k] * b->S[k][j];
+    for (int k = first; k < NS; ++k) for (int j = 0; j < WIDE; ++j) S[i][j] += F[i][k] * b->S[k][j];
   }
   for (int i = 0; i < NS; ++i) {
     b->a[i] = a[i];
-    if (sensitive) for (int j = 0; j < WIDE; ++j) b->S[i][j] = S[i][j];
+    for (int j = 0; j < WIDE && sensitive; ++j) b->S[i][j] = S[i][j];
     for (int j = 0; j <= i; ++j) {
       double value = Q[i][j];
-      for (int k = 0; k < NS; ++k) value += T[i][k] * F[j][k];
+      for (int k = j < FORCE ? 0 : FORCE; k < NS; ++k) value += T[i][k] * F[j][k];
       b->P[i][j] = b->P[j][i] = value;
     }
   }
 }
 
-/* The measurements of a sample: what is measured less the path in e (2), NaN where nothing was, turned into the
-   innovations, their variances in v, and the third of `recursions.py`, which holds a velocity that nothing tells. */
-static inline int measure(Belief *b, int sensitive, const double H[2][NS], const double D[2][WIDE],
-                          const double *noise, double runaway, double *e, double *v, double J[3][WIDE],
-                          double K[3][NS]) {
-  static const double velocity[NS] = {0, 1};
-  int fine = 1;
-  for (int c = 0; c < 3; ++c) {
-    const double *row = c < 2 ? H[c] : velocity;
-    if (c < 2 ? isnan(e[c]) : b->P[1][1] <= runaway * runaway) {
-      e[c] = 0; v[c] = INFINITY;
-      for (int i = 0; i < NS; ++i) K[c][i] = 0;
-      for (int j = 0; j < WIDE && sensitive; ++j) J[c][j] = 0;
-      continue;
-    }
-    if (c == 2) e[c] = 0;
-    for (int i = 0; i < NS; ++i) e[c] -= row[i] * b->a[i];
-    for (int j = 0; j < WIDE && sensitive; ++j) {
-      J[c][j] = c < 2 ? D[c][j] : 0;
-      for (int i = 0; i < NS; ++i) J[c][j] += row[i] * b->S[i][j];
-    }
-    v[c] = update(b, sensitive, row, J[c], e[c], c < 2 ? noise[c] : runaway * runaway, K[c]);
-    fine = fine && v[c] > 0 && isfinite(e[c]);
-    for (int j = 0; j < WIDE && sensitive; ++j) fine = fine && isfinite(J[c][j]);
-  }
+/* The measurements of a sample, off the path by e (2), NaN where nothing was measured, and the third of
+   `recursions.py`, which holds a velocity that nothing tells. Returns whether all is finite. */
+static inline int measure(Belief *b, int sensitive, const Given *g, const double *e, const double *H, const double *D,
+                          Innovation found[3]) {
+  const double y = g->noise_y, u = g->noise_force, held = g->runaway;
+  int fine = isnan(e[0]) ? miss(found) : take(b, sensitive, H, D, 0, e[0], y * y, found);
+  fine &= isnan(e[1]) ? miss(found + 1) : take(b, sensitive, 0, 0, FORCE, e[1], u * u, found + 1);
+  fine &= b->P[1][1] > held * held ? take(b, sensitive, 0, 0, 1, 0, held * held, found + 2) : miss(found + 2);
   return fine;
 }
 
@@ -125,13 +131,14 @@ static void scaled(const double *from, const double *slope, double *to) {
 }
 
 /* Keeps what the way back and the judgement of an estimate need of a sample. */
-static inline void keep(const Filled *out, long k, const double *e, const double *v, double J[3][WIDE],
-                        double K[3][NS]) {
-  copy(e, out->E + 3 * k, 3);
-  copy(v, out->V + 3 * k, 3);
-  copy(K[0], out->K + 3 * NS * k, 3 * NS);
-  for (int c = 0; c < 3; ++c) copy(J[c], out->J + (3 * k + c) * M, M);
-  for (int c = 0; c < 2; ++c) for (int j = 0; j < M; ++j) out->by[(2 * k + c) * M + j] = -J[c][j];
+static inline void keep(const Filled *out, long k, const Innovation found[3]) {
+  for (int c = 0; c < 3; ++c) {
+    out->E[3 * k + c] = found[c].e;
+    out->V[3 * k + c] = found[c].v;
+    copy(found[c].K, out->K + (3 * k + c) * NS, NS);
+    copy(found[c].J, out->J + (3 * k + c) * M, M);
+  }
+  for (int c = 0; c < 2; ++c) for (int j = 0; j < M; ++j) out->by[(2 * k + c) * M + j] = -found[c].J[j];
 }
 
 /* Sums of a pass; losses of the position and the force, and all variances, as products. */
@@ -169,8 +176,8 @@ static void hand_over(const Sums *sums, const Given *g, const Filled *out) {
   out->totals[4] = sums->far;
 }
 
-/* The output at sample k less what was measured, with its rows by states, H, and coordinates, D. */
-static inline int seen(const Given *g, long k, double *e, double H[2][NS], double D[2][WIDE]) {
+/* The output at sample k: what was measured less the path, e (2), and its rows by states, H, and coordinates, D. */
+static inline int seen(const Given *g, long k, double *e, double *H, double *D) {
   const double *s = g->path + k * NS, *u = g->inputs + k * NU;
   double exo[NE], S[NS * NC], y[NY], Y[NY * NC];
   for (int i = 0; i < NS * NC; ++i) S[i] = 0;
@@ -178,8 +185,8 @@ static inline int seen(const Given *g, long k, double *e, double H[2][NS], doubl
   exo[0] = g->t[k]; exo[1] = 0;
   fill(exo, u, u, 0, 0);
   if (!sample(exo, g->p, s, S, y, Y)) return 0;
-  copy(Y + NP, H[0], NS);
-  scaled(Y, g->slope, D[0]);
+  copy(Y + NP, H, NS);
+  scaled(Y, g->slope, D);
   e[0] = g->y[k] - y[0];
   e[1] = g->force[k] - s[FORCE];
   return 1;
@@ -196,32 +203,36 @@ static inline void along(const Given *g, long k, const double *end, double by[NS
   }
 }
 
+/* Keeps and adds up the innovations by which the estimate is judged. */
+static inline void judge_all(const Given *g, const Filled *out, long k, const Innovation found[3], Sums *sums) {
+  for (int c = 0; c < 2; ++c) {
+    out->scored[2 * k + c] = found[c].e;
+    out->variances[2 * k + c] = found[c].v;
+    if (found[c].v < INFINITY) judge(sums, c, found[c].e, found[c].v, g);
+  }
+}
+
 /* The pass. Returns 1, or 0 where the model or the filter has no finite answer. */
 int filter_pass(const Given *g, const Filled *out) {
-  const double noise[2] = {g->noise_y * g->noise_y, g->noise_force * g->noise_force};
-  double H[2][NS] = {{0}}, D[2][WIDE] = {{0}}, F[NS][NS], G[NS][WIDE] = {{0}}, jump[NS], Q[NS][NS] = {{0}};
-  double e[3], v[3], J[3][WIDE], K[3][NS], ends[LANES][NS], by[LANES][NS][NC] = {{{0}}};
+  double e[2], H[2 * NS] = {0}, D[WIDE] = {0}, F[NS][NS], G[NS][WIDE] = {{0}}, jump[NS], Q[NS][NS] = {{0}};
+  double ends[LANES][NS], by[LANES][NS][NC] = {{{0}}};
+  Innovation found[3];
   Belief b = {{0}}, plain = {{0}};
   Sums sums = {{0}};
   sums.losses[0].product = sums.losses[1].product = sums.variances.product = 1;
-  H[1][FORCE] = 1;
+  H[NS + FORCE] = 1;
   for (int i = 0; i < NS; ++i) b.P[i][i] = plain.P[i][i] = g->first[i];
   for (long k = 0; k < g->n; ++k) {
     copy(b.a, out->A + k * NS, NS);
     copy(b.P[0], out->P + k * NS * NS, NS * NS);
     for (int i = 0; i < NS; ++i) copy(b.S[i], out->S + (k * NS + i) * M, M);
     if (!seen(g, k, e, H, D)) return 0;
-    copy(H[0], out->H + k * 2 * NS, 2 * NS);
-    double judged[3] = {e[0], e[1], 0};
-    if (!measure(&b, 1, H, D, noise, g->runaway, e, v, J, K)) return 0;
-    keep(out, k, e, v, J, K);
-    for (int c = 0; c < 2; ++c) if (v[c] < INFINITY) add(&sums, e[c], v[c], J[c], g->tuning);
-    if (g->honest) {
-      if (!measure(&plain, 0, H, D, noise, g->runaway, judged, v, J, K)) return 0;
-    } else copy(e, judged, 2);
-    copy(judged, out->scored + 2 * k, 2);
-    copy(v, out->variances + 2 * k, 2);
-    for (int c = 0; c < 2; ++c) if (v[c] < INFINITY) judge(&sums, c, judged[c], v[c], g);
+    copy(H, out->H + k * 2 * NS, 2 * NS);
+    if (!measure(&b, 1, g, e, H, D, found)) return 0;
+    keep(out, k, found);
+    for (int c = 0; c < 2; ++c) if (found[c].v < INFINITY) add(&sums, found[c].e, found[c].v, found[c].J, g->tuning);
+    if (g->honest && !measure(&plain, 0, g, e, H, D, found)) return 0;
+    judge_all(g, out, k, found, &sums);
     if (k + 1 == g->n) break;
     if (k % LANES == 0) {
       const long count = g->n - 1 - k < LANES ? g->n - 1 - k : LANES;
