@@ -12,11 +12,11 @@ import argparse
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from benchmarks.machine import machine
+from benchmarks.measured_data import PLANT_HOUR
 from benchmarks.plain_observer import PlainObserver, filterpy_filter
 from detector import Blocks, Calibration, Fleet, Measurements, Watch, learn, strokes_of
 from detector.published import chapter_5, section_4_4
@@ -24,7 +24,6 @@ from recordings import Array, BadInput
 from simulator.damadics import Actuator, Form, Noise, Parameters, Scenario, Stimulus, run, stimuli
 from studies import chapter5, section44, ten_hertz
 
-PLANT_HOUR = Path(__file__).resolve().parents[2] / "shared" / "data" / "damadics" / "OneHourTestData_ExampleII.mat"
 N_VALVES = 1000
 GOAL_SINGLE, GOAL_BATCHED = 400.0, 80.0
 """Nanoseconds per step."""

@@ -17,6 +17,7 @@ import time
 from pathlib import Path
 
 from benchmarks.machine import machine
+from benchmarks.measured_data import PLANT_HOUR
 from detector.evaluation import (
     MAIN,
     VARIANTS,
@@ -30,8 +31,6 @@ from detector.evaluation import (
     tables,
     write,
 )
-
-HOUR = Path(__file__).resolve().parents[1] / "../shared/data/damadics/OneHourTestData_ExampleII.mat"
 
 
 def show_progress(label: str, done: int, total: int) -> None:
@@ -61,8 +60,8 @@ def main() -> None:
     start = time.perf_counter()
     outcome = evaluate(plan, options.out, show_progress, options.workers or None)
     more = []
-    if HOUR.exists():
-        run = plant_hour(HOUR)
+    if PLANT_HOUR.exists():
+        run = plant_hour(PLANT_HOUR)
         counts = count_alarms(run, plan.detectors, plan.rate_per_h)
         more = [plant_table(counts, plan.rate_per_h, len(run) * 2 / 3 / 3600)]
         print(more[0].markdown())

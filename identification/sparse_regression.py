@@ -82,7 +82,7 @@ class Crosscheck:
         worst = max((r for r in self.rows if not r.agrees), key=lambda r: abs(r.difference) / r.gate)
         return (
             f"sparse regression disagrees with the fit: {worst.name} differs by {100 * worst.difference:+.0f} % "
-            f"(allowed {100 * worst.gate:.0f} %); the model may lack an effect, run 'bristle trace'"
+            f"(allowed {100 * worst.gate:.0f} %); the model may lack an effect, which tracing would name"
         )
 
 

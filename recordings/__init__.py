@@ -9,7 +9,7 @@ recordings.errors.BadInput: nowhere.h5: there is no such file; check the path
 
 from recordings.arrays import Array, IndexArray, Integers
 from recordings.atomic_files import save_text
-from recordings.description import describe
+from recordings.discovery import classes_of, instances_of
 from recordings.errors import BadInput, BadParameter, BristleError, LinkError, NegativeAnswer, ProtocolError
 from recordings.hdf5.header import Header, Origin
 from recordings.hdf5.live import RecordingWriter
@@ -17,12 +17,14 @@ from recordings.hdf5.reader import RecordingFile, open_recording, read, validate
 from recordings.hdf5.recover import Recovery, recover
 from recordings.hdf5.writer import Truth, read_truth, write
 from recordings.library import bundled, bundled_names, bundled_path
+from recordings.noise import white_noise
 from recordings.plant import Event, Plant
-from recordings.plots import picture
 from recordings.progress import Progress, silent, tracked
 from recordings.recording import Recording
 from recordings.signal import ROLES, UNDERSTOOD, Role, Signal, SignalSpec
 from recordings.units import UNITS, Unit, convert, find_unit, unit
+from recordings.views.description import describe
+from recordings.views.page import picture
 
 __all__ = [
     "ROLES",
@@ -54,9 +56,11 @@ __all__ = [
     "bundled",
     "bundled_names",
     "bundled_path",
+    "classes_of",
     "convert",
     "describe",
     "find_unit",
+    "instances_of",
     "open_recording",
     "picture",
     "read",
@@ -67,5 +71,6 @@ __all__ = [
     "tracked",
     "unit",
     "validate",
+    "white_noise",
     "write",
 ]

@@ -33,7 +33,8 @@ class BadInput(BristleError, ValueError):
     remedy : str
         What is allowed, or what to do.
     parameter : str or tuple of str, optional
-        The parameter of the call that would mend it, or several. The command line adds the options of these names.
+        The parameter of the call that would mend it, or several, or the function that would. The command line adds the
+        options of these names, and the command.
 
     >>> str(BadInput("rec.h5: /signals/time", "the time goes backwards at sample 7", "sort the rows by time"))
     'rec.h5: /signals/time: the time goes backwards at sample 7; sort the rows by time'

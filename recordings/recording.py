@@ -13,7 +13,6 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from recordings import pictures
 from recordings.array_signals import DataFrameLike, arrays_of_frame, signals_of_arrays
 from recordings.arrays import Array
 from recordings.errors import BadInput
@@ -21,6 +20,7 @@ from recordings.hdf5.header import Header, Origin
 from recordings.plant import Event, Plant
 from recordings.sample_checks import value_problem
 from recordings.signal import UNDERSTOOD, Role, Signal
+from recordings.views import pictures
 
 
 @dataclass(frozen=True, eq=False, repr=False)

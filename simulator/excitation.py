@@ -14,35 +14,51 @@ import numpy as np
 from recordings import Array, BadInput
 
 Shape = Callable[[Array, float, np.random.Generator], Array]
+"""From times (n,) [s], a duration [s] and a source of random numbers to the demand (n,), a share of the stroke."""
 
 LOW, HIGH = 0.1, 0.9
 """The part of the stroke that excitations use."""
 
 
 def step(t: Array, duration: float, rng: np.random.Generator) -> Array:
-    """Rest, one step up, one step down: sizes drawn from the middle of the range."""
+    """Rest, one step up, one step down: sizes drawn from the middle of the range.
+
+    t (n,) [s] : times from 0 to duration [s]; gives the demand (n,), a share of the stroke; rng draws the sizes.
+    """
     low, high = rng.uniform(LOW, 0.35), rng.uniform(0.65, HIGH)
     return np.where((t > 0.2 * duration) & (t < 0.6 * duration), high, low)
 
 
 def staircase(t: Array, duration: float, rng: np.random.Generator) -> Array:
-    """Ten seeded levels, each held for a tenth of the time."""
+    """Ten seeded levels, each held for a tenth of the time.
+
+    t (n,) [s] : times from 0 to duration [s]; gives the demand (n,), a share of the stroke; rng draws the levels.
+    """
     levels = rng.uniform(LOW, HIGH, 10)
     return levels[np.minimum((t / duration * 10).astype(int), 9)]
 
 
 def ramp(t: Array, duration: float, rng: np.random.Generator) -> Array:
-    """One slow stroke up and down: the valve signature test."""
+    """One slow stroke up and down: the valve signature test.
+
+    t (n,) [s] : times from 0 to duration [s]; gives the demand (n,), a share of the stroke; rng is not used.
+    """
     return LOW + (HIGH - LOW) * (1 - np.abs(2 * t / duration - 1))
 
 
 def sine(t: Array, duration: float, rng: np.random.Generator) -> Array:
-    """Slow sine over the stroke, four periods: reversals, Stribeck region and sliding."""
+    """Slow sine over the stroke, four periods: reversals, Stribeck region and sliding.
+
+    t (n,) [s] : times from 0 to duration [s]; gives the demand (n,), a share of the stroke; rng is not used.
+    """
     return 0.5 - 0.5 * (HIGH - LOW) * np.cos(2 * np.pi * 4 * t / duration)
 
 
 def multisine(t: Array, duration: float, rng: np.random.Generator) -> Array:
-    """Schroeder-phased multisine, 30 lines from one period per duration upwards (Schroeder, IEEE TIT 16, 1970)."""
+    """Schroeder-phased multisine, 30 lines from one period per duration upwards (Schroeder, IEEE TIT 16, 1970).
+
+    t (n,) [s] : times from 0 to duration [s]; gives the demand (n,), a share of the stroke; rng is not used.
+    """
     lines = np.arange(1, 31)
     phases = -np.pi * lines**2 / len(lines)
     signal = np.cos(2 * np.pi * np.outer(t / duration, lines) + phases).sum(axis=1)
@@ -50,7 +66,10 @@ def multisine(t: Array, duration: float, rng: np.random.Generator) -> Array:
 
 
 def chirp(t: Array, duration: float, rng: np.random.Generator) -> Array:
-    """Sine of rising frequency, 0.1 to 3 Hz, with an amplitude that falls as the frequency rises."""
+    """Sine of rising frequency, 0.1 to 3 Hz, with an amplitude that falls as the frequency rises.
+
+    t (n,) [s] : times from 0 to duration [s]; gives the demand (n,), a share of the stroke; rng is not used.
+    """
     low, high = 0.1, 3.0
     rate = np.log(high / low) / duration
     phase = 2 * np.pi * low * np.expm1(rate * t) / rate
@@ -58,7 +77,11 @@ def chirp(t: Array, duration: float, rng: np.random.Generator) -> Array:
 
 
 def presliding(t: Array, duration: float, rng: np.random.Generator) -> Array:
-    """A still valve pushed to and fro below break-away: only the bristles move. Scaled by `force_demand`."""
+    """A still valve pushed to and fro below break-away: only the bristles move.
+
+    t (n,) [s] : times from 0 to duration [s]; gives (n,) about 0.5, whose swing of 1 `force_demand` scales by the
+    break-away force; rng is not used.
+    """
     return 0.5 + np.sin(2 * np.pi * t) * np.minimum(1.0, t)
 
 

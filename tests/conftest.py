@@ -7,12 +7,24 @@ from collections.abc import Iterator
 
 import pytest
 from _browser import Browser, chromium
+from _workers import PartScheduling, longest_first
 
 
 def pytest_configure() -> None:
     """Commands that tests start hear an interrupt, even where the tests run behind a shell, which has it ignored."""
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Long tests come first."""
+    longest_first(items)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> PartScheduling:
+    """Files that share costly results are run by one worker."""
+    return PartScheduling(config, log)
 
 
 @pytest.fixture(scope="session")

@@ -45,9 +45,8 @@ DOORS = {
 """Modules that others may import from: each room's own, and those of its parts that stand for themselves. The errors
 are one of them because the command line must start without loading the room behind them."""
 
-CROWDED = 17
-"""Modules in a folder, its door among them, beyond which it wants parts of its own. Two folders reach it: generators,
-which are one file for each method, and tracing, whose files are the steps of one algorithm in their order."""
+CROWDED = 16
+"""Modules in a folder, its door among them, beyond which it wants parts of its own."""
 
 HEAVY = {"bokeh", "casadi", "numba", "pymodbus", "pysindy"}
 ARRAYS = {"numpy", "scipy", "h5py", "pydantic"}

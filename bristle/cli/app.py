@@ -35,6 +35,7 @@ OPTIONS = {
     "certificates": "--make-test-ca",
     "column": "--column NAME=COLUMN:UNIT",
     "effects": "--effect",
+    "import_to": "bristle import",
     "learn_s": "--learn",
     "overwrite": "--force",
     "rate_hz": "--rate HZ",

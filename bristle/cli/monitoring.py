@@ -29,7 +29,7 @@ from simulator import ValveModel
 
 
 @dataclass(frozen=True)
-class Wishes:
+class MonitorOptions:
     """The options of both commands. model : file; learn_s [s]; calibrate : recordings of a healthy valve; state : file
     to resume from and to save to; false_alarms : a month; events : file, None for stdout.
     """
@@ -45,20 +45,20 @@ class Wishes:
     own_clock: bool = False
 
 
-def watch(source: Source, wishes: Wishes) -> None:
+def watch(source: Source, options: MonitorOptions) -> None:
     """Watch a source, from the options to the exit code. Raises NegativeAnswer when an alarm was raised."""
-    model = ValveModel.read(wishes.model)
+    model = ValveModel.read(options.model)
     monitor = Monitor.with_model(
-        source.signals, model, wishes.false_alarms, wishes.learn_s, own_clock=wishes.own_clock, on_learned=_learned
+        source.signals, model, options.false_alarms, options.learn_s, own_clock=options.own_clock, on_learned=_learned
     )
-    _resume(monitor, wishes, model)
-    with _opened(wishes.events) as sink:
+    _resume(monitor, options, model)
+    with _opened(options.events) as sink:
         session = MonitorSession(
             (sink,),
-            wishes.duration_s,
-            wishes.state,
+            options.duration_s,
+            options.state,
             model.model_dump_json(),
-            wishes.record,
+            options.record,
             _show if sys.stderr.isatty() else None,
         )
         end = _run(source, monitor, session)
@@ -72,15 +72,15 @@ def _run(source: Source, monitor: Monitor, session: MonitorSession) -> MonitorEn
         raise NegativeAnswer(str(stopped)) from stopped
 
 
-def _resume(monitor: Monitor, wishes: Wishes, model: ValveModel) -> None:
+def _resume(monitor: Monitor, options: MonitorOptions, model: ValveModel) -> None:
     """What is known before the first sample: from recordings, or from an earlier session."""
-    if wishes.calibrate:
-        watch = learn_recordings([read(path) for path in wishes.calibrate], model, wishes.false_alarms)
+    if options.calibrate:
+        watch = learn_recordings([read(path) for path in options.calibrate], model, options.false_alarms)
         for name in monitor.resume(dict.fromkeys(monitor.valves, (watch, None))):
             _learned(name, watch)
-    elif wishes.state is not None and wishes.state.exists() and wishes.learn_s is None:
-        for name in monitor.resume(load_state(wishes.state, model.model_dump_json())):
-            print(f"{name}: resumed from {wishes.state}", file=sys.stderr)
+    elif options.state is not None and options.state.exists() and options.learn_s is None:
+        for name in monitor.resume(load_state(options.state, model.model_dump_json())):
+            print(f"{name}: resumed from {options.state}", file=sys.stderr)
 
 
 class _opened:

@@ -1,7 +1,8 @@
 """The detectors that are compared: each learns from fault-free runs, then makes channels of a run.
 
-A new detector is one function here and one line in `DETECTORS`; one of somebody's own is any object that obeys
-`Detector`, given to `evaluate`.
+A generator whose file says how it is evaluated (`EvaluatedGenerator`) is found by itself. Any other detector is one
+function here and one line in `DETECTORS`; one of somebody's own is any object that obeys `Detector`, given to
+`evaluate`.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.signal import lfilter
 
-from detector.evaluation.benchmark.runs import CV, P1, P2, T1, F, X
+from detector.evaluation.benchmark.runs import CV, P1, P2, SIGNALS, F, X
 from detector.evaluation.contract import BenchmarkRun, Channels, Detector, LearnedDetector
 from detector.evaluation.isolation.symptoms import MEMORIES, SCORES, Symptoms
 from detector.evaluation.linear import linearise
@@ -28,19 +29,18 @@ from detector.generators import (
     full_order,
     functional,
     learn_estimation,
-    learn_limits,
     learn_neural,
     learn_spectrum,
     settled,
     temporal,
 )
-from detector.generators.contract import Generator
+from detector.generators.contract import EvaluatedGenerator, Generator
 from detector.generators.fuzzy import FuzzyTerm
 from detector.measurements import Measurements
 from detector.observer.velocity import SteadyKalman
 from detector.published import chapter_5
 from detector.watch.learning import learn as calibrated
-from recordings import Array
+from recordings import Array, instances_of
 from simulator.damadics import SPANS, Parameters
 
 _STROKE = Parameters().stroke
@@ -66,13 +66,17 @@ def _with_means(residuals: Array) -> Array:
     return np.hstack([residuals, _smoothed(residuals, 30.0)])
 
 
-def _limits(healthy: BenchmarkRun) -> Channels:
-    checked = learn_limits(_checked(healthy.signals[100:]))
-    return lambda data: _alone(checked, _checked(data.signals))
+def _of_generator(one: EvaluatedGenerator) -> Detector:
+    """A generator that says itself how it is evaluated."""
 
+    def rows(run: Array) -> Array:
+        return one.measurements(dict(zip(SIGNALS, run.T, strict=True)))
 
-def _checked(run: Array) -> Array:
-    return np.column_stack([run[:, [P1, P2, T1, X, F]], run[:, X] - run[:, CV]])
+    def learn(healthy: BenchmarkRun) -> Channels:
+        generator = one.learn(rows(healthy.signals[_SETTLE:]))
+        return lambda data: _alone(generator, rows(data.signals))
+
+    return LearnedDetector(one.text, learn)
 
 
 def _voting(healthy: BenchmarkRun) -> Channels:
@@ -272,7 +276,7 @@ def _bank(healthy: BenchmarkRun) -> Channels:
 
 DETECTORS: Mapping[str, Detector] = {
     "bank": LearnedDetector("all symptoms of the learned plant, over five memories", _bank),
-    "limits": LearnedDetector("limit checking of the measurements", _limits),
+    **{one.name: _of_generator(one) for one in instances_of("detector.generators", EvaluatedGenerator)},
     "voting": LearnedDetector("position by sensor, model and flow, voting", _voting),
     "spectrum": LearnedDetector("power in bands of frequency", _spectrum),
     "luenberger": LearnedDetector("full-order Luenberger generator, linear plant", _full_order),

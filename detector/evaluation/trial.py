@@ -27,7 +27,7 @@ RANKED_AFTER_S = 300
 
 
 def zone(what: Scenario, seconds: int) -> Zone:
-    """ton, tfrom, thor of a scenario of which `seconds` were simulated."""
+    """ton, tfrom, thor [s] of a scenario of which `seconds` were simulated."""
     fault = what.faults[0]
     return Zone(int(what.ton), int(fault.start_s), min(int(what.thor), seconds), fault.development_s, fault.strength)
 
@@ -51,7 +51,10 @@ def scored(what: Scenario, run: Array, learned: Learned, draw: bool) -> Json:
 
 
 def diagnosed(fault: int, data: BenchmarkRun, alarm: NDArray[np.bool_], known: Diagnosis, where: Zone) -> Json:
-    """Rankings some minutes after the alarm and at the end, and the isolation indices of the group named first."""
+    """Rankings some minutes after the alarm and at the end, and the isolation indices of the group named first.
+
+    fault : its number; alarm (n_seconds,) : whether the bank raises one, second by second.
+    """
     live = alarm.copy()
     live[: where.tfrom] = False
     at, rows = feature_vectors(data.signals, data.symptoms, live)
@@ -71,7 +74,10 @@ def diagnosed(fault: int, data: BenchmarkRun, alarm: NDArray[np.bool_], known: D
 
 
 def curves(run: Array, statistics: dict[str, Array]) -> Json:
-    """Lowest and highest of the signals, and the largest statistic, within each of `POINTS` stretches, rounded."""
+    """Lowest and highest of the signals, and the largest statistic, within each of `POINTS` stretches, rounded.
+
+    run (n_seconds, n_signals) : shares of the spans; statistics : (n_seconds,) by detector, 1 at the threshold.
+    """
     width = max(1, -(-len(run) // POINTS))
     starts = np.arange(0, len(run), width)
     kept: Json = {"t": starts.tolist()}
@@ -87,7 +93,7 @@ def curves(run: Array, statistics: dict[str, Array]) -> Json:
 
 
 def false_alarms(run: Array, learned: Learned) -> dict[str, int]:
-    """How many alarms each detector raises on a fault-free run."""
+    """How many alarms each detector raises on a fault-free run (n_seconds, n_signals)."""
     _, alarm = learned.alarms(BenchmarkRun(run, learned.symptoms))
     return {name: raised(one, SETTLE_S) for name, one in alarm.items()}
 
@@ -97,6 +103,8 @@ def detectability(
 ) -> dict[str, float]:
     """How much a fault moves X and F: the run less the same run without the fault, noise alike; over the deviation of
     the residual, for a second (`x`, `f`) and for all seconds together by a perfectly matched filter (`all`).
+
+    seconds : length of both runs [s]; noise_x, noise_f : those deviations, as shares of the spans of X and F.
     """
     setting, first = Setting(form, seed), what.faults[0]
     with_it = simulate(what.faults, seconds, setting)[1]

@@ -7,7 +7,9 @@
 [0.0]
 """
 
-from detector.generators.contract import Generator
+from detector.generators.contract import EvaluatedGenerator, Generator
+from detector.generators.drive.servo import Servo, learn_servo
+from detector.generators.drive.waves import Waves, learn_waves
 from detector.generators.estimation import Estimation, learn_estimation
 from detector.generators.fault_tree import FaultTree, Rule, explain
 from detector.generators.flow import Flow, learn_flow
@@ -18,13 +20,17 @@ from detector.generators.luenberger import Luenberger, full_order, functional, l
 from detector.generators.neural import NeuralObserver, learn_neural
 from detector.generators.parity import Parity, dfd, dfi, static, temporal
 from detector.generators.plant import LinearPlant
-from detector.generators.servo import Servo, learn_servo
 from detector.generators.spectrum import Spectrum, learn_spectrum
 from detector.generators.voting import Voting
-from detector.generators.waves import Waves, learn_waves
+from recordings import classes_of
+
+GENERATORS = {kind.__name__: kind for kind in classes_of("detector.generators", Generator)}  # type: ignore[type-abstract]
+"""Every generator that a module of this folder defines, by the name of its class."""
 
 __all__ = [
+    "GENERATORS",
     "Estimation",
+    "EvaluatedGenerator",
     "FaultTree",
     "Flow",
     "Fuzzy",

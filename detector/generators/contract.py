@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any, final
 
 import numpy as np
@@ -61,6 +63,21 @@ class Generator(ABC):
             found = f"the inputs are {u.shape} and the outputs {y.shape}"
             raise BadInput("readings", found, f"give rows of {r} inputs and {m} outputs, equally many")
         return u, y
+
+
+@dataclass(frozen=True)
+class EvaluatedGenerator:
+    """How a generator takes part in an evaluation, assigned to a name in capitals in the generator's module.
+
+    name : among the detectors; text : what it is, in a line; measurements : the rows (n, m) that the generator reads,
+    from the columns (n,) of a run by their names, `detector.evaluation.SIGNALS`, a row a second; learn : the generator
+    from such rows without a fault and without the run-in.
+    """
+
+    name: str
+    text: str
+    measurements: Callable[[Mapping[str, Array]], Array]
+    learn: Callable[[Array], Generator]
 
 
 def with_past(state: Array, rows: Array, depth: int) -> tuple[Array, Array]:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from detector.generators.contract import Generator
+from detector.generators.contract import EvaluatedGenerator, Generator
 from recordings import Array, BadInput
 
 
@@ -43,3 +44,10 @@ def learn_limits(y: Array, margin: float = 0.0) -> Limits:
         raise BadInput("limits", "a measurement does not vary or is missing", "give its limits by hand")
     room = margin * (upper - lower)
     return Limits(tuple((lower - room).tolist()), tuple((upper + room).tolist()))
+
+
+def _checked(run: Mapping[str, Array]) -> Array:
+    return np.column_stack([run["P1"], run["P2"], run["T1"], run["X"], run["F"], run["X"] - run["CV"]])
+
+
+EVALUATED = EvaluatedGenerator("limits", "limit checking of the measurements", _checked, learn_limits)

@@ -15,10 +15,13 @@ from detector.alarms.rates import Blocks, strokes_of
 from detector.measurements import INPUTS, Measurements
 from detector.observer.calibration import GAP_SAMPLES, SETTLE_SAMPLES, Calibration
 from detector.observer.velocity import SteadyKalman, negative_log_likelihood
-from recordings import Array, BadInput
+from recordings import Array, BadInput, white_noise
 
 MARGIN = 1.3
 """A threshold is this many times what was seen at least."""
+
+NOISE_ORDER = 3
+"""Of the difference that noise is estimated from: it removes what moves with a steady acceleration."""
 
 _LEAST_SAMPLES = 200
 _LEAST_ALPHA = 1e-6
@@ -70,20 +73,13 @@ def _prepared(data: Measurements) -> tuple[float, _Scaled]:
     x = data.values["position"]
     good = x[np.isfinite(x)]
     low, high = np.quantile(good, (0.005, 0.995)) if len(good) else (0.0, 0.0)
-    span, noise = float(high - low), noise_of(good)
+    span, noise = float(high - low), white_noise(good, NOISE_ORDER)
     if not span > _QUIET * noise or span <= 0:
         found = f"the valve does not move: its position ranges over {span:.3g} m, its noise is {noise:.2g} m"
         raise BadInput("calibration", found, "learn while the valve moves over its usual range")
     middle = float(low + high) / 2
     scaled = _Scaled((x - middle) / span, middle, span, max(noise / span, 1e-5))
     return dt_s, replace(scaled, jerk=_likely_jerk(scaled, dt_s))
-
-
-def noise_of(x: Array) -> float:
-    """Noise standard deviation of a smooth signal (n_samples,), from the median size of its third differences."""
-    if len(x) < 10:
-        return 0.0
-    return float(np.median(np.abs(np.diff(x, 3)))) / (0.6745 * np.sqrt(20.0))
 
 
 def _fitted(data: Measurements, scaled: _Scaled, name: str, dt_s: float) -> Calibration | None:

@@ -1,12 +1,9 @@
 """Many calibrated observers at once, a sample of each at a time: the same numbers as one by one, several times faster.
 
 The state is a table with a row for each valve, and a step of all of them is one compiled loop over the rows. Screen,
-filter, errors and decision are the functions that one observer uses; what a calibrated observer does not have
+filter, step and law of b1 are the functions that one observer uses; what a calibrated observer does not have
 (networks, adapted alphas) is left out. What depends on the time step alone (decays, filter gain) is stored in the row,
 and computed again when the time step changes.
-
-The screen's bookkeeping and the order of the step stand here a second time, beside `screen` and the observer's kernel:
-to share the whole step made this loop half as slow again. `tests/detector/test_fleet.py` holds both to the same bits.
 """
 
 from __future__ import annotations
@@ -18,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from detector.arithmetic.native import native
-from detector.observer.alarm_rule import ABSOLUTE, exceeds, threshold
+from detector.observer.alarm_rule import ABSOLUTE
 from detector.observer.calibration import Calibration
-from detector.observer.kernel import adapts, counted, decays, next_errors
-from detector.observer.projection import RADIAL, project_interval
-from detector.observer.screening import GAP, OUTLIER, USED, sample_verdict
+from detector.observer.kernel import adapts, decays, decided, next_b1
+from detector.observer.projection import RADIAL
+from detector.observer.screening import GAP, USED, screened
 from detector.observer.smooth_sign import SAT
 from detector.observer.velocity import steady_gain_at, track
 from recordings import Array, BadInput, Integers
@@ -85,40 +82,31 @@ def advance_fleet(
 ) -> None:
     """One sample of every valve. s, new (n_valves, WIDTH) : state before and after; c : constants."""
     for i in range(s.shape[0]):
-        t, x, v = time[i], position[i], u[i]
+        x, v = position[i], u[i]
         for row in range(WIDTH):
             new[i, row] = s[i, row]
-        elapsed, moved = t - s[i, TIME], x - s[i, LAST]
-        found = sample_verdict(
-            t, x, v, 0.0, USED, True, elapsed, moved, s[i, RUNNING], s[i, OUTLIERS], c[i, GAP_S], c[i, TOP_SPEED]
-        )
-        verdict[i] = found
-        if found == OUTLIER:
-            new[i, OUTLIERS] += 1.0
-        if found > GAP:
+        verdict[i], dt, seen = screened(
+            time[i], x, v, 0.0, USED, True, (s[i, TIME], s[i, LAST], s[i, RUNNING], s[i, OUTLIERS]),
+            c[i, GAP_S], c[i, TOP_SPEED],
+        )  # fmt: skip
+        new[i, TIME], new[i, LAST], new[i, RUNNING], new[i, OUTLIERS] = seen
+        if verdict[i] > GAP:
             continue
-        new[i, TIME], new[i, LAST], new[i, RUNNING], new[i, OUTLIERS] = t, x, 1.0, 0.0
+        if dt != s[i, STEP]:
+            new[i, STEP] = dt
+            f = decays(dt, c[i, A1], c[i, K1], c[i, K2])
+            new[i, DECAY1], new[i, MEAN1], new[i, DECAY2], new[i, MEAN2], new[i, PER_S], new[i, RAMP] = f
+            new[i, GAIN0], new[i, GAIN1], new[i, GAIN2] = steady_gain_at(dt, c[i, NOMINAL], gains[i])
+        f = (new[i, DECAY1], new[i, MEAN1], new[i, DECAY2], new[i, MEAN2], new[i, PER_S], new[i, RAMP])
+        gain = (new[i, GAIN0], new[i, GAIN1], new[i, GAIN2])
+        x1, x2, push = track(s[i, X1], s[i, X2], s[i, PUSH], dt, x, gain)
         phi = max(s[i, B1], 0.0)
-        settled, count, dt, xi1, xi2, x1, x2, push = 0.0, 0.0, 0.0, 0.0, 0.0, x, 0.0, 0.0
-        if found == USED:
-            settled, count, dt = s[i, SETTLED], s[i, COUNT], elapsed
-            if dt != s[i, STEP]:
-                new[i, STEP] = dt
-                f = decays(dt, c[i, A1], c[i, K1], c[i, K2])
-                new[i, DECAY1], new[i, MEAN1], new[i, DECAY2], new[i, MEAN2], new[i, PER_S], new[i, RAMP] = f
-                new[i, GAIN0], new[i, GAIN1], new[i, GAIN2] = steady_gain_at(dt, c[i, NOMINAL], gains[i])
-            f = (new[i, DECAY1], new[i, MEAN1], new[i, DECAY2], new[i, MEAN2], new[i, PER_S], new[i, RAMP])
-            gain = (new[i, GAIN0], new[i, GAIN1], new[i, GAIN2])
-            x1, x2, push = track(s[i, X1], s[i, X2], s[i, PUSH], dt, x, gain)
-            xi1, xi2 = next_errors(
-                s[i, XI1], s[i, XI2], s[i, X1], s[i, X2], s[i, U], c[i, A1], c[i, A4], c[i, A5], x1, x2, v, phi,
-                c[i, DELTA], SAT, f,
-            )  # fmt: skip
+        xi1, xi2, rho, settled, count, alarm, _ = decided(
+            s[i, XI1], s[i, XI2], s[i, X1], s[i, X2], s[i, U], c[i, A1], c[i, A4], c[i, A5], x1, x2, v, phi,
+            s[i, SETTLED], s[i, COUNT], s[i, ALARM], dt, f,
+            c[i, K2], c[i, DELTA], SAT, ABSOLUTE, c[i, SETTLE], c[i, CONSECUTIVE], 0.0,
+        )  # fmt: skip
         new[i, XI1], new[i, XI2], new[i, X1], new[i, X2], new[i, U], new[i, PUSH] = xi1, xi2, x1, x2, v, push
-        rho, settled = threshold(phi, c[i, K2]), settled + dt
-        count = counted(count, exceeds(xi2, rho, ABSOLUTE), settled, c[i, SETTLE], c[i, CONSECUTIVE])
-        alarm = 1.0 if count >= c[i, CONSECUTIVE] else 0.0
         new[i, RHO], new[i, SETTLED], new[i, COUNT], new[i, ALARM] = rho, settled, count, alarm
         if dt > 0.0 and adapts(xi2, rho, alarm, c[i, DEAD_ZONE], 1.0):
-            rise = dt * c[i, GAIN] * abs(xi2)
-            new[i, B1] = project_interval(s[i, B1], rise, -c[i, MOST_B1], c[i, MOST_B1], RADIAL)
+            new[i, B1] = next_b1(s[i, B1], xi2, dt * c[i, GAIN], 0.0, c[i, MOST_B1], RADIAL)

@@ -95,21 +95,41 @@ def step(core: Array, dt: float, x1: float, x2: float, u: float, s1: Array, s2: 
     s1, s2 : regressors, used up as room for the adaptation; f : `decays` of dt.
     """
     speed = fabs(x2)
-    core[PHI_LAST] = _phi(core, speed, s1, s2, p)
-    core[RHO_LAST] = threshold(core[PHI_LAST], p.k2)
-    if dt > 0.0:
-        core[XI1], core[XI2] = next_errors(
-            core[XI1], core[XI2], core[X1], core[X2], core[U], core[A1], core[A4], core[A5], x1, x2, u,
-            core[PHI_LAST], p.delta, p.sigm, f,
-        )  # fmt: skip
-        core[X1], core[X2], core[U] = x1, x2, u
-    else:
-        _restart(core, x1, x2, u)
-    over = _decide(core, dt, p)
+    phi = _phi(core, speed, s1, s2, p)
+    core[PHI_LAST] = phi
+    core[XI1], core[XI2], core[RHO_LAST], core[SETTLED], core[COUNT], core[ALARM], over = decided(
+        core[XI1], core[XI2], core[X1], core[X2], core[U], core[A1], core[A4], core[A5], x1, x2, u, phi,
+        core[SETTLED], core[COUNT], core[ALARM], dt, f,
+        p.k2, p.delta, p.sigm, p.printed_residual, p.settle_s, p.consecutive, p.latch,
+    )  # fmt: skip
+    core[X1], core[X2], core[U] = x1, x2, u
     if dt > 0.0 and adapts(core[XI2], core[RHO_LAST], core[ALARM], p.dead_zone, p.freeze):
         _weights(core, dt, speed, s1, s2, p)
         _alphas(core, dt, p)
     return over
+
+
+@inlined
+def decided(
+    xi1: float, xi2: float, x1_last: float, x2_last: float, u_last: float, a1: float, a4: float, a5: float,
+    x1: float, x2: float, u: float, phi: float, settled: float, count: float, alarm: float, dt: float, f: Decays,
+    k2: float, delta: float, sigm: float, printed_residual: float, settle_s: float, consecutive: float, latch: float,
+) -> tuple[float, float, float, float, float, float, bool]:  # fmt: skip
+    """Threshold, errors and decision of one sample in scalars, so that a fleet can afford them; dt = 0 restarts.
+
+    Returns xi1, xi2, rho, the time since start or gap [s], the samples in a row above rho, the alarm, and whether xi2
+    exceeds rho.
+    """
+    rho = threshold(phi, k2)
+    if dt > 0.0:
+        xi1, xi2 = next_errors(xi1, xi2, x1_last, x2_last, u_last, a1, a4, a5, x1, x2, u, phi, delta, sigm, f)
+        settled += dt
+    else:
+        xi1, xi2, settled, count = 0.0, 0.0, 0.0, 0.0
+    over = exceeds(xi2, rho, printed_residual)
+    count = counted(count, over, settled, settle_s, consecutive)
+    raised = count >= consecutive or (latch > 0.0 and alarm > 0.0)
+    return xi1, xi2, rho, settled, count, 1.0 if raised else 0.0, over
 
 
 @inlined
@@ -153,24 +173,6 @@ def next_errors(
 
 
 @inlined
-def _restart(core: Array, x1: float, x2: float, u: float) -> None:
-    """Restart the errors at a sample."""
-    core[XI1], core[XI2], core[SETTLED], core[COUNT] = 0.0, 0.0, 0.0, 0.0
-    core[X1], core[X2], core[U] = x1, x2, u
-
-
-@inlined
-def _decide(core: Array, dt: float, p: Numbers) -> bool:
-    """Count the samples above the threshold and raise or clear the alarm."""
-    core[SETTLED] += dt
-    over = exceeds(core[XI2], core[RHO_LAST], p.printed_residual)
-    core[COUNT] = counted(core[COUNT], over, core[SETTLED], p.settle_s, p.consecutive)
-    raised = core[COUNT] >= p.consecutive
-    core[ALARM] = 1.0 if raised or (p.latch > 0.0 and core[ALARM] > 0.0) else 0.0
-    return over
-
-
-@inlined
 def counted(count: float, over: bool, settled: float, settle_s: float, consecutive: float) -> float:
     """How many samples in a row are above the threshold; none while the errors settle."""
     return min(count + 1.0, consecutive) if over and settled >= settle_s else 0.0
@@ -194,8 +196,14 @@ def _weights(core: Array, dt: float, speed: float, s1: Array, s2: Array, p: Numb
     project_ball(core[WEIGHTS : WEIGHTS + n1], s1, p.bound_w1, p.projection)
     project_ball(core[WEIGHTS + n1 : WEIGHTS + n1 + n2], s2, p.bound_w2, p.projection)
     core[E1] = project_interval(core[E1], amount * speed, -p.bound_e1, p.bound_e1, p.projection)
-    rise = core[XI2] if p.printed_b1 > 0.0 else fabs(core[XI2])
-    core[B1] = project_interval(core[B1], dt * p.weight_gain * rise, -p.bound_b1, p.bound_b1, p.projection)
+    core[B1] = next_b1(core[B1], core[XI2], dt * p.weight_gain, p.printed_b1, p.bound_b1, p.projection)
+
+
+@inlined
+def next_b1(b1: float, xi2: float, amount: float, printed: float, bound: float, projection: float) -> float:
+    """b1 of (4.20) after a step; amount : its length times the gain [s]."""
+    rise = xi2 if printed > 0.0 else fabs(xi2)
+    return project_interval(b1, amount * rise, -bound, bound, projection)
 
 
 @inlined

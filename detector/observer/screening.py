@@ -65,6 +65,9 @@ LAST_TIME, LAST_POSITION, RUNNING, RUN_OF_OUTLIERS = range(4)
 
 N_SCREEN = 4
 
+Seen = tuple[float, float, float, float]
+"""That state in scalars."""
+
 
 @native
 def screen(
@@ -79,18 +82,29 @@ def screen(
     for i in range(time.shape[0]):
         x, v = position[i], velocity[i] if measured else 0.0
         plausible = limits[1] <= x <= limits[2] and limits[3] <= u[i] <= limits[4]
-        elapsed, moved = time[i] - state[LAST_TIME], x - state[LAST_POSITION]
-        verdict[i] = sample_verdict(
-            time[i], x, u[i], v, quality[i], plausible, elapsed, moved, state[RUNNING], state[RUN_OF_OUTLIERS],
-            limits[0], limits[5],
+        verdict[i], dt[i], seen = screened(
+            time[i], x, u[i], v, quality[i], plausible,
+            (state[LAST_TIME], state[LAST_POSITION], state[RUNNING], state[RUN_OF_OUTLIERS]), limits[0], limits[5],
         )  # fmt: skip
-        if verdict[i] == OUTLIER:
-            state[RUN_OF_OUTLIERS] += 1.0
-        if verdict[i] > GAP:
-            dt[i] = np.nan
-            continue
-        dt[i] = elapsed if verdict[i] == USED else 0.0
-        state[LAST_TIME], state[LAST_POSITION], state[RUNNING], state[RUN_OF_OUTLIERS] = time[i], x, 1.0, 0.0
+        state[LAST_TIME], state[LAST_POSITION], state[RUNNING], state[RUN_OF_OUTLIERS] = seen
+
+
+@inlined
+def screened(
+    t: float, x: float, u: float, v: float, quality: int, plausible: bool, seen: Seen, gap: float, top_speed: float
+) -> tuple[int, float, Seen]:
+    """One sample: its verdict, the time since the last used one [s] as `screen` has it, and the state after it.
+
+    In scalars, so that a fleet can afford it. plausible : whether position and input are within their ranges; seen :
+    the state before.
+    """
+    time, position, running, outliers = seen
+    elapsed = t - time
+    verdict = sample_verdict(t, x, u, v, quality, plausible, elapsed, x - position, running, outliers, gap, top_speed)
+    if verdict > GAP:
+        more = 1.0 if verdict == OUTLIER else 0.0
+        return verdict, np.nan, (time, position, running, outliers + more)
+    return verdict, elapsed if verdict == USED else 0.0, (t, x, 1.0, 0.0)
 
 
 @inlined
@@ -98,9 +112,9 @@ def sample_verdict(
     t: float, x: float, u: float, v: float, quality: int, plausible: bool, elapsed: float, moved: float,
     running: float, outliers: float, gap: float, top_speed: float,
 ) -> int:  # fmt: skip
-    """The verdict on one sample, as a number of `SampleVerdict`; in scalars, so that a fleet can afford it.
+    """The verdict on one sample, as a number of `SampleVerdict`.
 
-    plausible : whether position and input are within their ranges; elapsed [s], moved : since the last used sample.
+    plausible : as in `screened`; elapsed [s], moved : since the last used sample.
     """
     if not (isfinite(t) and isfinite(x) and isfinite(u) and isfinite(v)):
         return NOT_FINITE

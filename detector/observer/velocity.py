@@ -156,7 +156,9 @@ _LARGEST_INDEX = 1e9
 
 @inlined
 def steady_gain_at(h: float, nominal: float, gains: Array) -> tuple[float, float, float]:
-    """The gain for a step h [s] interpolated in the table of `SteadyKalman`, in the units of the state."""
+    """The gain for a step h [s] interpolated in the table of `SteadyKalman`, in the units of the state; 0 for h = 0."""
+    if h == 0.0:
+        return 0.0, 0.0, 0.0
     place = (log2(h / nominal) + _OCTAVES) * _PER_OCTAVE
     place = min(max(place, 0.0), gains.shape[0] - 1.0)
     j = min(int(place), gains.shape[0] - 2)
@@ -171,7 +173,9 @@ def steady_gain_at(h: float, nominal: float, gains: Array) -> tuple[float, float
 def track(
     x1: float, x2: float, x3: float, h: float, position: float, gain: tuple[float, float, float]
 ) -> tuple[float, float, float]:
-    """Position, velocity and acceleration after one step of h [s] of the constant-acceleration filter."""
+    """Position, velocity and acceleration after a step h [s] of the constant-acceleration filter; h = 0 restarts it."""
+    if h == 0.0:
+        return position, 0.0, 0.0
     x1 += h * (x2 + 0.5 * h * x3)
     x2 += h * x3
     miss = position - x1
@@ -182,12 +186,9 @@ def track(
 def _steady(state: Array, dt: Array, position: Array, nominal: float, gains: Array, x1: Array, x2: Array) -> None:
     for i in range(dt.shape[0]):
         h = dt[i]
-        if h == 0.0:
-            state[0], state[1], state[2] = position[i], 0.0, 0.0
-        elif h > 0.0:
+        if h >= 0.0:
             gain = steady_gain_at(h, nominal, gains)
             state[0], state[1], state[2] = track(state[0], state[1], state[2], h, position[i], gain)
-        if h >= 0.0:
             x1[i], x2[i] = state[0], state[1]
 
 

@@ -11,9 +11,9 @@ from detector.alarms.rates import Blocks, least_limit, strokes_of
 from detector.measurements import Measurements
 from detector.observer.calibration_fit import MARGIN
 from detector.watch.cusum import ChangeTest, N
-from detector.watch.innovations import FilterRun, innovations
-from detector.watch.model_filter import ModelFilter, PredictionError
-from detector.watch.model_tuning import tuned
+from detector.watch.model.filter import ModelFilter, PredictionError
+from detector.watch.model.innovations import FilterRun, innovations
+from detector.watch.model.tuning import tuned
 from recordings import Array
 
 LEAST_SIZES = (0.5, 0.1, 0.5)

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from detector.watch.model_filter import DIRECTIONS, PredictionError
+from detector.watch.model.filter import DIRECTIONS, PredictionError
 from recordings import Array
 
 N = len(DIRECTIONS)

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from detector.measurements import Measurement
-from detector.watch.model_filter import DIRECTIONS, ModelFilter
+from detector.watch.model.filter import DIRECTIONS, ModelFilter
 from recordings import Array
 
 N = len(DIRECTIONS)

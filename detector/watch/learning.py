@@ -11,8 +11,8 @@ from detector.measurements import Measurements
 from detector.observer.calibration import SETTLE_SAMPLES
 from detector.observer.calibration_fit import calibrate
 from detector.watch.flow_relation import learned_flow
-from detector.watch.innovations import SKIPPED
-from detector.watch.model_watch import learned_model
+from detector.watch.model.generator import learned_model
+from detector.watch.model.innovations import SKIPPED
 from detector.watch.pressure_level import learned_level
 from detector.watch.watch import Watch
 from recordings import BadInput, Progress, silent

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from detector.observer.state import ObserverState
-from detector.watch.model_watch import ModelState, model_state_as_dict, model_state_from_dict
+from detector.watch.model.generator import ModelState, model_state_as_dict, model_state_from_dict
 from recordings import BadInput
 
 

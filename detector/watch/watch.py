@@ -14,7 +14,7 @@ from detector.observer.screening import SampleVerdict
 from detector.observer.state import Decision
 from detector.watch.flow_relation import FlowRelation
 from detector.watch.judgement import KINDS, Judgement
-from detector.watch.model_watch import TESTS, ModelState, ModelWatch
+from detector.watch.model.generator import TESTS, ModelState, ModelWatch
 from detector.watch.pressure_level import PressureLevel
 from detector.watch.state import WatchState
 from detector.watch.words import described

@@ -7,7 +7,7 @@ from typing import Protocol
 from detector.alarms.rates import FalseAlarms
 from detector.observer.calibration import Calibration
 from detector.watch.flow_relation import FlowRelation
-from detector.watch.model_watch import ModelWatch
+from detector.watch.model.generator import ModelWatch
 
 
 class LearnedWatch(Protocol):

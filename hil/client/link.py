@@ -12,18 +12,12 @@ import ssl
 import termios
 from collections import Counter
 from collections.abc import Callable
-from typing import assert_never
 
-from hil.client.rtu import RtuWire
 from hil.client.state import REOPEN, Input
-from hil.client.tcp import TcpWire
+from hil.client.transport import LinkSide, LiveAddress
 from hil.client.wire import GONE, Wire
-from hil.modbus.addresses import LiveAddress, RtuAddress, TcpAddress, TlsAddress
 from hil.modbus.checks import transactions
 from hil.modbus.messages import Reply, ReplyFault, Request
-from hil.modbus.serial_line import check_serial_line, usable
-from hil.modbus.tls import Certificates, is_certificate_trouble
-from recordings import BadInput
 
 OnConnection = Callable[[Input, str], None]
 """Told when the connection opens or is lost (`Input.OPENED`, `Input.LOST`), at once, with the reason in words."""
@@ -36,19 +30,16 @@ class Link:
     """A connection that is kept open, and requests over it, one at a time.
 
     address : of the peer; on_connection : see `OnConnection`; allow_write : whether a request may change something in
-    the device. Raises BadInput for certificates that cannot be used and a serial device that is missing or busy.
+    the device. Raises BadInput for what no waiting heals, as `LiveAddress.opening` does.
     """
 
     def __init__(self, address: LiveAddress, on_connection: OnConnection, *, allow_write: bool = False) -> None:
         self.address = address
         self.tally: Counter[str] = Counter()
         self._on_connection, self.allow_write = on_connection, allow_write
-        self._context: ssl.SSLContext | None = None
-        if isinstance(address, TlsAddress):
-            self._context = Certificates(address.cert, address.key, address.ca).client_context()
-        if isinstance(address, RtuAddress):
-            check_serial_line(address.text, address.line)
-        self._transactions = transactions()  # goes on over all connections: some gateways mix them up
+        self._opening = address.opening()
+        self._side = LinkSide(transactions(), self.tally, self._give_up)
+        # The ids go on over all connections: some gateways mix them up.
         self._wire: Wire | None = None
         self._lost: asyncio.Future[Exception | None] | None = None
         self._turn = asyncio.Lock()
@@ -61,7 +52,7 @@ class Link:
         return self._wire is not None
 
     async def run(self) -> None:
-        """Keep the connection open until cancelled. Raises BadInput when the peer refuses our certificates at first."""
+        """Keep the connection open until cancelled. Raises BadInput when the peer refuses us at first."""
         failures = 0
         try:
             while True:
@@ -70,7 +61,7 @@ class Link:
                         await self._open()  # `wait_for` of Python 3.11 would lose a cancellation just then
                     await self._until_lost()
                 except (OSError, termios.error) as error:  # also ssl.SSLError, SerialException, TimeoutError
-                    self._refuse_certificates(error)
+                    self._refuse(error)
                     self._on_connection(Input.LOST, f"{self.address.text}: {_words(error)}")
                 failures = 0 if self._heard else failures + 1
                 await asyncio.sleep(REOPEN.delay(failures) if failures else 0.0)
@@ -100,7 +91,7 @@ class Link:
             return
         self._deaf_since = asked_at if self._deaf_since is None else self._deaf_since
         deaf = asyncio.get_running_loop().time() - self._deaf_since
-        if deaf > max(DEAF_AFTER_S, 3 * self.address.timeout) and not isinstance(self.address, RtuAddress):
+        if deaf > max(DEAF_AFTER_S, 3 * self.address.timeout) and self.address.reopened:
             self._give_up(ConnectionError(f"no usable reply for {deaf:.1f} s, the last time: {reply.text}"))
 
     def _give_up(self, error: Exception | None) -> None:
@@ -114,44 +105,24 @@ class Link:
         assert self._lost is not None
         error = await self._lost
         if not self._ever_heard:
-            self._refuse_certificates(error)
+            self._refuse(error)
 
     async def _open(self) -> None:
         self._lost, self._heard, self._deaf_since = asyncio.get_running_loop().create_future(), False, None
-        wire = await self._connected()
+        wire = await self._opening(self._side)
         if not self._lost.done():
             self._wire = wire
             self._on_connection(Input.OPENED, f"{self.address.text}: connected")
-
-    async def _connected(self) -> Wire:
-        loop, address = asyncio.get_running_loop(), self.address
-        match address:
-            case TcpAddress() | TlsAddress():
-                name = (address.name or address.host) if isinstance(address, TlsAddress) else None
-                _, tcp = await loop.create_connection(
-                    lambda: TcpWire(address.timeout, self._transactions, self.tally, self._give_up),
-                    address.host,
-                    address.port,
-                    ssl=self._context,
-                    server_hostname=name,
-                )
-                return tcp
-            case RtuAddress():
-                rtu = RtuWire(address.timeout, address.quiet, address.line.gap, self.tally, self._give_up)
-                await rtu.open(usable(address.line))
-                return rtu
-            case _:
-                assert_never(address)
 
     def _close(self) -> None:
         wire, self._wire = self._wire, None
         if wire is not None:
             wire.close()
 
-    def _refuse_certificates(self, error: BaseException | None) -> None:
-        if isinstance(self.address, TlsAddress) and not self._ever_heard and is_certificate_trouble(error):
-            found = f"the two sides do not accept each other's certificates ({error})"
-            raise BadInput(self.address.text, found, "check ca, cert and name, and what the server trusts") from None
+    def _refuse(self, error: BaseException | None) -> None:
+        refusal = None if self._ever_heard else self.address.refusal(error)
+        if refusal is not None:
+            raise refusal from None
 
 
 def _words(error: BaseException | None) -> str:

@@ -24,19 +24,51 @@ import asyncio
 import os
 from collections import Counter
 from dataclasses import dataclass
-from typing import cast
+from typing import ClassVar, Self, cast
 
 from pymodbus.transport.serialtransport import SerialTransport
 
-from hil.client.wire import GONE, Lost
-from hil.modbus.addresses import SerialLine
+from hil.client.transport import LinkSide, LiveAddress, Opening, timeout_of
+from hil.client.wire import GONE, Lost, Wire
+from hil.modbus.addresses import TIMEOUT_S, AddressParts, SerialLine, serial_line
 from hil.modbus.checks import check_rtu
 from hil.modbus.framing import Frame
 from hil.modbus.messages import Reply, ReplyFault, Request
+from hil.modbus.serial_line import check_serial_line, usable
 
 CLEAN_REPLIES = 20
 MARGIN = 1.25
 SHORTEST_WATCH_S = 0.05
+
+
+@dataclass(frozen=True)
+class RtuAddress(LiveAddress):
+    """Devices on a serial line. quiet : s of silence after a fault, longer than the slowest reply is late."""
+
+    scheme: ClassVar[str] = "rtu"
+    form: ClassVar[str] = "rtu:DEVICE?baud=..&parity=.."
+    reopened: ClassVar[bool] = False  # a line that is open is there, whoever is silent on it
+
+    line: SerialLine
+    quiet: float = TIMEOUT_S
+
+    @classmethod
+    def of(cls, parts: AddressParts) -> Self:
+        """Read an address; `quiet` is the timeout when it is not given."""
+        parts.options.only("baud", "parity", "stop", "timeout", "quiet")
+        line, timeout = serial_line(parts, cls.form), timeout_of(parts)
+        return cls(parts.text, line, parts.options.number("quiet", timeout, 1e-3, 600.0), timeout=timeout)
+
+    def opening(self) -> Opening:
+        """Raises BadInput for a device that is missing or busy."""
+        check_serial_line(self.text, self.line)
+
+        async def opened(side: LinkSide) -> Wire:
+            wire = RtuWire(self.timeout, self.quiet, self.line.gap, side.tally, side.lost)
+            await wire.open(usable(self.line))
+            return wire
+
+        return opened
 
 
 @dataclass

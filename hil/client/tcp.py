@@ -12,17 +12,57 @@ and is dropped for that. Whenever the step itself is in doubt the connection is 
 from __future__ import annotations
 
 import asyncio
+import ssl
 from collections import Counter, deque
 from collections.abc import Iterator
-from typing import cast
+from dataclasses import dataclass
+from typing import ClassVar, Self, cast
 
-from hil.client.wire import GONE, Lost
+from hil.client.transport import LinkSide, LiveAddress, Opening, timeout_of
+from hil.client.wire import GONE, Lost, Wire
+from hil.modbus.addresses import AddressParts, host_and_port
 from hil.modbus.checks import check_tcp, ends_in_frame
 from hil.modbus.framing import Frame, split_frames
 from hil.modbus.messages import Reply, ReplyFault, Request
 
 RECENT = 32
 """Transaction ids that are remembered."""
+
+
+@dataclass(frozen=True)
+class TcpAddress(LiveAddress):
+    """A Modbus TCP server."""
+
+    scheme: ClassVar[str] = "tcp"
+    form: ClassVar[str] = "tcp://HOST:PORT"
+
+    host: str
+    port: int = 502
+
+    @classmethod
+    def of(cls, parts: AddressParts) -> Self:
+        """Read an address; port 502 when none is given."""
+        parts.options.only("timeout")
+        host, port = host_and_port(parts, cls.form, 502)
+        return cls(parts.text, host, port, timeout=timeout_of(parts))
+
+    def opening(self) -> Opening:
+        """Whatever is wrong may heal."""
+
+        async def opened(side: LinkSide) -> Wire:
+            return await open_stream(self.host, self.port, self.timeout, side)
+
+        return opened
+
+
+async def open_stream(
+    host: str, port: int, timeout: float, side: LinkSide, context: ssl.SSLContext | None = None, name: str | None = None
+) -> TcpWire:
+    """Open a stream; under TLS where there is a context, to a server of that name. Raises OSError."""
+    _, wire = await asyncio.get_running_loop().create_connection(
+        lambda: TcpWire(timeout, *side), host, port, ssl=context, server_hostname=name
+    )
+    return wire
 
 
 class TcpWire(asyncio.Protocol):

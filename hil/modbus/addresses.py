@@ -8,8 +8,8 @@
                device                       rtu: /dev/ttyUSB0, also ///dev/ttyUSB0
     options    name "=" value {"&" name "=" value}
 
-`AddressParts.of` splits a text, and `host_and_port` and `serial_line` read a place. What a source may be, and where a
-server may listen, is said in `hil.source.address` and `hil.server.address`. Every mistake is a `BadInput` about the
+`AddressParts.of` splits a text, and `host_and_port` and `serial_line` read a place. What a source may be is said by the
+transports in `hil.client`, where a server may listen in `hil.server.address`. Every mistake is a `BadInput` about the
 whole text.
 """
 
@@ -19,7 +19,6 @@ import difflib
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from urllib.parse import parse_qsl, urlsplit
 
 from recordings import BadInput
@@ -44,46 +43,6 @@ class SerialLine:
         """
         bits = 9 + (self.parity != "N") + self.stop
         return 3.5 * bits / self.baud if self.baud <= 19200 else 1.75e-3
-
-
-@dataclass(frozen=True)
-class TcpAddress:
-    """A Modbus TCP server. timeout : s to wait for a reply."""
-
-    text: str
-    host: str
-    port: int = 502
-    timeout: float = TIMEOUT_S
-
-
-@dataclass(frozen=True)
-class TlsAddress:
-    """A Modbus/TCP Security server.
-
-    ca, cert, key : PEM files; name : what the server's certificate must be issued to, when that is not `host`.
-    """
-
-    text: str
-    host: str
-    ca: Path
-    cert: Path
-    key: Path
-    port: int = 802
-    name: str | None = None
-    timeout: float = TIMEOUT_S
-
-
-@dataclass(frozen=True)
-class RtuAddress:
-    """Devices on a serial line. quiet : s of silence after a fault, longer than the slowest reply is late."""
-
-    text: str
-    line: SerialLine
-    timeout: float = TIMEOUT_S
-    quiet: float = TIMEOUT_S
-
-
-LiveAddress = TcpAddress | TlsAddress | RtuAddress
 
 
 @dataclass(frozen=True)

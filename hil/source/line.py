@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from hil.client.link import Link
 from hil.client.state import REST, Input, LinkPhase, LinkState
-from hil.modbus.addresses import LiveAddress
+from hil.client.transport import LiveAddress
 from hil.modbus.messages import Reply, ReplyFault, Request
 from hil.source.sample import EventKind
 from hil.source.valve import Valve

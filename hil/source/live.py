@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from types import TracebackType
 from typing import Protocol, Self
 
-from hil.modbus.addresses import LiveAddress
+from hil.client.transport import LiveAddress
 from hil.modbus.messages import WRITE_COILS, WRITE_REGISTERS, Reply, ReplyFault, Request
 from hil.registers.codec import encode
 from hil.registers.point import BIT_TABLES

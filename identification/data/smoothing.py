@@ -30,8 +30,10 @@ class Motion:
 
 
 def smooth(t: Array, y: Array, noise: float, widened: float = 1.0) -> Motion:
-    """Savitzky-Golay smoothing (third order) of a position y [m] over times t [s] of any spacing; noise [m]; widened :
-    factor on the window, to see what it blurs.
+    """Savitzky-Golay smoothing (third order) of a position, at times of any spacing.
+
+    t (n_samples,) : times [s], increasing; y (n_samples,) : position [m]; noise : its standard deviation [m];
+    widened : factor on the window, to see what it blurs.
     """
     dt = float(np.median(np.diff(t)))
     even = np.allclose(np.diff(t), dt, rtol=1e-3, atol=0.0)

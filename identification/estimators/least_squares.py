@@ -23,7 +23,10 @@ class Normal:
     matrix: Array
 
     def with_prior(self, theta: Array, centre: Array, precision: Array) -> Normal:
-        """Add a normal prior of independent coordinates, precision (n,) = 1 / std^2."""
+        """Add a normal prior of independent coordinates.
+
+        theta, centre (n,) : where it is evaluated and where it is highest, in one scale; precision (n,) : 1 / std^2.
+        """
         off = theta - centre
         return Normal(
             self.cost + float(np.sum(precision * off**2)),
@@ -46,7 +49,10 @@ def weighted(r: Array, jacobian: Array, tuning: float) -> Normal:
 
 
 def cauchy(r: Array, tuning: float) -> Array:
-    """Cauchy's loss of each normalised innovation, of any shape; squares where the tuning is infinite."""
+    """Cauchy's loss of each number r, normalised, of any shape; the answer has that shape.
+
+    tuning : in standard deviations; infinite for squares.
+    """
     return np.asarray(r**2 if np.isinf(tuning) else tuning**2 * np.log1p((r / tuning) ** 2), float)
 
 
@@ -69,8 +75,11 @@ def descend(
     longest: float = 1.0,
     damping: float = 1e-2,
 ) -> Descent | None:
-    """Minimise. `evaluate` returns None where the model diverges; longest : largest move of a coordinate per iteration;
-    tolerance : relative decrease of the cost below which the descent has settled. None when the start itself diverges.
+    """Minimise by damped Gauss-Newton steps (Levenberg-Marquardt). None when the model diverges at the start itself.
+
+    evaluate : the normal equations at (n,), None where the model diverges; theta (n,) : the start, coordinates in a
+    scale of one each; longest : largest move of a coordinate per iteration; tolerance : relative decrease of the cost
+    below which the descent has settled; damping : at the start, a share of the diagonal.
     """
     now = _sound(evaluate(theta))
     if now is None:
@@ -103,7 +112,7 @@ def _sound(normal: Normal | None) -> Normal | None:
 
 
 def move(normal: Normal, damping: float) -> Array:
-    """The damped Gauss-Newton move, (m,), in coordinates scaled by the diagonal."""
+    """The damped Gauss-Newton move (n,) of the coordinates; damping : a share of the diagonal of the matrix (n, n)."""
     diagonal = np.diag(normal.matrix)
     scale = np.sqrt(np.maximum(diagonal, 1e-12 * max(float(diagonal.max()), 1e-300)))
     scaled = normal.matrix / np.outer(scale, scale)

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from identification.tracing import settings
-from identification.tracing.comparison import compare
 from identification.tracing.judge import Candidate
+from identification.tracing.models.comparison import compare
 from identification.tracing.swap import n_free_parameters
 from simulator import Catalogue
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from identification.estimators.estimate import Estimate
 from identification.tracing import settings
-from identification.tracing.comparison import Comparison, compare
+from identification.tracing.models.comparison import Comparison, compare
 from identification.tracing.models.model import Model
 from identification.tracing.refine import CandidateFit, refitted
 from identification.tracing.screen import Score
@@ -20,7 +20,8 @@ class Candidate:
     effect : its id; gain : fall of the cost on the fitted recordings, by refit or, where refit is None, by score or on
     chunks; values : its parameters by full name, SI units; refit : the model with it; held_out : the refit against the
     model without it on the held-out recordings; accepted, why : the decision and its reason in words; doubtful :
-    accepted on the condition that as much is not gained by chance.
+    accepted on the condition that as much is not gained by chance; chance : the probability that it is, from null
+    replicates, None where none were made.
     """
 
     effect: str
@@ -31,6 +32,7 @@ class Candidate:
     accepted: bool = False
     why: str = ""
     doubtful: bool = False
+    chance: float | None = None
 
 
 NO_SOLUTION = "the refit has no solution"
@@ -75,8 +77,8 @@ def not_fitted(score: Score) -> Candidate:
 def judged_by_chance(c: Candidate, p: float) -> Candidate:
     """An accepted candidate, given the probability that as much is gained by chance."""
     if p > settings.NULL_LEVEL:
-        return replace(c, accepted=False, why=f"as much is gained where nothing is missing (p = {p:.2g})")
-    return replace(c, why=f"{c.why}, and as much is hardly gained by chance (p = {p:.2g})")
+        return replace(c, accepted=False, chance=p, why=f"as much is gained where nothing is missing (p = {p:.2g})")
+    return replace(c, chance=p, why=f"{c.why}, and as much is hardly gained by chance (p = {p:.2g})")
 
 
 def _is_significant(base: Model, held: Comparison) -> bool:

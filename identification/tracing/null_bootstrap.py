@@ -18,8 +18,8 @@ from identification.data.experiment import Experiment
 from identification.data.grid import with_smooth_force
 from identification.estimators.noise_aware.resolution import MOST_BETWEEN, SWING, swing
 from identification.tracing import settings
-from identification.tracing.comparison import is_white
 from identification.tracing.models.base import base_model, polished
+from identification.tracing.models.comparison import is_white
 from identification.tracing.models.free_runs import as_fit
 from identification.tracing.models.model import Model
 from identification.tracing.models.search import best_model_on_chunks, continued, first_fits

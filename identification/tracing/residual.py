@@ -26,14 +26,37 @@ QUANTITIES = {
 
 @dataclass(frozen=True)
 class ResidualDescription:
-    """The residual force that no candidate explains, in words. description : how large; where : at which values of what
-    it is largest, and what to record next; share : of the base model's excess loss on the held-out recordings that the
+    """The residual force that no candidate explains. description : how large, in words; quantity : what it depends on
+    most, of `QUANTITIES`; low, high : the range of it where the force is largest, in `unit`; only_held_out : whether
+    the held-out recordings alone show it; share : of the base model's excess loss on the held-out recordings that the
     final model still has.
     """
 
     description: str
-    where: str
+    quantity: str
+    low: float
+    high: float
+    only_held_out: bool
     share: float
+
+    @property
+    def unit(self) -> str:
+        """Of the quantity."""
+        return QUANTITIES[self.quantity][0]
+
+    @property
+    def next(self) -> str:
+        """What to record to see more of it."""
+        return QUANTITIES[self.quantity][1]
+
+    @property
+    def where(self) -> str:
+        """At which values of what it is largest, and what to record next, in words."""
+        place = f"it is strongest at {self.quantity} {self.low:.4g} to {self.high:.4g} {self.unit}"
+        if self.only_held_out:
+            hidden = "and does not show in the fitted ones; record more like them to fit to"
+            return f"{place} of the held-out recordings, {hidden}"
+        return f"{place}; record {self.next}"
 
     def as_json(self) -> dict[str, Any]:
         """As `trace.json` has it."""
@@ -76,12 +99,7 @@ def describe_residual(found: Selection) -> ResidualDescription:
     description = (
         f"a force of {rms:.3g} N rms beside the model's, {np.sqrt(z2.mean()):.2f} times its standard deviation"
     )
-    where = f"it is strongest at {name} {low:.4g} to {high:.4g} {known[name].unit}"
-    if found.only_held_out:
-        where += " of the held-out recordings, and does not show in the fitted ones; record more like them to fit to"
-    else:
-        where += f"; record {known[name].next}"
-    return ResidualDescription(description, where, share)
+    return ResidualDescription(description, name, low, high, found.only_held_out, share)
 
 
 def _signals(t: Array, path: Array) -> dict[str, Array]:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from identification.tracing import settings
-from identification.tracing.comparison import fitted_whiteness, is_white
+from identification.tracing.models.comparison import fitted_whiteness, is_white
 from identification.tracing.models.model import Model
 from identification.tracing.models.search import best_model_on_chunks, imitations
 from identification.tracing.refine import CandidateFit, fit_on_chunks, gain_of, refit_on_base_paths

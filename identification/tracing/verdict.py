@@ -9,8 +9,8 @@ import numpy as np
 
 from identification.data.experiment import Experiment
 from identification.tracing import settings
-from identification.tracing.comparison import Whiteness, fitted_whiteness, held_out_whiteness, is_white
 from identification.tracing.judge import Candidate
+from identification.tracing.models.comparison import Whiteness, fitted_whiteness, held_out_whiteness, is_white
 from identification.tracing.models.model import Model
 
 

@@ -60,8 +60,8 @@ def _check_format(file: h5py.File, name: str) -> None:
     given = text_attribute(file, "format", name)
     if given != FORMAT:
         found = "the root attribute format is missing" if given is None else f"its format is '{given}'"
-        remedy = f"a recording says format = '{FORMAT}'; turn other files into one with 'bristle import'"
-        raise BadInput(name, found, remedy)
+        remedy = f"a recording says format = '{FORMAT}'; import other files into one first"
+        raise BadInput(name, found, remedy, parameter="import_to")
     version = number_attribute(file, "version", name)
     if not isinstance(version, int) or version != VERSION:
         found = "the root attribute version is missing" if version is None else f"its version is {version}"

@@ -14,8 +14,8 @@ from recordings.errors import BadInput
 from recordings.hdf5.problems import unreadable
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
-_IMPORT = "turn other files into a recording with 'bristle import'"
-_RECOVER = "merge it first, into a new file with 'bristle import {path}' or in place with recordings.recover"
+_IMPORT = "import other files into a recording first"
+_RECOVER = "merge it first, into a new file by an import, or in place with recordings.recover"
 
 
 def journal_path(path: Path) -> Path:
@@ -32,10 +32,10 @@ def open_hdf5(path: Path) -> h5py.File:
         Missing, not a regular file, not readable, empty, not HDF5, truncated, or cut off while recording.
     """
     if not starts_like_hdf5(path):
-        raise BadInput(str(path), "it is not an HDF5 file", _IMPORT)
+        raise BadInput(str(path), "it is not an HDF5 file", _IMPORT, parameter="import_to")
     if journal_path(path).exists() and not being_written(path):
         found = "it was cut off while recording; its journal lies beside it"
-        raise BadInput(str(path), found, _RECOVER.format(path=path))
+        raise BadInput(str(path), found, _RECOVER, parameter="import_to")
     try:
         # Locks would keep readers away from a live recording; its writer flushes whole batches.
         return h5py.File(path, "r", locking=False)

@@ -29,12 +29,9 @@ from recordings.hdf5.recover import Recovery, recover
 from recordings.hdf5.writer import write
 from recordings.importers.assemble import Imported, assemble, text_columns
 from recordings.importers.clock import first_date
-from recordings.importers.file_kind import kind_of
+from recordings.importers.file_format import format_of, is_recording
 from recordings.importers.mapping import ImportMapping, load_mapping, mapping_names, mapping_of, with_changes
-from recordings.importers.matlab import read_mat, read_mat73
-from recordings.importers.parquet import read_parquet
 from recordings.importers.table import ForeignTable
-from recordings.importers.text import read_text
 
 __all__ = [
     "ImportMapping",
@@ -76,14 +73,9 @@ def import_file(path: str | Path, mapping: ImportMapping | None = None) -> Impor
 
 
 def _table(path: Path, mapping: ImportMapping) -> ForeignTable:
-    kind, variable = kind_of(path), mapping.file.variable
-    if kind == "recording":
+    if is_recording(path):
         raise BadInput(str(path), "it is a recording already", "use it as it is")
-    if kind == "text":
-        return read_text(path, mapping.file, text_columns(mapping))
-    if kind == "parquet":
-        return read_parquet(path)
-    return (read_mat if kind == "mat" else read_mat73)(path, variable)
+    return format_of(path).read(path, mapping.file, text_columns(mapping))
 
 
 def recover_to(path: str | Path, target: str | Path, *, overwrite: bool = False) -> Recovery:
@@ -144,7 +136,7 @@ def import_to(
     if target.exists() and path.exists() and target.samefile(path):
         raise BadInput(str(target), "it is the file to import", "choose another name for the recording")
     check_vacant(target, overwrite, parameter="overwrite")
-    if kind_of(path) == "recording":
+    if is_recording(path):
         return recover_to(path, target, overwrite=overwrite).lost
     mapping = load_mapping(name) if name else ImportMapping()
     imported = import_file(path, with_changes(mapping, changes or {}, "options"))

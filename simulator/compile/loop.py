@@ -15,9 +15,8 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Vector = NDArray[np.float64]
+from recordings import Array
 
 SCALE = 1e-5
 """A small value of the implicit scalar."""
@@ -31,32 +30,32 @@ def native(function: Callable[..., Any]) -> Any:
     return function
 
 
-def guess(s: Vector, e: Vector, p: Vector) -> float:
+def guess(s: Array, e: Array, p: Array) -> float:
     """Where the search for the implicit scalar starts."""
     return 0.0
 
 
-def residual(w: float, s: Vector, e: Vector, p: Vector) -> tuple[float, float]:
+def residual(w: float, s: Array, e: Array, p: Array) -> tuple[float, float]:
     """What has to vanish by the choice of w, and its slope."""
     return w, 1.0
 
 
-def step(w: float, s: Vector, e: Vector, p: Vector, new: Vector) -> None:
+def step(w: float, s: Array, e: Array, p: Array, new: Array) -> None:
     """The next state."""
     new[:] = s
 
 
-def step_jac(w: float, s: Vector, e: Vector, p: Vector, new: Vector, A: Vector, B: Vector) -> None:
+def step_jac(w: float, s: Array, e: Array, p: Array, new: Array, A: Array, B: Array) -> None:
     """The next state and its derivatives by the state and the parameters."""
     new[:], A[:], B[:] = s, np.eye(len(s)).ravel(), 0.0
 
 
-def output(s: Vector, e: Vector, p: Vector, y: Vector) -> None:
+def output(s: Array, e: Array, p: Array, y: Array) -> None:
     """What is measured at a sample."""
     y[:] = s[: len(y)]
 
 
-def output_jac(s: Vector, e: Vector, p: Vector, y: Vector, C: Vector, D: Vector) -> None:
+def output_jac(s: Array, e: Array, p: Array, y: Array, C: Array, D: Array) -> None:
     """What is measured at a sample and its derivatives by the state and the parameters."""
     y[:], C[:], D[:] = s[: len(y)], np.eye(len(y), len(s)).ravel(order="F"), 0.0
 
@@ -65,7 +64,7 @@ def output_jac(s: Vector, e: Vector, p: Vector, y: Vector, C: Vector, D: Vector)
 
 
 @native
-def solve(s: Vector, e: Vector, p: Vector) -> float:
+def solve(s: Array, e: Array, p: Array) -> float:
     """Newton inside a bracket that the signs of the residual tighten; NaN when there is no root to be found.
 
     The residual rises through its root. After 40 rounds only halving is left, and that always ends.
@@ -100,7 +99,7 @@ def solve(s: Vector, e: Vector, p: Vector) -> float:
 
 
 @native
-def chain(A: Vector, B: Vector, S: Vector, result: Vector) -> bool:
+def chain(A: Array, B: Array, S: Array, result: Array) -> bool:
     """result = A S + [B 0]; whether all of it is finite."""
     rows, states, columns = result.shape[0], S.shape[0], S.shape[1]
     fine = True
@@ -118,7 +117,7 @@ def chain(A: Vector, B: Vector, S: Vector, result: Vector) -> bool:
 
 
 @native
-def finite(values: Vector) -> bool:
+def finite(values: Array) -> bool:
     """Whether every entry is finite."""
     fine = True
     for i in range(values.shape[0]):
@@ -127,7 +126,7 @@ def finite(values: Vector) -> bool:
 
 
 @native
-def replace(new: Vector, s: Vector, S: Vector) -> None:
+def replace(new: Array, s: Array, S: Array) -> None:
     """States that start anew after a sample and forget the parameters; NaN leaves a state as it is."""
     for i in range(s.shape[0]):
         if not math.isnan(new[i]):
@@ -137,7 +136,7 @@ def replace(new: Vector, s: Vector, S: Vector) -> None:
 
 
 @native
-def fill(e: Vector, u: Vector, k: int, then: int, part: float, end: float) -> None:
+def fill(e: Array, u: Array, k: int, then: int, part: float, end: float) -> None:
     """The inputs of exo: at a part of the way from sample k to `then`, and at its end where there is room for them."""
     inputs = u.shape[1]
     for i in range(e.shape[0] - 2):
@@ -146,7 +145,7 @@ def fill(e: Vector, u: Vector, k: int, then: int, part: float, end: float) -> No
 
 
 @native
-def advance(e: Vector, p: Vector, s: Vector, S: Vector, T: Vector, new: Vector, A: Vector, B: Vector) -> bool:
+def advance(e: Array, p: Array, s: Array, S: Array, T: Array, new: Array, A: Array, B: Array) -> bool:
     """One sub-step of the state, and of its derivatives where T has room for them; whether there was a root."""
     w = solve(s, e, p)
     if not math.isfinite(w):
@@ -191,8 +190,8 @@ def sub_step(
 
 @native
 def loop(
-    t: Vector, u: Vector, hold: bool, h_max: float, p: Vector, s: Vector, y: Vector, S: Vector, Y: Vector,
-    resets: Vector, e: Vector,
+    t: Array, u: Array, hold: bool, h_max: float, p: Array, s: Array, y: Array, S: Array, Y: Array,
+    resets: Array, e: Array,
 ) -> int:  # fmt: skip
     """As `scan` of `loop.c`; Y and resets have no rows where they are not wanted, e is room for exo."""
     n, ns, ny, sensitive = t.shape[0], s.shape[0], y.shape[1], Y.shape[0] > 0
@@ -221,8 +220,8 @@ def loop(
 
 @native
 def shot(
-    first: int, last: int, t: Vector, u: Vector, h_max: float, p: Vector, z: Vector, f: Vector, T: Vector, y: Vector,
-    Y: Vector, carried: Vector, e: Vector,
+    first: int, last: int, t: Array, u: Array, h_max: float, p: Array, z: Array, f: Array, T: Array, y: Array,
+    Y: Array, carried: Array, e: Array,
 ) -> int:  # fmt: skip
     """As `shoot` of `loop.c`; T and Y have no rows where they are not wanted, e is room for exo."""
     n, ns, ny, sensitive = t.shape[0], z.shape[1], y.shape[1], T.shape[0] > 0

@@ -1,4 +1,4 @@
-"""The catalogue: every effect the toolkit knows, base effects first. Adding one is one file and one line here.
+"""The catalogue: every effect the toolkit knows, base effects first. An effect is one file in a folder here.
 
 The order is that of asking: signals pass from the recording to the stem through the input effects, from the stem to
 the recording through the output effects.
@@ -6,47 +6,28 @@ the recording through the output effects.
 
 from __future__ import annotations
 
-from simulator.effect import Catalogue
-from simulator.effects.force.contact_stiffness import ContactStiffness
-from simulator.effects.force.flow_force import FlowForce
-from simulator.effects.force.force_offset_drift import ForceOffsetDrift
-from simulator.effects.force.hardening_spring import HardeningSpring
-from simulator.effects.force.inertia import Inertia
-from simulator.effects.force.periodic_force import PeriodicForce
-from simulator.effects.force.position_periodic_force import PositionPeriodicForce
-from simulator.effects.force.spring import Spring
-from simulator.effects.friction.asymmetric_coulomb import AsymmetricCoulomb
-from simulator.effects.friction.asymmetric_viscous import AsymmetricViscous
-from simulator.effects.friction.dwell_stiction import DwellStiction
-from simulator.effects.friction.friction_drift import FrictionDrift
-from simulator.effects.friction.frictional_memory import FrictionalMemory
-from simulator.effects.friction.load_dependent_friction import LoadDependentFriction
-from simulator.effects.friction.lugre import LuGre
-from simulator.effects.friction.nonlocal_presliding import NonlocalPresliding
-from simulator.effects.friction.position_dependent_friction import PositionDependentFriction
-from simulator.effects.friction.quadratic_drag import QuadraticDrag
-from simulator.effects.input.actuator_hysteresis import ActuatorHysteresis
-from simulator.effects.input.actuator_lag import ActuatorLag
-from simulator.effects.input.dead_time import DeadTime
-from simulator.effects.input.force_gain import ForceGain
-from simulator.effects.output.backlash import PositionBacklash
-from simulator.effects.output.sensor_drift import SensorDrift
-from simulator.effects.output.sensor_lag import SensorLag
-from simulator.effects.output.sensor_nonlinearity import SensorNonlinearity
+from recordings import classes_of
+from simulator.effect import Catalogue, Effect
 
 BASE = ("inertia", "spring", "lugre")
 """The effects of the base model."""
 
-CATALOGUE = Catalogue(
-    (
-        *(Inertia(), Spring(), LuGre()),
-        *(AsymmetricCoulomb(), AsymmetricViscous(), PositionDependentFriction(), LoadDependentFriction()),
-        *(DwellStiction(), FrictionalMemory(), NonlocalPresliding(), FrictionDrift()),
-        *(QuadraticDrag(), HardeningSpring(), ContactStiffness(), FlowForce()),
-        *(PeriodicForce(), PositionPeriodicForce(), ForceOffsetDrift()),
-        *(DeadTime(), ForceGain(), ActuatorHysteresis(), ActuatorLag()),
-        *(PositionBacklash(), SensorLag(), SensorNonlinearity(), SensorDrift()),
-    )
-)
+ORDER = (
+    *BASE, "asymmetric_coulomb", "asymmetric_viscous", "position_dependent_friction", "load_dependent_friction",
+    "dwell_stiction", "frictional_memory", "nonlocal_presliding", "friction_drift",
+    "quadratic_drag", "hardening_spring", "contact_stiffness", "flow_force",
+    "periodic_force", "position_periodic_force", "force_offset_drift",
+    "dead_time", "force_gain", "actuator_hysteresis", "actuator_lag",
+    "backlash", "sensor_lag", "sensor_nonlinearity", "sensor_drift",
+)  # fmt: skip
+"""Effects whose place matters. One that is not among them stands at the end: see `Catalogue.extended`."""
+
+
+def _place(effect: Effect) -> tuple[int, str]:
+    return ORDER.index(effect.id) if effect.id in ORDER else len(ORDER), effect.id
+
+
+CATALOGUE = Catalogue(tuple(sorted((kind() for kind in classes_of("simulator.effects", Effect)), key=_place)))
+"""Every public effect that a module of the folders here defines."""
 
 __all__ = ["BASE", "CATALOGUE"]

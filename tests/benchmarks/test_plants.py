@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from benchmarks import plants_cases
+from benchmarks import plants_cases, plants_strengths
 from benchmarks.plants import integrate
-from benchmarks.plants_cases import COURSE, Case, Run, force_course, recordings, runs, save
+from benchmarks.plants_cases import COURSE, Case, Run, force_course, runs
 from benchmarks.plants_effects import OTHER, OUTSIDE, SAME, Valve, fields_of, law
+from benchmarks.plants_recordings import recordings, save
 from recordings import read, read_truth
 from simulator import BASE, CATALOGUE, kernel
 
@@ -178,8 +179,8 @@ def test_noise_is_what_the_valve_says(short: None) -> None:
 
 @pytest.mark.long
 def test_calibrated_strength_leaves_what_was_asked_for() -> None:
-    found = plants_cases.calibrated("backlash", SEED, "same", (3.0, 6.0))
-    left = plants_cases.Remaining(Case(SEED, ("backlash",)))
+    found = plants_strengths.calibrated("backlash", SEED, "same", (3.0, 6.0))
+    left = plants_strengths.Remaining(Case(SEED, ("backlash",)))
     assert found[6.0][1] == pytest.approx(6.0, rel=0.13)
     assert left(found[6.0][0]) == pytest.approx(6.0, rel=0.2)
     assert found[3.0][0] < found[6.0][0]

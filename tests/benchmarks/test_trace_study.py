@@ -10,10 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks import plants_cases
+from benchmarks import plants_cases, plants_strengths
 from benchmarks import trace as study
-from benchmarks.plants_cases import Case, recordings
+from benchmarks.plants_cases import Case
 from benchmarks.plants_effects import SAME
+from benchmarks.plants_recordings import recordings
+from benchmarks.trace_report import ABSENT
 from identification import noise_std
 
 
@@ -21,14 +23,16 @@ from identification import noise_std
 def short(monkeypatch: pytest.MonkeyPatch) -> None:
     """Experiments of two seconds, of strengths that need no search."""
     monkeypatch.setattr(plants_cases, "SECONDS", {"staircase": 2.0, "sine": 2.0, "multisine": 2.0})
-    monkeypatch.setattr(plants_cases, "_strength", lambda effect, valve, form, multiple: (0.01 * multiple, multiple))
+    monkeypatch.setattr(
+        plants_strengths, "_strength", lambda effect, valve, form, multiple: (0.01 * multiple, multiple)
+    )
 
 
 def answer(
     verdict: str, *, added: tuple[str, ...] | None = None, same: tuple[str, ...] = (), candidates: tuple[Any, ...] = ()
 ) -> Any:
     """What a trace returns."""
-    named = (verdict,) if verdict not in study.ABSENT else ()
+    named = (verdict,) if verdict not in ABSENT else ()
     error = {"before": {"holdout": {"rmse_m": 4e-5}}, "after": {"holdout": {"rmse_m": 1e-5}}}
     return SimpleNamespace(
         verdict=verdict, effects_added=named if added is None else added, same_class=same, error=error,

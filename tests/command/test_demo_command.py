@@ -9,13 +9,19 @@ import signal
 import socket
 import subprocess
 import sys
+from functools import partial
 
 import pytest
 
+from identification import trace
 from recordings import bundled_path, read, read_truth
-from simulator import ValveModel
+from simulator import BASE, CATALOGUE, Catalogue, ValveModel
 
 LISTENING = re.compile(r"tcp://127\.0\.0\.1:(\d+)")
+
+
+NEAREST = ("flow_force", "position_dependent_friction", "position_periodic_force")
+"""The effect that the demo is to trace, and those that come nearest to it."""
 
 
 def ports(said: str) -> list[int]:
@@ -30,7 +36,11 @@ def refuses(port: int) -> bool:
         return peer.connect_ex(("127.0.0.1", port)) != 0
 
 
-def test_it_fits_records_traces_and_watches_and_leaves_nothing_running(console, tmp_path):
+@pytest.mark.parametrize("tried", [NEAREST, pytest.param(CATALOGUE.ids, marks=pytest.mark.long)], ids=["few", "all"])
+def test_it_fits_records_traces_and_watches_and_leaves_nothing_running(console, tmp_path, monkeypatch, tried):
+    """Whole but that few effects are tried: the rest of the catalogue takes half a minute more."""
+    few = Catalogue(tuple(CATALOGUE[effect] for effect in CATALOGUE.ids if effect in {*BASE, *tried}))
+    monkeypatch.setattr("bristle.cli.demo.trace.trace", partial(trace, catalogue=few))
     out = tmp_path / "here"
     ending = console("demo", "--out", out)
     assert ending.code == 0, ending.err

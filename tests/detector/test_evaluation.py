@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
+from benchmarks.measured_data import PLANT_HOUR
 from detector.evaluation import (
     BENCHMARK,
     DETECTORS,
@@ -38,7 +37,6 @@ from detector.generators import learn_servo
 from recordings import BadInput
 from simulator.damadics import run_scenario
 
-HOUR = Path(__file__).resolve().parents[2] / "../shared/data/damadics/OneHourTestData_ExampleII.mat"
 ZONE = Zone(300, 900, 1500)
 
 
@@ -288,9 +286,9 @@ def test_every_detector_says_what_it_is():
     assert all(one.text for one in DETECTORS.values())
 
 
-@pytest.mark.skipif(not HOUR.exists(), reason="the measured hour of the plant is not in ../shared/data/damadics")
+@pytest.mark.skipif(not PLANT_HOUR.exists(), reason=f"the measured hour of the plant is not there: {PLANT_HOUR}")
 def test_the_plant_hour_raises_few_alarms():
-    run = plant_hour(HOUR)
+    run = plant_hour(PLANT_HOUR)
     assert run.shape == (3600, 6)
     counts = count_alarms(run, ("limits", "voting", "bank"), 0.01)
     assert all(isinstance(count, int) and count <= 5 for count in counts.values())

@@ -9,9 +9,9 @@ import pytest
 from watched_valve import MODEL, seen
 
 from detector import Measurements, learn
-from detector.watch.innovations import innovations
-from detector.watch.model_filter import DIRECTIONS, SUBSTEP
-from detector.watch.model_tuning import filter_for, tuned
+from detector.watch.model.filter import DIRECTIONS, SUBSTEP
+from detector.watch.model.innovations import innovations
+from detector.watch.model.tuning import filter_for, tuned
 from simulator import BASE, CATALOGUE, Value, ValveModel, kernel
 
 EXTRA = [effect for effect in CATALOGUE.effects if effect.id not in BASE]

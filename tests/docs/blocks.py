@@ -17,11 +17,12 @@ import os
 import re
 import runpy
 import shlex
+import socket
 import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -64,6 +65,10 @@ class Block:
         return ["\n".join(_typed(part)).strip() for part in parts]
 
 
+PAGE_ADDRESS = "127.0.0.1:5020"
+"""Where the pages have their simulated device."""
+
+
 def _typed(part: str) -> Iterator[str]:
     """The lines of a command that are typed: the first, and others while a backslash continues them."""
     for line in part.splitlines():
@@ -90,6 +95,7 @@ class Page:
         self._folder = folder
         self._names: dict[str, Any] = {}
         self._background: list[subprocess.Popen[bytes]] = []
+        self._address = f"127.0.0.1:{_free_port()}"
 
     def __enter__(self) -> Page:
         return self
@@ -101,7 +107,8 @@ class Page:
             process.wait(20)
 
     def run(self, block: Block) -> None:
-        """Run a block, or write it where it is a file."""
+        """Run a block, or write it where it is a file. A port of the page is here one that nobody uses."""
+        block = replace(block, text=block.text.replace(PAGE_ADDRESS, self._address))
         if block.file is not None:
             (self._folder / block.file).write_text(block.text, encoding="utf-8")
         elif block.language == "console":
@@ -145,6 +152,11 @@ class Page:
         result = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS).run(test, clear_globs=False)
         self._names.update(test.globs)
         assert not result.failed, f"{block.page}:{block.line}: {result.failed} of {result.attempted} examples fail"
+
+
+def _free_port() -> int:
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        return int(listener.getsockname()[1])
 
 
 def _environment() -> dict[str, str]:

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 import traced_valves
 
-from identification import Trace, Trajectory, trace
-from identification.tracing.comparison import Whiteness
+from identification import Trace, Trajectory
+from identification.tracing.models.comparison import Whiteness
 from identification.tracing.residual import describe_residual
 from recordings import Recording
 from simulator import Excitation, Sensors, random_valve, simulate
@@ -59,7 +58,7 @@ ANSWERS = {
 def answered(name: str) -> Trace:
     """A trace with that answer."""
     if name == "imposed":
-        return _imposed()
+        return traced_valves.traced_imposed("hardening_spring", k3=3e6)
     found = (
         traced_valves.traced(None) if name in ("none", "unlisted") else traced_valves.traced("hardening_spring", k3=3e6)
     )
@@ -69,13 +68,3 @@ def answered(name: str) -> Trace:
         seen = replace(found.selection, verdict="unlisted", before=LARGER, after=LARGER)
         return replace(found, selection=seen, residual=describe_residual(seen))
     return found
-
-
-@cache
-def _imposed() -> Trace:
-    """A trace of a valve with a stiffening spring whose motion a rig imposes."""
-    recordings = []
-    for one in traced_valves.recorded("hardening_spring", {"hardening_spring.k3": 3e6}):
-        roles = replace(one["position"], role="input"), replace(one["force"], role="output")
-        recordings.append(Recording.of([one["time"], *roles], title="rig"))
-    return trace(recordings[:2], holdout=recordings[2:])

@@ -20,7 +20,7 @@ from simulator import random_valve
 def test_it_disagrees_with_a_fit_that_was_held_off_the_truth(given, row):
     truth = random_valve(2)[0]
     held = {name: factor * truth[name] for name, factor in given.items()}
-    found = identify([recorded(2)], given=held)
+    found = identify([recorded(2, "mixed:10", 250.0)], given=held)
     assert found.crosscheck is not None
     assert not found.crosscheck.agrees
     assert row in {r.name for r in found.crosscheck.rows if not r.agrees}

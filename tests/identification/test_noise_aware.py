@@ -172,7 +172,7 @@ def test_an_exact_force_is_taken_for_exact():
 
 def test_what_no_valve_does_is_said_not_to_have_converged():
     sensors = Sensors(250.0, position_noise=2e-4 * STROKE, force_noise=FORCE_NOISE)
-    plain = simulate(TRUTH, Excitation.parse("sine:10"), sensors, stroke=STROKE, seed=3)[0]
+    plain = simulate(TRUTH, Excitation.parse("sine:5"), sensors, stroke=STROKE, seed=3)[0]
     other = 0.3 * TRUTH["lugre.fc"] * np.sin(20 * np.asarray(plain.time))
     outcome = fit([experiment(changed(plain, force=plain["force"].values + other))])
     assert outcome.outcome is Outcome.NOT_CONVERGED

@@ -8,15 +8,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from traced_valves import recorded, traced
+from traced_valves import recorded, traced, traced_imposed
 
 from bristle.cli.app import run
-from identification import trace
 from identification.data.experiment import experiment
-from identification.tracing.comparison import Whiteness
+from identification.tracing.models.comparison import Whiteness
 from identification.tracing.models.trial_data import divided
 from identification.tracing.residual import describe_residual
-from recordings import Recording, Signal, write
+from recordings import Recording, write
 from simulator import BASE, CATALOGUE, ValveModel
 
 
@@ -149,13 +148,6 @@ def test_what_is_held_out_of_a_recording_holds_positions():
         assert counts[1] / sum(counts) == pytest.approx(0.25, abs=0.01)
 
 
-def imposed(recording: Recording) -> Recording:
-    """The same recording as one of a rig that imposes the motion and measures the force."""
-    roles = {"time": "time", "position": "input", "force": "output"}
-    signals = [Signal(name, recording[name].values, recording[name].unit, role) for name, role in roles.items()]
-    return Recording.of(signals, plant=recording.plant, source="simulated", title="imposed")
-
-
 @pytest.mark.parametrize(
     ("effect", "values", "added"),
     [
@@ -173,8 +165,7 @@ def test_an_imposed_motion_is_traced_by_its_force(
     effect: str | None, values: dict[str, float], added: tuple[str, ...]
 ) -> None:
     """Break-aways blur in the smoothed motion, so a complete model may leave something; it must get no name."""
-    first, second, held = (imposed(r) for r in recorded(effect, {f"{effect}.{k}": v for k, v in values.items()}))
-    found = trace([first, second], holdout=[held])
+    found = traced_imposed(effect, **values)
     assert found.effects_added[:1] == added
     assert found.unit == "N"
     assert ("rmse_m" in found.error["before"]["holdout"]) is False

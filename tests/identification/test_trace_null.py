@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from traced_valves import traced
+from traced_valves import screened, traced
 
 from identification.tracing.null_bootstrap import null_probability, tail_probability
 from identification.tracing.refine import refit_on_base_paths
-from identification.tracing.screen import screen
 from identification.tracing.settings import NULL_GAIN, NULL_LEVEL
 
 TRIALS = 4000
@@ -24,7 +23,7 @@ def test_a_weak_effect_is_named_though_the_base_model_leaves_only_noise():
 
 def test_what_an_effect_gains_of_a_complete_model_is_gained_on_null_replicates():
     base = traced(None).selection.base
-    drift = next(s for s in screen(base) if s.effect == "friction_drift")
+    drift = next(s for s in screened(None) if s.effect == "friction_drift")
     refit = refit_on_base_paths(base, drift)
     assert refit is not None
     p = null_probability(base, refit, "friction_drift", doubtful=True)

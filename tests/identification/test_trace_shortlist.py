@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
-from traced_valves import traced
+from traced_valves import screened, traced
 
 from identification.tracing.refine import CandidateFit, gain_of, refit_on_base_paths, refitted
-from identification.tracing.screen import screen
 from identification.tracing.settings import GAIN_SHARE
 from identification.tracing.shortlist import is_imitated, shortlisted_fits
 
 
 def test_beside_a_complete_base_model_only_imitated_effects_are_fitted_to_chunks():
     base = traced(None).selection.base
-    fits = shortlisted_fits(base, screen(base))
+    fits = shortlisted_fits(base, screened(None))
     assert all(is_imitated(base, fit.score) for fit in fits if fit.chunk_fits)
 
 
 def test_beside_a_complete_candidate_only_those_are_fitted_to_chunks_that_gain_about_as_much():
     base = traced("hardening_spring", k3=3e6).selection.base
-    fits = shortlisted_fits(base, screen(base))
+    fits = shortlisted_fits(base, screened("hardening_spring", k3=3e6))
     best = max(gain_of(base, fit.base_path_refit) for fit in fits)
     on_chunks = [fit for fit in fits if fit.chunk_fits]
     assert "hardening_spring" in [fit.effect for fit in on_chunks]
@@ -28,14 +27,14 @@ def test_beside_a_complete_candidate_only_those_are_fitted_to_chunks_that_gain_a
 
 def test_a_refit_ends_early_beside_one_that_gains_far_more():
     base = traced("hardening_spring", k3=3e6).selection.base
-    spring = next(s for s in screen(base) if s.effect == "hardening_spring")
+    spring = next(s for s in screened("hardening_spring", k3=3e6) if s.effect == "hardening_spring")
     whole, short = refit_on_base_paths(base, spring), refit_on_base_paths(base, spring, best_gain=1e9)
     assert gain_of(base, whole) > gain_of(base, short) + 100
 
 
 def test_what_gains_enough_on_the_base_models_paths_is_not_refitted_on_others():
     base = traced("hardening_spring", k3=3e6).selection.base
-    spring = next(s for s in screen(base) if s.effect == "hardening_spring")
+    spring = next(s for s in screened("hardening_spring", k3=3e6) if s.effect == "hardening_spring")
     elsewhere, short = refit_on_base_paths(base, spring), refit_on_base_paths(base, spring, best_gain=1e9)
     promised = gain_of(base, short) * base.data.chunk_share
     less, more = (CandidateFit(spring, (elsewhere,), factor * promised, short) for factor in (0.9, 1.1))

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
 
 from identification import Trace, trace
-from recordings import Recording
+from identification.tracing.screen import Score, screen
+from recordings import Recording, Signal
 from simulator import BASE, CATALOGUE, Excitation, Sensors, random_valve, simulate
 
 SEED, RATE = 3, 250.0
@@ -31,4 +32,24 @@ def recorded(effect: str | None = None, values: Mapping[str, float] | None = Non
 def traced(effect: str | None, **values: float) -> Trace:
     """A trace of recordings with an effect."""
     first, second, held = recorded(effect, {f"{effect}.{k}": v for k, v in values.items()})
+    return trace([first, second], holdout=[held])
+
+
+@cache
+def screened(effect: str | None, **values: float) -> Sequence[Score]:
+    """The scores of all candidates beside the base model of that trace."""
+    return screen(traced(effect, **values).selection.base)
+
+
+def imposed(recording: Recording) -> Recording:
+    """The same recording as one of a rig that imposes the motion and measures the force."""
+    roles = {"time": "time", "position": "input", "force": "output"}
+    signals = [Signal(name, recording[name].values, recording[name].unit, role) for name, role in roles.items()]
+    return Recording.of(signals, plant=recording.plant, source="simulated", title="imposed")
+
+
+@cache
+def traced_imposed(effect: str | None, **values: float) -> Trace:
+    """A trace of the same recordings, as those of such a rig."""
+    first, second, held = (imposed(r) for r in recorded(effect, {f"{effect}.{k}": v for k, v in values.items()}))
     return trace([first, second], holdout=[held])

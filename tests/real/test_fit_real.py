@@ -8,13 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.measured_data import DATA
 from bristle.cli.app import run
 from identification import identify
 from recordings import Plant, Recording, Signal, read
 from recordings.importers import import_to
 from simulator import ValveModel
-
-DATA = (Path(__file__).resolve().parents[2] / "../shared/data").resolve()
 
 pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason=f"the measured data is not here ({DATA})")
 

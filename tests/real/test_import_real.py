@@ -8,10 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.measured_data import DATA
 from recordings import Recording, read, validate, write
 from recordings.importers import import_to
-
-DATA = (Path(__file__).resolve().parents[2] / "../shared/data").resolve()
 
 pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason=f"the measured data is not here ({DATA})")
 

@@ -9,12 +9,11 @@ from tempfile import TemporaryDirectory
 
 import pytest
 
+from benchmarks.measured_data import DATA
 from bristle.cli.app import run
 from identification import Trace, trace
 from recordings import read
 from recordings.importers import import_to
-
-DATA = (Path(__file__).resolve().parents[2] / "../shared/data").resolve()
 
 pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason=f"the measured data is not here ({DATA})")
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import functools
 from dataclasses import replace
-from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
 import scipy.io
 
+from benchmarks.measured_data import DAMADICS, PLANT_HOUR
 from simulator.damadics import (
     FAULTS,
     LEVELS,
@@ -27,8 +27,7 @@ from simulator.damadics import (
 
 STEP = 0.0025
 STROKE = Parameters().stroke
-DATA = Path(__file__).resolve().parents[2] / "../shared/data/damadics"
-needs_data = pytest.mark.skipif(not DATA.is_dir(), reason=f"the recorded data are not there: {DATA}")
+needs_data = pytest.mark.skipif(not DAMADICS.is_dir(), reason=f"the recorded data are not there: {DAMADICS}")
 
 
 def restarts(time, position, after=0.0):
@@ -227,7 +226,7 @@ def test_a_stronger_fault_shows_more(number):
 
 @needs_data
 def test_a_stored_run_of_the_library_is_reproduced_to_its_noise():
-    with h5py.File(DATA / "actuator_data_SIMULATED.mat") as file:
+    with h5py.File(DAMADICS / "actuator_data_SIMULATED.mat") as file:
         stored = file["actuator_data"][()]
     recording, _ = run_scenario("f13-incipient", noise=True, seed=1, duration=1724.0)
     position = recording["position"].values / STROKE - stored[:, 4]
@@ -241,9 +240,7 @@ def test_a_stored_run_of_the_library_is_reproduced_to_its_noise():
 
 @needs_data
 def test_an_hour_of_the_plant_is_followed_as_closely_as_by_the_reference():
-    t, p1, p2, t1, flow, cv, x = scipy.io.loadmat(DATA / "OneHourTestData_ExampleII.mat")["OneHourTestData_ExampleII"][
-        :7
-    ]
+    t, p1, p2, t1, flow, cv, x = scipy.io.loadmat(PLANT_HOUR)["OneHourTestData_ExampleII"][:7]
     columns = np.column_stack([cv / 100, p1 * 1e3, p2 * 1e3, t1, np.full(len(t), stimuli.SUPPLY)])
     what = replace(scenario("healthy"), stimulus=stimuli.recorded(t, columns))
     recording, _ = run(what, Actuator(), duration=3599.0)

@@ -42,7 +42,7 @@ def command(
     live = open_source(source, valves_from(map_, unit, valve) if map_ else (), plan, name=valve)
     recorded = None if record is None else RecorderSettings(to=record)
     kept = state or model.with_name(f"{model.stem}.state.json")
-    wishes = monitoring.Wishes(
+    options = monitoring.MonitorOptions(
         model, learn, calibrate or (), kept, false_alarms, events, duration, recorded, source.startswith("replay:")
     )
-    monitoring.watch(live, wishes)
+    monitoring.watch(live, options)

@@ -27,5 +27,5 @@ def command(
     from hil import open_source
 
     address = f"replay:{recording}" + (f"?pace={pace:g}" if pace else "")
-    wishes = monitoring.Wishes(model, learn, calibrate or (), state, false_alarms, events, own_clock=True)
-    monitoring.watch(open_source(address, name=valve), wishes)
+    options = monitoring.MonitorOptions(model, learn, calibrate or (), state, false_alarms, events, own_clock=True)
+    monitoring.watch(open_source(address, name=valve), options)

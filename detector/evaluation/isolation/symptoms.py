@@ -14,8 +14,8 @@ import numpy as np
 from scipy.signal import lfilter
 
 from detector.evaluation.benchmark.runs import CV, P1, P2, T1, F, X
+from detector.generators.drive.servo import CHANGES, Servo, learn_servo
 from detector.generators.flow import Flow, learn_flow
-from detector.generators.servo import CHANGES, Servo, learn_servo
 from recordings import Array
 
 MEMORIES = (2.0, 10.0, 60.0, 600.0, 7200.0)

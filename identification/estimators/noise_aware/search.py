@@ -98,7 +98,10 @@ def _best(problem: NoiseAware, ends: Sequence[Estimate], start: Array) -> Estima
 
 
 def on_whole_recordings(whole: NoiseAware, small: NoiseAware, best: Estimate) -> Estimate | None:
-    """The fit to whole recordings from the best end on chunks; where it fails, once more from there."""
+    """The fit to whole recordings from the best end on chunks; where it fails, once more from there.
+
+    best.theta (m,) : the start, in the coordinates of the problem. None where the model diverges.
+    """
     found: Estimate | None = None
     theta = best.theta
     for _ in range(2):
@@ -131,7 +134,7 @@ def _descents(problem: NoiseAware, starts: Sequence[Array]) -> Iterator[tuple[Ar
 
 
 def chunks(grids: Sequence[Grid]) -> list[Grid]:
-    """Some stretches of every grid, evenly spread, when grids are long."""
+    """Some stretches of every grid (n_samples,), evenly spread, when grids are long."""
     total, found = sum(len(s.t) for s in grids), []
     for s in grids:
         n, count = len(s.t), max(1, round(CHUNKS * len(s.t) / total))
@@ -142,7 +145,10 @@ def chunks(grids: Sequence[Grid]) -> list[Grid]:
 
 
 def screened(problem: NoiseAware, starts: Sequence[Array]) -> list[Array]:
-    """Starts and changes of the best of them, best first, by the cost after a few steps of the path alone."""
+    """Starts and changes of the best of them, best first, by the cost after a few steps of the path alone.
+
+    starts : (m,) each, in the coordinates of the problem, as the answers.
+    """
     screening, tried = problem.with_freedom(SCREEN), list[tuple[float, Array]]()
 
     def cost_of(candidate: Array) -> float:
@@ -169,6 +175,8 @@ def screened(problem: NoiseAware, starts: Sequence[Array]) -> list[Array]:
 def usual_values(coordinates: Coordinates, theta: Array) -> list[Array]:
     """A start with what noise makes extreme set to usual values: friction curve, damping of the bristle, and mass. A
     curve that rises with speed, fs below fc, is viscous friction in disguise.
+
+    theta (m,) : the start, in the given coordinates, as the answers.
     """
     value = coordinates.values(theta)
     rise = value["lugre.fc"] - value["lugre.fs"]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -11,8 +10,9 @@ import numpy as np
 from identification.report.trace.dependence import residual_force, seen_models
 from identification.report.wording.effects import SHOWN, effect_name, listed, sizes
 from identification.report.wording.numbers import number, percent, plain
-from identification.tracing.comparison import Comparison
 from identification.tracing.judge import Candidate
+from identification.tracing.models.comparison import Comparison
+from identification.tracing.residual import ResidualDescription
 from identification.tracing.result import TraceResult
 from identification.tracing.settings import COMPLETE_LOSS
 
@@ -20,9 +20,6 @@ SURE, LIKELY = 1e-3, 1e-2
 """Probabilities of the held-out test below which it makes an answer sure, and likely."""
 NEARLY_ALL, MOST = 0.9, 0.75
 """Shares of the misfit beyond noise that a named effect explains in a sure answer, and in a likely one."""
-STRONGEST = re.compile(
-    r"it is strongest at (?P<name>[a-z ]+) (?P<low>[-+.\de]+) to (?P<high>[-+.\de]+) (?P<unit>[^\s;]+)"
-)
 
 
 @dataclass(frozen=True)
@@ -125,17 +122,14 @@ def _remains(trace: TraceResult) -> str:
     rms, over_noise = residual_force(seen_models(trace)[-1])
     kept = "What remains" if trace.effects_added else "What is missing"
     noise = f"{number(over_noise)} times the noise of the recorded force"
-    return f"{kept} acts like a force of {number(rms)} N rms ({noise}). It is largest {_place(trace.residual.where)}."
+    return f"{kept} acts like a force of {number(rms)} N rms ({noise}). It is largest {_place(trace.residual)}."
 
 
-def _place(where: str) -> str:
-    """The place of what remains, in the units of the page."""
-    found = STRONGEST.match(where)
-    if found is None:
-        return where.partition("; ")[0].removeprefix("it is ")
-    factor, unit = SHOWN.get(found["unit"], (1.0, found["unit"]))
-    low, high = (plain(factor * float(found[end])) for end in ("low", "high"))
-    return f"at a {found['name']} of {low}{f' to {high}' if high != low else ''} {unit}"
+def _place(residual: ResidualDescription) -> str:
+    """The place of what remains, in the units of the page, to four digits."""
+    factor, unit = SHOWN.get(residual.unit, (1.0, residual.unit))
+    low, high = (plain(float(f"{factor * end:.4g}")) for end in (residual.low, residual.high))
+    return f"at a {residual.quantity} of {low}{f' to {high}' if high != low else ''} {unit}"
 
 
 def _mood(trace: TraceResult) -> str:
@@ -203,8 +197,9 @@ def _whiteness(trace: TraceResult) -> str:
 def _chance(trace: TraceResult, best: Candidate) -> str:
     if trace.unit == "N":
         return "Not simulated where the motion is imposed: there the fit hardly misses its best."
-    if "by chance" in best.why:
-        return f"Simulated recordings without the effect were traced as well: {best.why.partition(', and ')[2]}."
+    if best.chance is not None:
+        found = f"as much is hardly gained by chance (p = {best.chance:.2g})"
+        return f"Simulated recordings without the effect were traced as well: {found}."
     return f"The misfit of the fitted recordings falls by {number(best.gain)}, far beyond what fits gain by chance."
 
 
@@ -246,8 +241,7 @@ def _next(trace: TraceResult) -> str:
         return ""
     if trace.selection.only_held_out:
         return f"Record more like {listed([t.name for t in trace.base.holdout])}, and fit to those recordings as well."
-    _, _, wanted = trace.residual.where.partition("record ")
-    return f"Record {wanted}." if wanted else ""
+    return f"Record {trace.residual.next}."
 
 
 def _probability(p: float) -> str:

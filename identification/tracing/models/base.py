@@ -20,7 +20,7 @@ from identification.estimators.noise_aware.resolution import quickest
 from identification.estimators.noise_aware.search import best_on_chunks as best_of_starts
 from identification.estimators.noise_aware.search import on_chunks
 from identification.tracing import settings
-from identification.tracing.comparison import is_white
+from identification.tracing.models.comparison import is_white
 from identification.tracing.models.model import Model
 from identification.tracing.models.search import best_model_on_chunks
 from identification.tracing.models.trial_data import TrialData, trial_data

@@ -12,9 +12,9 @@ from detector.measurements import Measurement, Measurements
 from detector.watch.change_limits import learned_test
 from detector.watch.cusum import ChangeTest, Evidence
 from detector.watch.force_balance import Balance, BalanceTest
-from detector.watch.innovations import SKIPPED
-from detector.watch.model_filter import DIRECTIONS, FilterState, ModelFilter
-from detector.watch.model_tuning import filter_for, tuned
+from detector.watch.model.filter import DIRECTIONS, FilterState, ModelFilter
+from detector.watch.model.innovations import SKIPPED
+from detector.watch.model.tuning import filter_for, tuned
 from recordings import Array, BadInput
 from simulator import CATALOGUE, Catalogue, ValveModel
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +13,11 @@ from recordings.arrays import Array
 from recordings.column_headers import named_columns
 from recordings.errors import BadInput
 from recordings.hdf5.items import check_size, is_plain
-from recordings.hdf5.opening import open_hdf5
+from recordings.hdf5.opening import open_hdf5, starts_like_hdf5
 from recordings.hdf5.probe import probe
 from recordings.hdf5.problems import h5py_errors
+from recordings.importers.file_format import FileFormat, Match
+from recordings.importers.mapping import FileLayout
 from recordings.importers.table import ForeignTable
 
 Variables = dict[str, Array]
@@ -53,6 +55,28 @@ def read_mat73(path: Path, variable: str | None = None) -> ForeignTable:
             check_size(dataset, f"{path}: {name}")
             variables[name] = np.squeeze(np.asarray(dataset[()], np.float64))
     return _table(str(path), variables, variable)
+
+
+def _match_mat(path: Path, head: bytes) -> Match:
+    if head[:6] == b"MATLAB" and not starts_like_hdf5(path):
+        return Match.CONTENT
+    return Match.NAME if path.suffix.lower() == ".mat" else Match.NO
+
+
+def _match_hdf5(path: Path, head: bytes) -> Match:
+    return Match.CONTENT if starts_like_hdf5(path) else Match.NO
+
+
+def _read_mat(path: Path, layout: FileLayout, texts: Sequence[str | int]) -> ForeignTable:
+    return read_mat(path, layout.variable)
+
+
+def _read_hdf5(path: Path, layout: FileLayout, texts: Sequence[str | int]) -> ForeignTable:
+    return read_mat73(path, layout.variable)
+
+
+MAT = FileFormat("MATLAB 4 to 7", _match_mat, _read_mat)
+HDF5 = FileFormat("HDF5 and MATLAB 7.3", _match_hdf5, _read_hdf5)
 
 
 def _list_hdf5(path: Path) -> None:

@@ -10,8 +10,8 @@ import numpy as np
 
 from recordings.arrays import Array
 from recordings.hdf5.reader import RecordingFile, open_recording
-from recordings.pictures import GAP_STEPS
 from recordings.signal import SignalSpec
+from recordings.views.pictures import GAP_STEPS
 
 
 def describe(path: str | Path) -> str:

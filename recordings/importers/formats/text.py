@@ -20,9 +20,8 @@ import numpy as np
 from recordings.arrays import Array
 from recordings.column_headers import named_columns
 from recordings.errors import BadInput
-from recordings.importers.mapping import FileLayout
-from recordings.importers.table import BadCell, ForeignTable
-from recordings.importers.text_dialect import (
+from recordings.importers.file_format import FileFormat, Match
+from recordings.importers.formats.text_dialect import (
     WHITESPACE,
     guess_separator,
     looks_like_names,
@@ -30,6 +29,8 @@ from recordings.importers.text_dialect import (
     number_like,
     split_row,
 )
+from recordings.importers.mapping import FileLayout
+from recordings.importers.table import BadCell, ForeignTable
 
 _BLOCK_ROWS = 20_000
 _SAMPLE_LINES = 60
@@ -237,3 +238,10 @@ class _Columns:
         other = "," if self._layout.decimal == "." else "."
         remedy = f"the decimal sign is '{self._layout.decimal}' here; where it is '{other}', say so"
         return BadCell(row, cell.strip(), remedy, "decimal")
+
+
+def _match(path: Path, head: bytes) -> Match:
+    return Match.REST
+
+
+TEXT = FileFormat("text", _match, read_text)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,8 @@ import numpy as np
 from recordings.arrays import Array
 from recordings.column_headers import named_columns
 from recordings.errors import BadInput
+from recordings.importers.file_format import FileFormat, Match
+from recordings.importers.mapping import FileLayout
 from recordings.importers.table import BadCell, ForeignTable
 
 
@@ -54,3 +57,14 @@ def _seconds(column: Any, pa: Any) -> Array:
     there = stamps[~np.isnat(stamps)]
     first = there[0] if len(there) else np.datetime64(0, "ns")
     return np.where(np.isnat(stamps), np.nan, (stamps - first) / np.timedelta64(1, "s"))
+
+
+def _match(path: Path, head: bytes) -> Match:
+    return Match.CONTENT if head[:4] == b"PAR1" else Match.NO
+
+
+def _read(path: Path, layout: FileLayout, texts: Sequence[str | int]) -> ForeignTable:
+    return read_parquet(path)
+
+
+PARQUET = FileFormat("Parquet", _match, _read)

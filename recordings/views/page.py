@@ -5,9 +5,9 @@ from __future__ import annotations
 import html
 from pathlib import Path
 
-from recordings.description import describe
 from recordings.hdf5.reader import read
-from recordings.pictures import plots
+from recordings.views.description import describe
+from recordings.views.pictures import plots
 
 
 def picture(path: str | Path) -> str:

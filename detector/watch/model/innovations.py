@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from detector.measurements import Measurements
-from detector.watch.model_filter import DIRECTIONS, ModelFilter, PredictionError
+from detector.watch.model.filter import DIRECTIONS, ModelFilter, PredictionError
 from recordings import Array
 
 SKIPPED = 50

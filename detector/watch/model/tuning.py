@@ -12,10 +12,10 @@ from dataclasses import replace
 import numpy as np
 
 from detector.measurements import Measurements
-from detector.observer.calibration_fit import noise_of
-from detector.watch.innovations import innovations
-from detector.watch.model_filter import DIRECTIONS, Load, ModelFilter
-from recordings import Array, BadInput
+from detector.observer.calibration_fit import NOISE_ORDER
+from detector.watch.model.filter import DIRECTIONS, Load, ModelFilter
+from detector.watch.model.innovations import innovations
+from recordings import Array, BadInput, white_noise
 from simulator import CATALOGUE, Catalogue, ValveModel
 
 ROUNDS = 4
@@ -53,8 +53,8 @@ def filter_for(model: ValveModel, data: Measurements, catalogue: Catalogue = CAT
         return None
     x = data.values["position"]
     values = {"spring.K": 0.0, "spring.F0": 0.0} | model.values
-    noise = max(_least(model.noise.get("position_m"), noise_of(x[np.isfinite(x)])), 1e-9)
-    measured, dt_s = noise_of(force[np.isfinite(force)]), float(np.median(np.diff(data.time_s)))
+    noise = max(_least(model.noise.get("position_m"), white_noise(x[np.isfinite(x)], NOISE_ORDER)), 1e-9)
+    measured, dt_s = white_noise(force[np.isfinite(force)], NOISE_ORDER), float(np.median(np.diff(data.time_s)))
     force_noise = max(_least(model.noise.get("force_N"), measured), 1e-3 * values["lugre.fc"])
     return ModelFilter(
         effects, values, None if area is None else float(area), noise, force_noise, 0.3 * noise, dt_s,
@@ -107,7 +107,7 @@ def _loads(data: Measurements) -> tuple[Load, ...]:
     for name in PRESSURES:
         if name in data:
             p = data.values[name][np.isfinite(data.values[name])]
-            if np.std(p) > 3.0 * noise_of(p):
+            if np.std(p) > 3.0 * white_noise(p, NOISE_ORDER):
                 found.append(Load(name, float(np.mean(p)), float(np.nanmean(data.values["position"]))))
     return tuple(found)
 

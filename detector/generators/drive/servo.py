@@ -1,6 +1,6 @@
 """Learned dynamics of positioner and servomotor: the position that set point and pressures lead to, run in parallel.
 
-A reduced model of the drive (`servo_kernel`) whose constants are fitted to fault-free data from name-plate values. The
+A reduced model of the drive (`kernel`) whose constants are fitted to fault-free data from name-plate values. The
 model never sees the measured position after its start, so a slow fault cannot hide in it.
 """
 
@@ -11,9 +11,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from detector.generators import servo_kernel as kernel
 from detector.generators.contract import Generator
-from detector.generators.waves import Waves, learn_waves
+from detector.generators.drive import kernel
+from detector.generators.drive.waves import Waves, learn_waves
 from recordings import Array, BadInput
 
 NAMEPLATE = {

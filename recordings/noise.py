@@ -1,0 +1,50 @@
+"""The white noise on a smooth signal, from its own differences."""
+
+from __future__ import annotations
+
+from math import comb
+
+import numpy as np
+
+from recordings.arrays import Array
+
+UNEVEN = 0.01
+"""Relative spread of the sampling intervals from which the difference takes the times into account."""
+
+_NORMAL = 0.6745
+"""Median absolute value of a standard normal number."""
+
+
+def white_noise(signal: Array, order: int, t: Array | None = None) -> float:
+    """Standard deviation of the white noise on a smooth signal, in its unit; 0 where there are too few samples.
+
+    The median absolute difference, scaled for a normal distribution (Hampel 1974). A difference removes what of the
+    signal is a polynomial of a lower degree, so that what stays of a smooth signal is its noise.
+    signal (n_samples,) : without gaps; order : of the difference; t (n_samples,) : times of the samples [s], strictly
+    increasing, where they may be unevenly spaced.
+
+    >>> import numpy as np
+    >>> smooth = np.sin(np.linspace(0.0, 10.0, 2000))
+    >>> round(white_noise(smooth + np.random.default_rng(1).normal(0.0, 0.01, 2000), order=3), 3)
+    0.01
+    """
+    if len(signal) <= order:
+        return 0.0
+    difference, scale = _difference(signal, order, t)
+    difference = difference[np.isfinite(difference)]
+    return float(np.median(np.abs(difference))) / (_NORMAL * scale) if len(difference) else 0.0
+
+
+def _difference(signal: Array, order: int, t: Array | None) -> tuple[Array, float]:
+    """Differences, and their standard deviation over that of one sample; divided (Newton) where t is uneven."""
+    binomial = np.array([(-1.0) ** k * comb(order, k) for k in range(order + 1)])
+    scale = float(np.sqrt(np.sum(binomial**2)))
+    if t is None:
+        return np.diff(signal, order), scale
+    if np.allclose(np.diff(t), np.median(np.diff(t)), rtol=UNEVEN, atol=0.0):
+        return np.convolve(signal, binomial, "valid") / scale, 1.0
+    n, width = len(t) - order, order + 1
+    times = [t[i : i + n] / np.median(np.diff(t)) for i in range(width)]
+    weights = [1.0 / np.prod([times[i] - times[j] for j in range(width) if j != i], axis=0) for i in range(width)]
+    total = np.sum([w * signal[i : i + n] for i, w in enumerate(weights)], axis=0)
+    return np.asarray(total / np.sqrt(np.sum(np.square(weights), axis=0))), 1.0

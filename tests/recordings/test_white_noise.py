@@ -1,0 +1,31 @@
+"""The noise of a smooth signal is found from its own differences, whatever their order and the spacing of the times."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from recordings import white_noise
+
+RANDOM = np.random.default_rng(3)
+T = np.arange(20_000) / 200.0
+UNEVEN = np.cumsum(RANDOM.choice([0.003, 0.007], len(T)))
+
+
+@pytest.mark.parametrize("order", [2, 3, 4, 5])
+@pytest.mark.parametrize("times", [None, T, UNEVEN], ids=["no times", "even", "uneven"])
+def test_every_order_finds_the_noise_that_was_added(order, times):
+    at = T if times is None else times
+    signal = 0.02 * np.sin(2.0 * at) + RANDOM.normal(0.0, 1e-4, len(at))
+    assert white_noise(signal, order, times) == pytest.approx(1e-4, rel=0.05)
+
+
+@pytest.mark.parametrize("order", [1, 3, 4])
+def test_a_polynomial_of_a_lower_degree_is_no_noise(order):
+    smooth = np.polynomial.Polynomial(range(1, order + 1))(T / T[-1])
+    assert white_noise(smooth, order) < 1e-12
+
+
+def test_too_few_samples_show_no_noise():
+    assert white_noise(np.array([1.0, 5.0, 2.0]), 3) == 0.0
+    assert white_noise(np.array([1.0, 5.0, 2.0, 9.0]), 3) > 0.0
