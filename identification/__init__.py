@@ -4,6 +4,7 @@ from identification.data.experiment import Experiment, Segment, experiment
 from identification.data.noise import noise_std
 from identification.estimators.fit import Estimator, fit
 from identification.estimators.fitted import Fit, Outcome
+from identification.estimators.order import Order
 from identification.given import free_parameters, with_area, without_effects
 from identification.identified import Identification
 from identification.procedure import identify
@@ -22,6 +23,7 @@ __all__ = [
     "Experiment",
     "Fit",
     "Identification",
+    "Order",
     "Outcome",
     "Profile",
     "Segment",

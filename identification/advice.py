@@ -19,7 +19,7 @@ EXPERIMENT = {
 
 
 def advice(known: Uncertainty) -> tuple[str, ...]:
-    """One sentence for every parameter that is weak or at its bound."""
+    """One sentence for every parameter that is weak or at its bound, one for all that the sampling does not tell."""
     found = []
     for name, status in known.status.items():
         if status in ("weak", "at_bound"):
@@ -27,4 +27,8 @@ def advice(known: Uncertainty) -> tuple[str, ...]:
                 name, "the recordings say little about it" if status == "weak" else "it went to its bound"
             )
             found.append(f"{name}: {why}; to pin it, record {EXPERIMENT.get(name, 'more varied motion')}.")
+    reasons = dict.fromkeys(known.note[name] for name, status in known.status.items() if status == "unresolved")
+    for why in reasons:
+        names = [name for name, status in known.status.items() if status == "unresolved" and known.note[name] == why]
+        found.append(f"{', '.join(names)}: not told by these recordings: {why}.")
     return tuple(found)

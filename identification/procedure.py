@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Literal
 
 from identification.advice import advice
 from identification.data.experiment import experiment
 from identification.data.grid import with_smooth_force
 from identification.estimators.fit import Estimator, fit
+from identification.estimators.order import Order
 from identification.given import plant_constants
 from identification.identified import Identification
-from identification.result import free_runs, valve_model
+from identification.result import anchored_error, free_runs, valve_model
 from identification.sparse_regression import crosscheck
 from identification.uncertainty.bootstrap import bootstrap_of, checked_trials, with_bootstrap
 from identification.uncertainty.covariance import uncertainty_of
@@ -28,6 +30,8 @@ def identify(
     hold: bool = False,
     check: bool = True,
     estimator: Estimator = "auto",
+    order: Order | Literal["auto"] = "auto",
+    priors: Mapping[str, tuple[float, float]] | None = None,
     bootstrap: int = 0,
     catalogue: Catalogue = CATALOGUE,
     progress: Progress = silent,
@@ -54,6 +58,10 @@ def identify(
         Also cross-check with sparse regression.
     estimator : {"auto", "output-error", "noise-aware"}
         As in `fit`.
+    order : {"auto", "full", "damped"}
+        As in `fit`.
+    priors : mapping, optional
+        As in `fit`.
     bootstrap : int
         Trials of a parametric bootstrap, at least 5; 0 for intervals from the linearised model.
     catalogue : Catalogue
@@ -72,7 +80,8 @@ def identify(
     experiments = [experiment(r, causality, hold=hold) for r in recordings]
     held = plant_constants(experiments) | dict(given or {})
     found = fit(
-        experiments, effects=effects, given=held, estimator=estimator, catalogue=catalogue, progress=progress
+        experiments, effects=effects, given=held, estimator=estimator, catalogue=catalogue, order=order, priors=priors,
+        progress=progress,
     )  # fmt: skip
     if not found.outcome.usable:
         raise NegativeAnswer(found.outcome.value)
@@ -80,7 +89,7 @@ def identify(
     known = uncertainty_of(found)
     scatter = bootstrap_of(found, trials, progress=progress) if trials else None
     known = known if scatter is None else with_bootstrap(found, known, scatter)
-    smooth = found.estimate is not None
+    smooth = found.estimate is not None or found.order != "full"
     if smooth and found.problem is not None:
         experiments = list(found.problem.experiments)
     progress("free runs", 0, 0)
@@ -95,6 +104,10 @@ def identify(
     checked = crosscheck(found, experiments, known.std) if check else None
     quality: dict[str, object] = {
         "estimator": found.estimator,
+        "anchored_rmse_m": {
+            "fit": anchored_error(found, experiments),
+            "holdout": anchored_error(found, others) if others else None,
+        },
         "correlated": [f"{a}, {b}: {c:+.3f}" for a, b, c in known.pairs()],
         "advice": list(advice(known)),
         "crosscheck": None if checked is None else checked.sentence,

@@ -12,13 +12,15 @@ import numpy as np
 from identification.data.experiment import Experiment
 from identification.estimators.coordinates import parameters
 from identification.estimators.fitted import Fit, Outcome
-from identification.estimators.least_squares import Normal, descend
+from identification.estimators.least_squares import Normal, minimise
 from identification.estimators.output_error.problem import Piece, Problem, ResidualForm, Response
 from identification.sparse_regression import Crosscheck
 from identification.uncertainty.covariance import Uncertainty
 from recordings import Array, Recording
 from simulator import FittedTo, Value, ValveModel
 
+ANCHORED = 1.0
+"""Window [s] of the runs that are set back to the data (`anchored_error`)."""
 SETTLING = 1.0
 """The initial state of a hold-out recording is estimated from this much of its beginning [s]."""
 
@@ -97,6 +99,27 @@ def free_runs(fit: Fit, experiments: Sequence[Experiment], fitted: bool) -> tupl
     return tuple(_trajectory(e, [next(runs) for _ in e.segments], unit) for e in experiments)
 
 
+def anchored_error(fit: Fit, experiments: Sequence[Experiment]) -> float | None:
+    """Root mean square error [m] of runs that are set back to the data at rests, once in every `ANCHORED` seconds.
+
+    Over minutes stick-slip forgets its phase, so that a free run of the true model is far off as well; this one is not.
+    None where the motion is imposed, and where the model diverges.
+    """
+    if fit.kernel.causality != "force" or fit.minimum is None:
+        return None
+    problem = Problem(fit.kernel, fit.coordinates, experiments)
+    form = ResidualForm(fit.minimum.setting.h_max, max(ANCHORED, 5 * problem.spacing))
+    answers = problem.responses(problem.start(fit.minimum.unknowns[: problem.n_free]), form)
+    if any(answer is None for answer in answers):
+        return None
+    errors = [
+        (answer.predicted - piece.segment.y)[piece.segment.seen]
+        for answer, piece in zip(answers, problem.pieces, strict=True)
+        if answer is not None
+    ]
+    return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
+
+
 def _trajectory(e: Experiment, runs: Sequence[tuple[Piece, Response | None]], unit: str) -> Trajectory:
     """The runs of the segments of an experiment one after the other, with a NaN between them."""
     parts: dict[str, list[Array]] = {k: [] for k in ("t", "position", "velocity", "force", "measured", "simulated")}
@@ -131,7 +154,7 @@ def _with_initial_states(fit: Fit, problem: Problem, setting: ResidualForm) -> A
             return None
         return Normal(normal.cost, normal.gradient[shared:], normal.matrix[shared:, shared:])
 
-    end = descend(evaluate, unknowns[shared:], iterations=15)
+    end = minimise(evaluate, unknowns[shared:], iterations=15)
     return unknowns if end is None else np.concatenate([theta, end.theta])
 
 
@@ -146,10 +169,12 @@ def valve_model(
     """The model as `model.json` has it."""
     values = {}
     for name, parameter in parameters(fit.kernel).items():
+        status = known.status.get(name, "given")
         lower, upper = (x if np.isfinite(x) else None for x in (parameter.lower, parameter.upper))
         values[name] = Value(
-            value=fit.values[name], std=known.std.get(name), unit=parameter.unit, lower=lower, upper=upper,
-            status=known.status.get(name, "given"), note=known.note.get(name),
+            value=fit.values[name], std=None if status == "unresolved" else known.std.get(name),
+            unit=parameter.unit, lower=lower, upper=upper,
+            status=status, note=known.note.get(name),
         )  # fmt: skip
     plant: dict[str, float | str] = {}
     for e in experiments:
@@ -166,7 +191,7 @@ def valve_model(
         ),
         error={kind: error_of(runs) for kind, runs in errors.items()},
         quality={
-            "outcome": fit.outcome.name.lower(), "causality": fit.kernel.causality,
+            "outcome": fit.outcome.name.lower(), "causality": fit.kernel.causality, "order": fit.order,
             "residual_over_noise": fit.rms, "condition": known.condition, "robust_over_classic_std": known.inflation,
             **quality,
         },

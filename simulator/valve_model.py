@@ -13,7 +13,7 @@ from recordings import BadInput, save_text
 from simulator.effect import Catalogue
 from simulator.effects import CATALOGUE
 
-Status = Literal["identified", "weak", "at_bound", "given"]
+Status = Literal["identified", "weak", "unresolved", "at_bound", "given"]
 
 
 class Value(BaseModel):

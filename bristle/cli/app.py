@@ -37,6 +37,7 @@ OPTIONS = {
     "effects": "--effect",
     "import_to": "bristle import",
     "learn_s": "--learn",
+    "priors": "--prior",
     "overwrite": "--force",
     "rate_hz": "--rate HZ",
     "settings": "--set",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from recordings import BadParameter
+from recordings import BadInput, BadParameter
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -22,6 +22,21 @@ def profiled(names: Sequence[str], held: Mapping[str, float]) -> Sequence[str]:
         if name not in free:
             raise BadParameter("profile", name, "it is no free parameter of this fit", f"there are {', '.join(free)}")
     return names
+
+
+def priors(texts: Iterable[str]) -> dict[str, tuple[float, float]]:
+    """Means and standard deviations by name, from ``NAME=MEAN+-STD``. Raises BadInput."""
+    found = {}
+    for text in texts:
+        name, _, value = text.partition("=")
+        mean, _, std = value.replace("±", "+-").partition("+-")
+        try:
+            found[name.strip()] = float(mean), float(std)
+        except ValueError:
+            raise BadInput(
+                f"--prior {text!r}", "it is no prior", "write NAME=MEAN+-STD, as in mass.m=2.1+-0.2"
+            ) from None
+    return found
 
 
 def print_profiles(console: Console, found: Identification, names: Iterable[str]) -> None:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import get_args
+from typing import Literal, get_args
 
 import identification
 from bristle.door.sources import RecordingLike, read_all
-from identification import Estimator, Identification, Trace, with_area, without_effects
+from identification import Estimator, Identification, Order, Trace, with_area, without_effects
 from recordings import BadParameter, Progress, silent
 from simulator import BASE, CATALOGUE, Catalogue, Causality
 
+ORDERS = ("auto", *get_args(Order))
+"""What may be asked of the order of a model."""
 CAUSALITIES = ("force", "motion")
 """What may drive the model: the recorded force, or the recorded motion."""
 
@@ -26,6 +28,8 @@ def fit(
     area: float | None = None,
     hold: bool = False,
     estimator: Estimator = "auto",
+    order: Order | Literal["auto"] = "auto",
+    priors: Mapping[str, tuple[float, float]] | None = None,
     bootstrap: int = 0,
     crosscheck: bool = True,
     catalogue: Catalogue = CATALOGUE,
@@ -53,6 +57,10 @@ def fit(
         Whether the force is held between samples, as the output of a converter is.
     estimator : {"auto", "output-error", "noise-aware"}, optional
         "output-error" takes the force as exact, "noise-aware" as noisy.
+    order : {"auto", "full", "damped"}, optional
+        Whether the model follows the swing of the mass on its bristles; "auto" asks whether the sampling resolves it.
+    priors : mapping, optional
+        What is known beforehand, mean and standard deviation by full name, in SI units: ``{"mass.m": (2.1, 0.2)}``.
     bootstrap : int, optional
         Number of refits of simulated recordings for the intervals; 0 takes them from the linearised model.
     crosscheck : bool, optional
@@ -82,6 +90,7 @@ def fit(
     """
     _check("causality", causality, (None, *CAUSALITIES))
     _check("estimator", estimator, get_args(Estimator))
+    _check("order", order, ORDERS)
     added = tuple(effects)
     for effect in added:
         _check("effects", effect, catalogue.ids)
@@ -89,7 +98,8 @@ def fit(
     fitted, judging = (with_area(read_all(some), area) for some in (recordings, holdout))
     return identification.identify(
         fitted, holdout=judging, effects=tuple(dict.fromkeys((*BASE, *added))), given=held, causality=causality,
-        hold=hold, check=crosscheck, estimator=estimator, bootstrap=bootstrap, catalogue=catalogue, progress=progress,
+        hold=hold, check=crosscheck, estimator=estimator, order=order, priors=priors, bootstrap=bootstrap,
+        catalogue=catalogue, progress=progress,
     )  # fmt: skip
 
 

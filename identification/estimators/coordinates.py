@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.estimators.least_squares import Bounds, Normal
 from recordings import Array
 from simulator import Kernel, Parameter
 
@@ -20,7 +21,8 @@ class Coordinates:
     """Which parameters are free, and the map between them and the coordinates theta (n_free,).
 
     names : all parameters in kernel order; base (n_parameters,) : values of the fixed ones; free, logs (n_parameters,)
-    bool; scale (n_parameters,) : unit of the linear coordinates; lower, upper (n_parameters,) in physical units.
+    bool; scale (n_parameters,) : unit of the linear coordinates; lower, upper (n_parameters,) in physical units;
+    priors : (name, mean, standard deviation) of what a user knows, SI units.
     """
 
     names: tuple[str, ...]
@@ -30,22 +32,38 @@ class Coordinates:
     scale: Array
     lower: Array
     upper: Array
+    priors: tuple[tuple[str, float, float], ...] = ()
 
     @classmethod
-    def of(cls, kernel: Kernel, given: Mapping[str, float], force_scale: float) -> Coordinates:
-        """Coordinates of a kernel's parameters with the `given` ones held; force_scale [N] scales a preload."""
+    def of(
+        cls,
+        kernel: Kernel,
+        given: Mapping[str, float],
+        force_scale: float,
+        priors: Mapping[str, tuple[float, float]] | None = None,
+    ) -> Coordinates:
+        """Coordinates of a kernel's parameters with the `given` ones held; force_scale [N] scales a preload; priors :
+        mean and standard deviation of what is known of some, by full name, SI units.
+        """
         known = parameters(kernel)
         lower = np.array([p.lower for p in known.values()])
         base = np.array([given.get(name, p.scale) for name, p in known.items()])
         free = np.array([name not in given for name in known])
         logs = (lower >= 0) & np.array([p.neutral is None for p in known.values()])
         scale = np.array([force_scale if p.unit == "N" and p.lower < 0 else p.scale for p in known.values()])
-        return cls(tuple(known), base, free, logs, scale, lower, np.array([p.upper for p in known.values()]))
+        upper = np.array([p.upper for p in known.values()])
+        told = tuple((name, *pair) for name, pair in (priors or {}).items() if name not in given)
+        return cls(tuple(known), base, free, logs, scale, lower, upper, told)
 
     @property
     def free_names(self) -> tuple[str, ...]:
         """Names of the free parameters, in the order of theta."""
         return tuple(name for name, free in zip(self.names, self.free, strict=True) if free)
+
+    @property
+    def n_free(self) -> int:
+        """Number of free parameters."""
+        return int(self.free.sum())
 
     def is_free(self, name: str) -> bool:
         """Whether there is a parameter of this full name, and it is free."""
@@ -55,7 +73,8 @@ class Coordinates:
         """The coordinates of some of the parameters, in their order here."""
         kept = np.isin(self.names, names)
         arrays = {key: getattr(self, key)[kept] for key in ("base", "free", "logs", "scale", "lower", "upper")}
-        return Coordinates(tuple(n for n, here in zip(self.names, kept, strict=True) if here), **arrays)
+        some = tuple(n for n, here in zip(self.names, kept, strict=True) if here)
+        return Coordinates(some, **arrays, priors=tuple(one for one in self.priors if one[0] in some))
 
     def values(self, theta: Array) -> dict[str, float]:
         """All parameters by name at coordinates theta."""
@@ -77,6 +96,27 @@ class Coordinates:
         with np.errstate(over="ignore"):
             moved = np.where(self.logs, np.exp(np.clip(full, -80.0, 80.0)), full * self.scale)
         return np.where(self.free, np.clip(moved, self.lower, self.upper), self.base)
+
+    def told(self, theta: Array) -> Normal:
+        """Normal equations (n_free,) of the user's priors, which are normal in the parameters themselves."""
+        p, n, names = self.p(theta), self.n_free, self.free_names
+        normal = Normal(0.0, np.zeros(n), np.zeros((n, n)))
+        for name, mean, std in self.priors:
+            off = (float(p[self.names.index(name)]) - mean) / std
+            by = np.zeros(n)
+            by[names.index(name)] = self.slope(p)[names.index(name)] / std
+            normal = normal.plus(Normal(off**2, off * by, np.outer(by, by)))
+        return normal
+
+    @property
+    def bounds(self) -> Bounds:
+        """The physical bounds of the parameters as bounds of theta."""
+        known = self.free
+        least = np.log(FLOOR * self.scale)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            lower = np.where(self.logs, np.fmax(np.log(self.lower), least), self.lower / self.scale)
+            upper = np.where(self.logs, np.log(self.upper), self.upper / self.scale)
+        return Bounds(lower[known], upper[known])
 
     def slope(self, p: Array) -> Array:
         """dp/dtheta (n_free,) at a parameter vector."""

@@ -29,6 +29,18 @@ def check_given(given: Mapping[str, float], valve: Kernel) -> None:
             raise BadParameter("given", name, f"no valve has {value:g}", f"it is {known[name].bounds}")
 
 
+def check_priors(priors: Mapping[str, tuple[float, float]], valve: Kernel) -> None:
+    """Raise BadParameter for a prior of a parameter that the valve has not, or one that says nothing."""
+    known = parameters(valve)
+    for name, (mean, std) in priors.items():
+        if name not in known:
+            raise BadParameter("priors", name, "no such parameter", f"there are {', '.join(known)}")
+        if not known[name].allows(mean):
+            raise BadParameter("priors", name, f"no valve has {mean:g}", f"it is {known[name].bounds}")
+        if not 0 < std < np.inf:
+            raise BadParameter("priors", name, f"{std:g} is no standard deviation", "give a positive number")
+
+
 def obstacle(experiments: Sequence[Experiment], coordinates: Coordinates, force: Array) -> Outcome | None:
     """What makes a fit impossible before it starts, if anything."""
     if np.ptp(force) == 0.0:

@@ -8,14 +8,19 @@ from typing import Literal
 import numpy as np
 
 from identification.data.experiment import Experiment
+from identification.data.grid import with_smooth_force
 from identification.estimators.coordinates import Coordinates
-from identification.estimators.feasibility import check_given, obstacle
+from identification.estimators.feasibility import check_given, check_priors, obstacle
 from identification.estimators.fitted import Fit
 from identification.estimators.imposed_motion.fit import fit_imposed_motion
 from identification.estimators.noise_aware.fit import fit_noise_aware, force_noise_matters
+from identification.estimators.order import Order, order_of, swing
+from identification.estimators.output_error.damped import fit_damped
 from identification.estimators.output_error.fit import fit_output_error, integrates
+from identification.estimators.output_error.homotopy import chunked
+from identification.estimators.output_error.starting_values import starting_values
 from recordings import BadInput, BadParameter, Progress, silent
-from simulator import BASE, CATALOGUE, Catalogue, Effect, kernel
+from simulator import BASE, CATALOGUE, Catalogue, Effect, Kernel, kernel
 
 Estimator = Literal["auto", "output-error", "noise-aware"]
 """How a force-driven fit is made: `output-error` takes the recorded force for exact, `noise-aware` estimates it along
@@ -29,6 +34,8 @@ def fit(
     given: Mapping[str, float] | None = None,
     estimator: Estimator = "auto",
     catalogue: Catalogue = CATALOGUE,
+    order: Order | Literal["auto"] = "auto",
+    priors: Mapping[str, tuple[float, float]] | None = None,
     progress: Progress = silent,
 ) -> Fit:
     """Fit all free parameters of some effects to all experiments at once.
@@ -45,6 +52,11 @@ def fit(
         See `Estimator`. It has no part where the motion is imposed.
     catalogue : Catalogue
         Where the effects are looked up: ``CATALOGUE.extended(MyEffect())`` for one of your own.
+    order : {"auto", "full", "damped"}
+        What of the model the sampling resolves (`order.py`); by default the recordings say. It has no part where the
+        motion is imposed or the plant has no spring, and an `estimator` that is asked for by name is one of full order.
+    priors : mapping, optional
+        What is known of parameters beforehand: mean and standard deviation by full name, SI units.
     progress : callable, optional
         Told the stages of the fit.
 
@@ -69,15 +81,31 @@ def fit(
         raise BadInput("recordings", "some are force-driven and some motion-driven", "fit them separately")
     valve = kernel(effects, causalities.pop(), catalogue)
     check_given(given, valve)
+    check_priors(priors or {}, valve)
     force = np.concatenate([s.u for e in experiments for s in e.segments])
-    coordinates = Coordinates.of(valve, given, float(np.std(force)) or 1.0)
+    coordinates = Coordinates.of(valve, given, float(np.std(force)) or 1.0, priors)
     hindered = obstacle(experiments, coordinates, force)
     if hindered is not None:
         return Fit(hindered, valve, coordinates)
     if valve.causality == "motion":
         return fit_imposed_motion(valve, coordinates, experiments, progress)
-    chosen = fit_noise_aware if _noise_aware(estimator, coordinates, experiments) else fit_output_error
-    return chosen(valve, coordinates, experiments, progress)
+    noisy = _noise_aware(estimator, coordinates, experiments)
+    if estimator == "auto" and order != "full" and not integrates(coordinates):
+        smooth = with_smooth_force(experiments)
+        order = _order(valve, coordinates, smooth if noisy else experiments, noisy) if order == "auto" else order
+        if order != "full":
+            return fit_damped(valve, coordinates, smooth, progress)
+    return (fit_noise_aware if noisy else fit_output_error)(valve, coordinates, experiments, progress)
+
+
+def _order(valve: Kernel, coordinates: Coordinates, experiments: Sequence[Experiment], noisy: bool) -> Order:
+    """The order by the stiffest bristle and lightest mass that starting values from the recordings have."""
+    starts = [start.theta for start in starting_values(chunked(experiments) or experiments, valve, coordinates)]
+    spacing = max(s.dt for e in experiments for s in e.segments)
+    if not starts:
+        return "full"
+    quickest = max((coordinates.values(theta) for theta in starts), key=swing)
+    return order_of(quickest, spacing, noisy=noisy)
 
 
 def _known(effects: Sequence[Effect], experiments: Sequence[Experiment]) -> dict[str, float]:

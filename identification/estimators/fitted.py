@@ -9,9 +9,11 @@ import numpy as np
 
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.estimate import HOPELESS, Estimate, converged
-from identification.estimators.noise_aware.resolution import RESOLVED, turn
+from identification.estimators.noise_aware.estimator import NoiseAware
+from identification.estimators.order import RESOLVED, Order, turn
 from identification.estimators.output_error.homotopy import Minimum
 from identification.estimators.output_error.problem import Problem
+from identification.estimators.output_error.replicates import Replicates
 from recordings import Array
 from simulator import Kernel
 
@@ -48,7 +50,9 @@ class Fit:
     outcome : how it ended; ask ``outcome.usable`` before the values; kernel, coordinates : the model and what was free;
     problem, minimum : the free runs that were fitted and where that ended, None where nothing could be; rms :
     normalised root mean square residual (of the innovations where the force is estimated), 1 at the noise floor;
-    estimate : force, motion and parameters as estimated together, where the fit is noise-aware.
+    estimate : force, motion and parameters as estimated together, where the fit is noise-aware, and noise_aware : what
+    estimated them; replicates : of a fit
+    of damped order.
     """
 
     outcome: Outcome
@@ -58,6 +62,13 @@ class Fit:
     minimum: Minimum | None = None
     rms: float = float("nan")
     estimate: Estimate | None = None
+    noise_aware: NoiseAware | None = None
+    replicates: Replicates | None = None
+
+    @property
+    def order(self) -> Order:
+        """What of the model the sampling resolves."""
+        return "damped" if self.kernel.damped else "full"
 
     @property
     def estimator(self) -> str:
@@ -76,14 +87,29 @@ class Fit:
         return dict(zip(self.kernel.parameters, self.p.tolist(), strict=True))
 
 
-def fit_of(estimate: Estimate, problem: Problem, minimum: Minimum) -> Fit:
-    """A noise-aware estimate as a fit, with its outcome; problem, minimum : the same end as a free run."""
+def fit_of(estimate: Estimate, work: NoiseAware, problem: Problem, minimum: Minimum) -> Fit:
+    """A noise-aware estimate as a fit, with its outcome; work : what made it; problem, minimum : its end as a free run."""
     resolved = turn(problem.coordinates.values(estimate.theta), problem.spacing) < RESOLVED
     outcome = Outcome.CONVERGED if converged(estimate, resolved=resolved) else Outcome.NOT_CONVERGED
     if estimate.loss > HOPELESS:
         outcome = Outcome.NOT_EXPLAINED
     rms = float(np.sqrt(estimate.loss))
-    return Fit(outcome, problem.kernel, problem.coordinates, problem, minimum, rms, estimate)
+    return Fit(outcome, problem.kernel, problem.coordinates, problem, minimum, rms, estimate, work)
+
+
+EXPLAINED = 2.0
+"""How many times the loss of a right model a fit of windows may leave and count as converged."""
+
+
+def fit_of_windows(problem: Problem, minimum: Minimum, usual: Replicates | None) -> Fit:
+    """A fit of runs that are set back to the data in windows, with its outcome by their robust loss."""
+    outcome = Outcome.CONVERGED if minimum.settled else Outcome.NOT_SETTLED
+    if usual is None or minimum.level > EXPLAINED * usual.level:
+        outcome = Outcome.NOT_CONVERGED
+    if minimum.level > HOPELESS:
+        outcome = Outcome.NOT_EXPLAINED
+    rms = float(np.sqrt(minimum.level / (1.0 if usual is None else usual.level)))
+    return Fit(outcome, problem.kernel, problem.coordinates, problem, minimum, rms, replicates=usual)
 
 
 def fit_of_free_runs(valve: Kernel, coordinates: Coordinates, problem: Problem, minimum: Minimum | None) -> Fit:

@@ -40,7 +40,7 @@ class PathEstimator(Protocol):
         """
 
     def descend(self, now: Estimate, steps: int) -> Estimate:
-        """The estimate after at most so many damped Gauss-Newton steps."""
+        """The estimate after at most so many Gauss-Newton steps."""
 
     def fit(self, theta: Array, steps: int) -> Estimate | None:
         """`start` and `descend`. None where the model diverges."""

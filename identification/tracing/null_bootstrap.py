@@ -16,7 +16,8 @@ import numpy as np
 
 from identification.data.experiment import Experiment
 from identification.data.grid import with_smooth_force
-from identification.estimators.noise_aware.resolution import MOST_BETWEEN, SWING, swing
+from identification.estimators.noise_aware.resolution import MOST_BETWEEN, SWING
+from identification.estimators.order import swing
 from identification.tracing import settings
 from identification.tracing.models.base import base_model, polished
 from identification.tracing.models.comparison import is_white

@@ -19,9 +19,12 @@ from identification.data.smoothing import smooth
 from identification.estimators.fit import fit
 from identification.estimators.fitted import Fit
 from identification.estimators.noise_aware.fit import noise_aware_for
+from identification.estimators.output_error.replicates import replicates
 from identification.uncertainty.covariance import Uncertainty, status_and_note
 from recordings import Array, BadParameter, NegativeAnswer, Progress, silent
 
+REFITTED = 15
+"""Steps of the fit on a replicate of damped order."""
 FEWEST, MOST_FAILED = 5, 0.5
 """Trials that are asked for at least, and share of them that may fail."""
 
@@ -50,14 +53,30 @@ def bootstrap_of(found: Fit, trials: int, seed: int = 0, progress: Progress = si
 
     Raises NegativeAnswer when more than half of them lead nowhere.
     """
-    rng = np.random.default_rng(seed)
     free = found.coordinates.free
+    if found.order != "full":
+        return _of_windows(found, trials, seed)
+    rng = np.random.default_rng(seed)
     values = []
     for done in range(trials):
         p = _refitted(found, replicate(found, rng, size=max(found.rms, 1.0)))
         progress("bootstrap", done + 1, trials)
         if p is not None:
             values.append(p[free])
+    return _scatter(found, trials, values)
+
+
+def _of_windows(found: Fit, trials: int, seed: int) -> Bootstrap:
+    """The bootstrap of a fit of damped order, whose replicates are of full order."""
+    assert found.problem is not None
+    assert found.minimum is not None
+    unknowns, c = found.minimum.unknowns, found.coordinates
+    drawn = replicates(found.problem, unknowns, found.minimum.setting, trials, steps=REFITTED, seed=seed)
+    moves = [] if drawn is None else list(drawn.moves)
+    return _scatter(found, trials, [c.p(unknowns[: c.n_free] + move)[c.free] for move in moves])
+
+
+def _scatter(found: Fit, trials: int, values: list[Array]) -> Bootstrap:
     if len(values) < max(2, (1 - MOST_FAILED) * trials):
         raise NegativeAnswer(f"only {len(values)} of {trials} fits of the bootstrap led anywhere; record longer")
     return Bootstrap(trials, trials - len(values), found.coordinates.free_names, np.array(values))

@@ -10,11 +10,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import norm
+from scipy.stats import t as student
 
 from identification.estimators.coordinates import parameters
 from identification.estimators.estimate import TUNING, Estimate
 from identification.estimators.fitted import Fit, Outcome
-from identification.estimators.noise_aware.resolution import RESOLVED, swing, turn
+from identification.estimators.order import RESOLVED, RESOLVED_EXACT, swing, turn
 from identification.estimators.output_error.problem import Problem, ResidualForm
 from recordings import Array
 from simulator import Status
@@ -25,8 +27,8 @@ PRIOR_LOG_STD = 3.0
 """A coordinate the data say nothing about is given this standard deviation, so that every number is finite."""
 WEAK = 0.3
 """Relative standard deviation above which a parameter is weak."""
-COLLINEAR = 0.999
-"""Correlation above which two parameters are reported as collinear."""
+COLLINEAR = 0.95
+"""Correlation above which two parameters are called nearly collinear, in tables, pages and files alike."""
 WIDER, WIDEST = 1.5, {"lugre.sigma2": 1.8}
 """Factors on the standard deviations of a noise-aware fit: the linearised model promises a little too much. Chosen on
 sixteen seeded valves; the coverage on others is in docs/studies/identification.md."""
@@ -34,10 +36,9 @@ SLOW, SLOW_FACTOR, SLOW_FACTOR_EXACT = 6e-3, 1.6, 1.3
 """Spacing [s] above which what the force does between samples is guessed, and the factors that this costs where the
 force is noisy and where its samples are exact."""
 QUICK = ("mass.m", "lugre.fs", "lugre.vs", "lugre.sigma0", "lugre.sigma1")
-RESOLVED_EXACT = 12.0
 """What is known of `QUICK` comes from break-away, where the mass swings on its bristles. When that swing turns by more
 than so many radians from sample to sample (`RESOLVED` where the force is noisy), estimate and interval can both be
-wrong, and they are reported as weak."""
+wrong, and they are reported as unresolved."""
 AT_BOUND = 1e-4
 """A parameter that may be zero and is below this share of its scale is at its bound."""
 
@@ -48,8 +49,9 @@ class Uncertainty:
 
     names : the free parameters; std : standard deviation by name, in the unit of the parameter; correlation
     (n_free, n_free), in the order of `names`; condition : of the column-scaled Jacobian; status : ``identified``,
-    ``weak`` or ``at_bound`` by name; note : the reason in words, by name, where there is one; inflation : median factor
-    by which the robust standard deviations exceed the classic ones.
+    ``weak`` (the data do not pin it), ``unresolved`` (the sampling does not tell it, or the fit did not converge: no
+    interval is reported) or ``at_bound`` by name; note : the reason in words, by name, where there is one; inflation :
+    median factor by which the robust standard deviations exceed the classic ones.
     """
 
     names: tuple[str, ...]
@@ -60,7 +62,7 @@ class Uncertainty:
     note: dict[str, str]
     inflation: float
 
-    def pairs(self, above: float = 0.95) -> list[tuple[str, str, float]]:
+    def pairs(self, above: float = COLLINEAR) -> list[tuple[str, str, float]]:
         """Pairs of parameters with a correlation of more than `above`, and that correlation, strongest first."""
         n = len(self.names)
         found = [(self.names[i], self.names[j], float(self.correlation[i, j])) for i in range(n) for j in range(i)]
@@ -80,11 +82,13 @@ def uncertainty_of(fit: Fit) -> Uncertainty:
     n = fit.problem.n_free
     names = fit.coordinates.free_names
     spread = np.sqrt(np.maximum(np.diag(classic), np.diag(robust)))[:n]
-    slow = fit.kernel.causality == "force" and fit.problem.spacing > SLOW
+    slow = fit.kernel.causality == "force" and fit.order == "full" and fit.problem.spacing > SLOW
     if fit.estimate is not None:
         spread = spread * np.array([WIDEST.get(name, WIDER) for name in names])
     if slow:
         spread = spread * (SLOW_FACTOR_EXACT if fit.estimate is None else SLOW_FACTOR)
+    if fit.replicates is not None:
+        spread = np.sqrt(spread**2 + _of_replicates(fit.replicates.moves))
     slope = fit.coordinates.slope(fit.p)
     diagonal = np.sqrt(np.diag(classic)[:n])
     correlation = classic[:n, :n] / np.outer(diagonal, diagonal)
@@ -98,10 +102,20 @@ def uncertainty_of(fit: Fit) -> Uncertainty:
     )
 
 
+def _of_replicates(moves: Array) -> Array:
+    """Variances (n_free,) of the coordinates by the moves (n_trials, n_free) on replicates, bias included, widened by
+    Student's t for the number of trials.
+    """
+    trials = len(moves)
+    return np.asarray((student.ppf(0.95, trials) / norm.ppf(0.95)) ** 2 * np.mean(moves**2, axis=0), float)
+
+
 def _covariances(problem: Problem, unknowns: Array, setting: ResidualForm, rms: float) -> tuple[Array, Array, Array]:
-    """The Gauss-Newton matrix and the classic and robust covariances of all unknowns."""
+    """The Gauss-Newton matrix and the classic and robust covariances of all unknowns (Huber, Robust Statistics, 1981,
+    section 7.6, for a robust loss).
+    """
     size = len(unknowns)
-    matrix, meat, blocks = np.zeros((size, size)), np.zeros((size, size)), 0
+    matrix, meat, blocks, bent, weights = np.zeros((size, size)), np.zeros((size, size)), 0, 0.0, 0.0
     for i, response in enumerate(problem.responses(unknowns, setting, sensitivities=True)):
         if response is None or response.by is None:
             continue
@@ -110,14 +124,20 @@ def _covariances(problem: Problem, unknowns: Array, setting: ResidualForm, rms: 
             [np.arange(problem.n_free), problem.n_free + i * problem.n_local + np.arange(problem.n_local)]
         )
         jacobian = np.where(piece.segment.seen[:, None], response.by / piece.noise, 0.0)
-        scores = jacobian * problem.residual(i, response)[:, None]
-        matrix[np.ix_(at, at)] += jacobian.T @ jacobian
+        r = problem.residual(i, response)
+        ratio = np.zeros(len(r)) if np.isinf(setting.tuning) else (r / setting.tuning) ** 2
+        weight = 1.0 / (1.0 + ratio)
+        scores = jacobian * (weight * r)[:, None]
+        matrix[np.ix_(at, at)] += (jacobian * weight[:, None]).T @ jacobian
+        seen = piece.segment.seen
+        bent, weights = bent + float(np.sum(((1 - ratio) * weight**2)[seen])), weights + float(np.sum(weight[seen]))
         length = max(20, round(BLOCK / piece.segment.dt))
         sums = np.add.reduceat(scores, np.arange(0, len(scores), length), axis=0)
         meat[np.ix_(at, at)] += sums.T @ sums
         blocks += len(sums)
     hold = np.full(size, rms**2 / PRIOR_LOG_STD**2)
-    bread = np.linalg.inv(matrix + np.diag(hold))
+    curvature = max(bent / max(weights, 1.0), 0.2)  # of the robust loss, against the weights that Gauss-Newton uses
+    bread = np.linalg.inv(curvature * matrix + np.diag(hold))
     few = blocks / max(blocks - problem.n_free, 1)
     classic: Array = np.asarray(rms**2 * bread, float)
     robust: Array = few * bread @ meat @ bread + np.diag(np.diag(bread) ** 2 * hold)
@@ -162,22 +182,31 @@ def status_and_note(
         size = abs(value) if parameter.lower >= 0 else max(abs(value), 0.05 * scale[name])
         if value <= parameter.lower + AT_BOUND * scale[name] or value >= parameter.upper - AT_BOUND * scale[name]:
             status[name] = "at_bound"
-        elif std[name] > WEAK * size or abs(strength) > COLLINEAR or fit.outcome is Outcome.NOT_CONVERGED:
+        elif fit.outcome is Outcome.NOT_CONVERGED:
+            status[name], note[name] = "unresolved", "the fit did not converge"
+        elif why := "" if proven else _unresolved(fit, name, std[name] > WEAK * size):
+            status[name], note[name] = "unresolved", why
+        elif std[name] > WEAK * size:
             status[name] = "weak"
+            if abs(strength) > COLLINEAR:
+                note[name] = f"nearly collinear with {names[partner]} (correlation {strength:+.3f})"
         else:
             status[name] = "identified"
-        if not proven and status[name] == "identified" and name in QUICK and (why := _unresolved(fit)):
-            status[name], note[name] = "weak", why
-        elif status[name] == "weak" and abs(strength) > 0.9:
-            note[name] = f"nearly collinear with {names[partner]} (correlation {strength:+.3f})"
     return status, note
 
 
-def _unresolved(fit: Fit) -> str:
-    """What to say of a swing of the mass on its bristles that a fit cannot follow; empty when it can."""
+def _unresolved(fit: Fit, name: str, wide: bool) -> str:
+    """Why the sampling does not tell a parameter: it shows in a swing of the mass on its bristles that the fit cannot
+    follow; empty when it does. wide : whether the interval is.
+    """
     if fit.problem is None or fit.kernel.causality != "force":
         return ""
-    if turn(fit.values, fit.problem.spacing) < (RESOLVED_EXACT if fit.estimate is None else RESOLVED):
+    limit = RESOLVED_EXACT if fit.estimate is None else RESOLVED
+    hidden = name == "lugre.sigma1" or wide if fit.order != "full" else name in QUICK
+    if not hidden or (fit.order == "full" and turn(fit.values, fit.problem.spacing) < limit):
         return ""
     frequency, rate = swing(fit.values) / (2 * np.pi), 1 / fit.problem.spacing
-    return f"the mass swings on its bristles at {frequency:.0f} Hz, too fast for {rate:.0f} samples a second"
+    return (
+        f"the mass swings on its bristles at about {frequency:.0f} Hz, too fast for {rate:.0f} samples a second; "
+        f"{np.ceil(swing(fit.values) / RESOLVED / 100) * 100:.0f} would show it"
+    )

@@ -10,14 +10,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from identification.estimators.coordinates import Coordinates
+from identification.estimators.estimate import Estimate
 from identification.estimators.fitted import Fit
-from identification.estimators.least_squares import descend
+from identification.estimators.least_squares import minimise
+from identification.estimators.noise_aware.estimator import STAGES, TAKEN_OVER
 from identification.estimators.output_error.problem import Problem
 from identification.uncertainty.covariance import Uncertainty
 from recordings import Array, BadParameter
 
 CHI2_90 = 2.7055
 """90 % quantile of the chi-square distribution with one degree of freedom."""
+STEPS = 4
+"""Steps of a noise-aware fit at each value, from the paths of the one before it."""
 STEEP = 10 * CHI2_90
 """A profile that has risen this far is not followed further."""
 
@@ -39,32 +44,29 @@ class Profile:
 
 
 def profile(fit: Fit, known: Uncertainty, name: str, points: int = 7, reach: float = 3.0) -> Profile:
-    """Profile one parameter of a fit by output error or with an imposed motion.
+    """Profile one parameter of a fit, of any estimator.
 
     known : the uncertainty of the fit; name : the parameter, by full name; points : values on each side, up to `reach`
     standard deviations away.
-    Raises BadParameter for a name that is not a free parameter of the fit, and for a noise-aware fit.
+    Raises BadParameter for a name that is not a free parameter of the fit.
     """
     if name not in known.names:
         free = f"there are {', '.join(known.names)}"
         raise BadParameter("profile", name, "it is no free parameter of this fit", free)
-    if fit.estimate is not None:
-        why = "the fit is noise-aware, and its cost has no profile yet that would be cheap enough"
-        remedy = "fit with the estimator output-error, or read the standard deviation"
-        raise BadParameter("profile", name, why, remedy)
     assert fit.minimum is not None
     place = known.names.index(name)
     width = known.std[name] / fit.coordinates.slope(fit.p)[place]
-    scale = max(fit.rms, 1e-12) ** 2 * max(known.inflation, 1.0) ** 2
+    valley = Valley.of(fit)
+    scale = width**2 / float(np.linalg.pinv(valley.matrix)[place, place])
     sides = []
     for sign in (-1.0, 1.0):
-        unknowns, side = fit.minimum.unknowns, []
+        here, side = valley, []
         for k in range(1, points + 1):
-            found = _held_at(fit, place, fit.minimum.unknowns[place] + sign * reach * width * k / points, unknowns)
+            found = here.held_at(place, valley.unknowns[place] + sign * reach * width * k / points)
             if found is None:
                 break
-            cost, unknowns = found
-            side.append((_value(fit, name, unknowns), (cost - fit.minimum.normal.cost) / scale))
+            here = found
+            side.append((_value(fit, name, here.unknowns), (here.cost - valley.cost) / scale))
             if side[-1][1] > STEEP:
                 break
         sides.append(side)
@@ -80,27 +82,60 @@ def _value(fit: Fit, name: str, unknowns: Array) -> float:
     return float(c.p(unknowns[: int(c.free.sum())])[c.names.index(name)])
 
 
-def _held_at(fit: Fit, place: int, theta: float, unknowns: Array) -> tuple[float, Array] | None:
-    """Cost with one coordinate held at `theta`, the others refitted, and all unknowns there; None if it did not settle.
-
-    The refit starts from `unknowns` moved along the valley that the Gauss-Newton matrix knows: from a place beside it,
-    where two parameters trade off, a descent would not find back.
+@dataclass(frozen=True)
+class Valley:
+    """A place from which a profile goes on: unknowns (n,), the cost there, the Gauss-Newton matrix (n, n) of the best
+    place, which knows how the valley runs, and of a noise-aware fit the estimate.
     """
-    assert fit.minimum is not None
-    assert fit.problem is not None
-    c, matrix = fit.coordinates, fit.minimum.normal.matrix
-    others = np.delete(np.arange(len(unknowns)), place)
-    along = -np.linalg.lstsq(matrix[np.ix_(others, others)], matrix[others, place], rcond=None)[0]
-    moved = unknowns + (theta - unknowns[place]) * np.insert(along, place, 1.0)
-    index = int(np.flatnonzero(c.free)[place])
-    base, free = c.base.copy(), c.free.copy()
-    base[index], free[index] = c.p(moved[: int(c.free.sum())])[index], False
-    problem = Problem(fit.kernel, replace(c, base=base, free=free), fit.problem.experiments)
-    setting = fit.minimum.setting
-    end = descend(lambda x: problem.evaluate(x, setting), moved[others], iterations=10, damping=1e-4)
-    if end is None or not end.settled:
-        return None
-    return end.normal.cost, np.insert(end.theta, place, theta)
+
+    fit: Fit
+    unknowns: Array
+    cost: float
+    matrix: Array
+    estimate: Estimate | None = None
+
+    @classmethod
+    def of(cls, fit: Fit) -> Valley:
+        """The best place of a fit."""
+        assert fit.minimum is not None
+        if fit.estimate is None:
+            return cls(fit, fit.minimum.unknowns, fit.minimum.normal.cost, fit.minimum.normal.matrix)
+        return cls(fit, fit.estimate.theta, fit.estimate.cost, fit.estimate.normal.matrix, fit.estimate)
+
+    def held_at(self, place: int, theta: float) -> Valley | None:
+        """The best place with one coordinate held at `theta`; None if it did not settle. The others start along the
+        valley: from a place beside it, where two trade off, the fit would not find back.
+        """
+        others = np.delete(np.arange(len(self.unknowns)), place)
+        along = -np.linalg.lstsq(self.matrix[np.ix_(others, others)], self.matrix[others, place], rcond=None)[0]
+        moved = self.unknowns + (theta - self.unknowns[place]) * np.insert(along, place, 1.0)
+        c = self.fit.coordinates
+        index = int(np.flatnonzero(c.free)[place])
+        base, free = c.base.copy(), c.free.copy()
+        base[index], free[index] = c.p(moved[: c.n_free])[index], False
+        held = replace(c, base=base, free=free)
+        if self.estimate is not None:
+            return self._noise_aware(held, place, theta, moved[others])
+        assert self.fit.problem is not None
+        assert self.fit.minimum is not None
+        problem = Problem(self.fit.kernel, held, self.fit.problem.experiments)
+        setting = self.fit.minimum.setting
+        bounds = held.bounds.padded(len(others))
+        end = minimise(lambda x: problem.evaluate(x, setting), moved[others], bounds=bounds, iterations=10)
+        if end is None or not end.settled:
+            return None
+        return replace(self, unknowns=np.insert(end.theta, place, theta), cost=end.normal.cost)
+
+    def _noise_aware(self, held: Coordinates, place: int, theta: float, others: Array) -> Valley | None:
+        """The same along the paths of a noise-aware estimate."""
+        assert self.estimate is not None
+        assert self.fit.noise_aware is not None
+        work = replace(self.fit.noise_aware, coordinates=held, freedom=STAGES[-1][0])
+        first = work.along(others, self.estimate.paths, TAKEN_OVER)
+        end = None if first is None else work.strict(work.descend(first, STEPS))
+        if end is None:
+            return None
+        return replace(self, unknowns=np.insert(end.theta, place, theta), cost=end.cost, estimate=end)
 
 
 def _crossing(values: Array, rise: Array) -> float | None:

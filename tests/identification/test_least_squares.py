@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from identification.estimators.least_squares import Descent, Normal, descend, weighted
+from identification.estimators.least_squares import Normal, Solution, minimise, weighted
 
 MISRA1A = (
     [77.6, 114.9, 141.1, 190.8, 239.9, 289.0, 332.8, 378.4, 434.8, 477.3, 536.8, 593.1, 689.1, 760.0],
@@ -69,8 +69,8 @@ PROBLEMS = {
 }  # fmt: skip
 
 
-def solved(problem: Certified, start: int) -> tuple[np.ndarray, Descent]:
-    """Parameters, from coordinates that are logarithms as in a fit, and where the descent ended."""
+def solved(problem: Certified, start: int) -> tuple[np.ndarray, Solution]:
+    """Parameters, from coordinates that are logarithms as in a fit, and where the solution ended."""
     x, y = (np.array(column) for column in problem.data)
 
     def evaluate(theta: np.ndarray) -> Normal:
@@ -78,7 +78,7 @@ def solved(problem: Certified, start: int) -> tuple[np.ndarray, Descent]:
         predicted, by = problem.model(x, b)
         return weighted(predicted - y, by * b, np.inf)
 
-    end = descend(evaluate, np.log(problem.starts[start]), iterations=200, tolerance=1e-15)
+    end = minimise(evaluate, np.log(problem.starts[start]), iterations=200, tolerance=1e-15)
     assert end is not None
     return np.exp(end.theta), end
 
@@ -108,7 +108,7 @@ def quadratic(centre: np.ndarray, scale: np.ndarray):
 
 def test_a_linear_problem_takes_one_move_whatever_its_scaling():
     centre, scale = np.array([0.3, -0.2, 0.1]), np.array([1e-3, 1.0, 1e3])
-    end = descend(quadratic(centre, scale), np.zeros(3), iterations=1, tolerance=0.0, damping=1e-9)
+    end = minimise(quadratic(centre, scale), np.zeros(3), iterations=1, tolerance=0.0)
     assert end is not None
     assert np.allclose(end.theta, centre, rtol=1e-8)
     assert end.evaluations == 2
@@ -121,24 +121,24 @@ def test_no_coordinate_moves_further_than_allowed():
         seen.append(theta.copy())
         return quadratic(np.array([50.0]), np.array([1.0]))(theta)
 
-    descend(evaluate, np.zeros(1), iterations=5, longest=0.5)
+    minimise(evaluate, np.zeros(1), iterations=5, radius=0.5)
     assert np.all(np.abs(np.diff([s[0] for s in seen])) <= 0.5 + 1e-12)
 
 
 def test_a_start_that_diverges_is_no_descent():
-    assert descend(lambda theta: None, np.zeros(2)) is None
+    assert minimise(lambda theta: None, np.zeros(2)) is None
     broken = Normal(1.0, np.zeros(2), np.full((2, 2), np.inf))
-    assert descend(lambda theta: broken, np.zeros(2)) is None
-    assert descend(lambda theta: Normal(np.nan, np.zeros(2), np.eye(2)), np.zeros(2)) is None
+    assert minimise(lambda theta: broken, np.zeros(2)) is None
+    assert minimise(lambda theta: Normal(np.nan, np.zeros(2), np.eye(2)), np.zeros(2)) is None
 
 
 def test_a_place_that_diverges_is_backed_away_from():
-    """Beyond 0.4 there is nothing, and the minimum is at 1: the descent stays on this side and never fails."""
+    """Beyond 0.4 there is nothing, and the minimum is at 1: the solution stays on this side and never fails."""
 
     def evaluate(theta):
         return None if theta[0] > 0.4 else quadratic(np.array([1.0]), np.array([1.0]))(theta)
 
-    end = descend(evaluate, np.zeros(1), iterations=60)
+    end = minimise(evaluate, np.zeros(1), iterations=60)
     assert end is not None
     assert 0.2 < end.theta[0] <= 0.4
 
@@ -151,8 +151,8 @@ def test_the_robust_loss_is_not_drawn_by_outliers():
     def evaluate(tuning):
         return lambda theta: weighted((theta[0] - x) / 0.1, np.full((200, 1), 10.0), tuning)
 
-    plain = descend(evaluate(np.inf), np.array([2.5]), iterations=200, tolerance=1e-12)
-    robust = descend(evaluate(3.0), np.array([2.5]), iterations=200, tolerance=1e-12)
+    plain = minimise(evaluate(np.inf), np.array([2.5]), iterations=200, tolerance=1e-12)
+    robust = minimise(evaluate(3.0), np.array([2.5]), iterations=200, tolerance=1e-12)
     assert plain is not None
     assert robust is not None
     assert plain.theta[0] == pytest.approx(np.mean(x), rel=1e-6)

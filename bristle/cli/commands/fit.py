@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, cast
 import typer
 
 if TYPE_CHECKING:
-    from identification import Estimator
+    from identification import Estimator, Order
     from simulator import Causality
 
 
@@ -32,6 +32,12 @@ def command(
     estimator: Annotated[
         str, typer.Option(help="'auto', 'output-error' (exact force) or 'noise-aware' (noisy force).")
     ] = "auto",
+    order: Annotated[
+        str, typer.Option(help="'auto', 'full', or 'damped': the swing of the mass on its bristles is not resolved.")
+    ] = "auto",
+    prior: Annotated[
+        list[str] | None, typer.Option(help="What is known of a parameter: mass.m=2.1+-0.2 (SI units).")
+    ] = None,
     bootstrap: Annotated[
         int,
         typer.Option(help="Intervals from so many refits of simulated recordings (0: by linearisation)."),
@@ -44,7 +50,7 @@ def command(
     """
     import bristle as br
     from bristle.cli.console import assignments, print_identification, shown_on, stdout, working, writable
-    from bristle.cli.fitting import print_profiles, profiled
+    from bristle.cli.fitting import print_profiles, priors, profiled
     from identification import without_effects
 
     for path in (out, report):
@@ -54,7 +60,8 @@ def command(
     with working("fitting") as status:
         found = br.fit(
             recordings, holdout=holdout or (), given=held, causality=cast("Causality | None", causality), area=area,
-            hold=hold, estimator=cast("Estimator", estimator), bootstrap=bootstrap, crosscheck=crosscheck,
+            hold=hold, estimator=cast("Estimator", estimator), order=cast("Order", order), priors=priors(prior or ()),
+            bootstrap=bootstrap, crosscheck=crosscheck,
             progress=shown_on(status),
         )  # fmt: skip
     console = stdout()

@@ -17,7 +17,7 @@ from identification.data.grid import Grid
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.estimate import OUTLIER, Estimate, Innovations
 from identification.estimators.imposed_motion.grid import ImposedGrid, first_state
-from identification.estimators.least_squares import Normal, descend, weighted
+from identification.estimators.least_squares import Normal, minimise, weighted
 from identification.estimators.priors import prior
 from recordings import Array
 from simulator import Kernel
@@ -50,14 +50,15 @@ class ImposedMotion:
         return self._estimate(theta, pairs) if len(pairs) == len(found) else None
 
     def descend(self, now: Estimate, steps: int) -> Estimate:
-        """The estimate after at most so many damped Gauss-Newton steps."""
+        """The estimate after at most so many Gauss-Newton steps."""
         hold = np.full(len(now.theta), max(now.loss, 1.0) / FREE**2)
 
         def evaluate(theta: Array) -> Normal | None:
             found = self.start(theta)
             return None if found is None else found.normal.with_prior(theta, now.theta, hold)
 
-        end = descend(evaluate, now.theta, iterations=steps, tolerance=1e-4, longest=0.5)
+        bounds = self.coordinates.bounds
+        end = minimise(evaluate, now.theta, bounds=bounds, iterations=steps, tolerance=1e-4, radius=0.5)
         found = None if end is None else self.start(end.theta)
         return now if end is None or found is None else replace(found, settled=end.settled)
 
@@ -79,7 +80,7 @@ class ImposedMotion:
         return path, Innovations(innovations, variances, both, (innovations, variances))
 
     def _estimate(self, theta: Array, pairs: Sequence[tuple[Array, Innovations]]) -> Estimate | None:
-        normal, logs, far, count, square = prior(self.names, theta), 0.0, 0, 0, 0.0
+        normal, logs, far, count, square = prior(self.names, theta).plus(self.coordinates.told(theta)), 0.0, 0, 0, 0.0
         for _, line in pairs:
             seen = np.isfinite(line.variances[:, 0])
             sigma = np.sqrt(line.variances[seen, 0])

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from identification.data.experiment import Experiment
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.fitted import Fit, Outcome, fit_of_free_runs
-from identification.estimators.least_squares import descend
+from identification.estimators.least_squares import minimise
 from identification.estimators.output_error.homotopy import Minimum
 from identification.estimators.output_error.problem import Problem, ResidualForm
 from identification.estimators.output_error.starting_values import starting_values
@@ -40,7 +40,8 @@ def fit_imposed_motion(
             continue
         level = first.cost / problem.samples
         hold = problem.held(unknowns, setting, level)
-        end = descend(hold, unknowns, iterations=ITERATIONS, tolerance=TOLERANCE)
+        bounds = coordinates.bounds.padded(len(unknowns))
+        end = minimise(hold, unknowns, bounds=bounds, iterations=ITERATIONS, tolerance=TOLERANCE)
         if end is not None and (best is None or end.normal.cost < best.normal.cost):
             best = Minimum(end.theta, end.normal, setting, end.evaluations, end.settled)
     if best is None:

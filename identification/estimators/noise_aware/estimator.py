@@ -18,7 +18,7 @@ import numpy as np
 from identification.data.grid import Grid
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.estimate import Estimate, Innovations, totals
-from identification.estimators.least_squares import Normal, move
+from identification.estimators.least_squares import gauss_newton
 from identification.estimators.noise_aware.linearised_model import PathFreedom, first_path
 from identification.estimators.noise_aware.predictor import KALMAN_SMOOTHER, Predictor
 from identification.estimators.priors import prior
@@ -120,7 +120,7 @@ class NoiseAware:
         return self._estimate(theta, tuple(f[0] for f in found), tuple(f[1] for f in found))
 
     def descend(self, now: Estimate, steps: int, vain: Callable[[Estimate], bool] | None = None) -> Estimate:
-        """Gauss-Newton steps with adaptive damping; a step that raises the cost is taken back. vain : whether it is, to
+        """Gauss-Newton steps in a trust region; a step that raises the cost is taken back. vain : whether it is, to
         go on from an estimate.
 
         A step moves parameters and paths together to first order, and where something breaks away that is not enough:
@@ -129,21 +129,25 @@ class NoiseAware:
         cost about a path that is not yet the smoothed one can be too low, and then nothing is below it: after a failure
         the path is first brought to rest where it is.
         """
-        damping, failures, settled, idle = 1e-3, 0, False, 0
+        radius, failures, settled, idle = LONGEST, 0, False, 0
+        bounds = self.coordinates.bounds
         for _ in range(steps):
             before = now.cost
             held = replace(now.normal, matrix=now.normal.matrix + HOLD * np.eye(len(now.theta)))
-            step = np.clip(move(held, damping), -LONGEST, LONGEST)
+            solved = gauss_newton(held, now.theta, radius, bounds)
+            if solved is None:
+                break
+            step = solved.move
             trial = self._rested(self.along(now.theta + step, self._moved(now, step), 0), now.cost)
             small = bool(np.max(np.abs(step) / self._sigmas(now)) < SETTLED)
             if trial is not None and trial.cost < now.cost + 1.0:
                 settled = small and now.cost - trial.cost < 1.0
-                now, damping, failures = trial, max(damping / 5, 1e-9), 0
+                now, radius, failures = trial, min(2 * radius, LONGEST), 0
             elif failures == 0:
                 now = self.along(now.theta, now.paths, RELAXED) or now
-                damping, failures = max(5 * damping, 1e-3), 1
+                radius, failures = float(np.max(np.abs(step))) / 2, 1
             else:
-                damping, failures = max(20 * damping, 1e-3), failures + 1
+                radius, failures = float(np.max(np.abs(step))) / 4, failures + 1
                 settled = (small and self.dense) or failures > MOST_FAILURES
             idle = idle + 1 if before - now.cost < self.worth else 0
             if settled or idle > 1 or (vain is not None and vain(now)):
@@ -196,12 +200,11 @@ class NoiseAware:
         return each(moved, range(len(self.grids)))
 
     def _estimate(self, theta: Array, paths: tuple[Array, ...], lines: tuple[Innovations, ...]) -> Estimate | None:
-        total, logs, loss, positions, far = prior(self.names, theta), 0.0, 0.0, 0, 0
+        total = prior(self.names, theta).plus(self.coordinates.told(theta))
+        logs, loss, positions, far = 0.0, 0.0, 0, 0
         for line in lines:
             one = line.totals or totals(line)
-            normal = one.normal
-            total = Normal(total.cost + normal.cost, total.gradient + normal.gradient, total.matrix + normal.matrix)
-            logs, loss = logs + one.logs, loss + one.loss_y
+            total, logs, loss = total.plus(one.normal), logs + one.logs, loss + one.loss_y
             positions, far = positions + one.positions, far + one.far
         if not np.isfinite(total.cost + logs):
             return None

@@ -66,7 +66,8 @@ def fit_noise_aware(
         return Fit(Outcome.DIVERGED, valve, coordinates)
     problem = Problem(valve, coordinates, smooth)
     unknowns = _free_run_start(problem, estimate)
-    return fit_of(estimate, problem, Minimum(unknowns, estimate.normal, ResidualForm(FREE_STEP), 0, estimate.settled))
+    minimum = Minimum(unknowns, estimate.normal, ResidualForm(FREE_STEP), 0, estimate.settled)
+    return fit_of(estimate, whole, problem, minimum)
 
 
 def smoothed_starts(valve: Kernel, coordinates: Coordinates, smooth: Sequence[Experiment]) -> list[Array]:

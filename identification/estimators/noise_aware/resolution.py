@@ -2,28 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from identification.data.grid import Grid
 from identification.estimators.coordinates import Coordinates
+from identification.estimators.order import swing
 from recordings import Array
 
-RESOLVED = 1.0
-"""`turn` up to which the sampling resolves break-away where the force is noisy."""
 SWING, MOST_BETWEEN = 0.75, 2
 """Radians of a swing between nodes, and nodes per sample that are spent on it at most."""
-
-
-def swing(values: Mapping[str, float]) -> float:
-    """Angular frequency [rad/s] of the mass on its bristles, for parameters by full name."""
-    return float(np.sqrt(values["lugre.sigma0"] / values["mass.m"]))
-
-
-def turn(values: Mapping[str, float], spacing: float) -> float:
-    """Angle [rad] by which the mass swings on its bristles in a time `spacing` [s], for parameters by full name."""
-    return swing(values) * spacing
 
 
 def quickest(coordinates: Coordinates, starts: Sequence[Array]) -> float:

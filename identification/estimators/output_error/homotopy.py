@@ -6,7 +6,7 @@ multimodal. Resetting position and velocity to the data every `window` keeps the
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,14 +14,14 @@ import numpy as np
 from identification.data.chunks import to_the_ends
 from identification.data.experiment import Experiment, Segment
 from identification.estimators.coordinates import Coordinates
-from identification.estimators.least_squares import Descent, Normal, descend
+from identification.estimators.least_squares import Normal, Solution, minimise
 from identification.estimators.output_error.problem import Problem, ResidualForm
 from identification.estimators.output_error.starting_values import PRIOR_STD, precision
 from recordings import Array
 from simulator import Kernel
 
-WINDOWS, LATE = (0.05, 0.2, 1.0), 5.0
-"""Reset windows [s] of the early stages and of the first late one, which has a finer sub-step."""
+WINDOW = 0.2
+"""Reset window [s] of the first stage."""
 TUNING = 3.0
 """Tuning of the Cauchy loss in the robust stages, in sigmas of the measured noise."""
 COARSE = 2e-3
@@ -30,8 +30,6 @@ FINEST = 4e-5
 """The sub-step is never refined below this [s]."""
 STEP_ERROR = 0.02
 """The sub-step of the last stage is halved until its error is below this share of the residual, rms."""
-SHARPENING = 1e-9
-"""Damping of the last move; it grows where the move would not lower the cost."""
 INSIGNIFICANT = 0.2
 """The last stages have settled when an iteration lowers the cost by less than this much of the residual's variance; one
 standard deviation of a parameter costs a whole one."""
@@ -66,13 +64,12 @@ class Homotopy:
         parts = chunked(experiments)
         self.early = self.full if parts is None else Problem(kernel, coordinates, parts)
         self.dt = min(s.dt for e in self.early.experiments for s in e.segments)
-        self.longest = max(float(s.t[-1] - s.t[0]) for e in self.early.experiments for s in e.segments)
         self.freedom = 4 * precision(coordinates, PRIOR_STD)
         self.coarse = min(self.dt, COARSE)
 
-    def first(self, theta: Array) -> Descent | None:
+    def first(self, theta: Array) -> Solution | None:
         """The first robust stage alone: cheap, and its cost already tells a wrong basin from the right one."""
-        return self._stage(self.early, theta, ResidualForm(self.coarse, max(WINDOWS[0], 2 * self.dt), TUNING))
+        return self._stage(self.early, theta, ResidualForm(self.coarse, max(WINDOW, 2 * self.dt), TUNING))
 
     def follow(self, theta: Array) -> Minimum | None:
         """All robust stages from a start, on the chunks of long recordings; None when the model diverges everywhere."""
@@ -86,10 +83,8 @@ class Homotopy:
         return minimum
 
     def _settings(self) -> list[ResidualForm]:
-        early = [w for w in WINDOWS if self.dt < w < self.last_window]
-        late = [LATE] if min(self.longest, self.last_window) >= LATE else []
-        settings = [ResidualForm(self.coarse, w, TUNING) for w in early]
-        return settings + [ResidualForm(self.coarse / 2, w, TUNING) for w in dict.fromkeys((*late, self.last_window))]
+        first = [ResidualForm(self.coarse, WINDOW, TUNING)] if self.dt < WINDOW < self.last_window else []
+        return [*first, ResidualForm(self.coarse / 2, self.last_window, TUNING)]
 
     def carried(self, minimum: Minimum) -> Minimum | None:
         """A minimum on chunks carried to whole recordings; None where the model diverges there."""
@@ -132,7 +127,7 @@ class Homotopy:
         """
         setting = replace(minimum.setting, h_max=minimum.setting.h_max / 4)
         evaluate = self.full.held(minimum.unknowns, setting, minimum.level)
-        end = descend(evaluate, minimum.unknowns, iterations=1, damping=SHARPENING)
+        end = self._solved(self.full, evaluate, minimum.unknowns, 1, 0.0)
         if end is None:
             return minimum
         level = end.normal.cost / self.full.samples
@@ -148,12 +143,12 @@ class Homotopy:
             square += float(np.sum(((a.predicted - b.predicted) / piece.noise) ** 2))
         return float(np.sqrt(square / self.full.samples))
 
-    def _plain(self, unknowns: Array, setting: ResidualForm, iterations: int, level: float) -> Descent | None:
+    def _plain(self, unknowns: Array, setting: ResidualForm, iterations: int, level: float) -> Solution | None:
         evaluate = self.full.held(unknowns, setting, level)
         tolerance = max(1e-6, INSIGNIFICANT / self.full.samples)
-        return descend(evaluate, unknowns, iterations=iterations, tolerance=tolerance, damping=1e-3)
+        return self._solved(self.full, evaluate, unknowns, iterations, tolerance)
 
-    def _stage(self, problem: Problem, theta: Array, setting: ResidualForm) -> Descent | None:
+    def _stage(self, problem: Problem, theta: Array, setting: ResidualForm) -> Solution | None:
         unknowns = problem.start(theta)
         centre, wide = unknowns.copy(), np.zeros(len(unknowns))
         wide[: len(theta)] = self.freedom
@@ -162,7 +157,14 @@ class Homotopy:
             normal = problem.evaluate(x, setting)
             return None if normal is None else normal.with_prior(x, centre, wide)
 
-        return descend(evaluate, unknowns, iterations=15, tolerance=1e-3)
+        return self._solved(problem, evaluate, unknowns, 15, 1e-3)
+
+    @staticmethod
+    def _solved(
+        problem: Problem, evaluate: Callable[[Array], Normal | None], unknowns: Array, iterations: int, tolerance: float
+    ) -> Solution | None:
+        bounds = problem.coordinates.bounds.padded(len(unknowns))
+        return minimise(evaluate, unknowns, bounds=bounds, iterations=iterations, tolerance=tolerance)
 
 
 def chunked(experiments: Sequence[Experiment]) -> list[Experiment] | None:

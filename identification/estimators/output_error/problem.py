@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
@@ -105,7 +106,7 @@ class Problem:
             total.gradient[at] += one.gradient
             total.matrix[np.ix_(at, at)] += one.matrix
             total = replace(total, cost=total.cost + one.cost)
-        return total
+        return total.plus(self.coordinates.told(unknowns[: self.n_free]))
 
     def held(self, unknowns: Array, setting: ResidualForm, level: float) -> Callable[[Array], Normal | None]:
         """`evaluate` with a weak hold on the shared parameters where they are now; level : mean square residual."""
@@ -176,9 +177,23 @@ class Problem:
         if np.isinf(window) or self.kernel.causality == "motion":
             return None
         resets = np.full((len(segment.t), len(self.kernel.states)), np.nan)
-        at = np.unique(np.searchsorted(segment.t, np.arange(0.0, segment.t[-1], max(window, segment.dt))))
-        resets[at, 0], resets[at, 1] = segment.motion.x[at], segment.motion.v[at]
+        at = anchors(segment, window)
+        resets[at, 0], resets[at, 1] = segment.motion.x[at], segment.motion.crept[at]
         return resets
+
+
+def anchors(segment: Segment, window: float) -> IndexArray:
+    """The samples, one in every window [s], at which a free run is set back to the data: in the middle of the rest in
+    that window, or where nothing rests at the least acceleration. There the smoothed motion is exact, and a set-back in
+    the middle of a slip would start it at another speed.
+    """
+    m, dt = segment.motion, max(window, segment.dt)
+    edges = np.unique(np.searchsorted(segment.t, np.arange(0.0, segment.t[-1] + dt, dt)))
+    chosen = []
+    for first, last in itertools.pairwise(edges):
+        rest = np.flatnonzero(m.crept[first:last] == 0.0)
+        chosen.append(first + (rest[len(rest) // 2] if len(rest) else np.argmin(np.abs(m.a[first:last]))))
+    return np.array(chosen, int)
 
 
 def _noise(experiment: Experiment, kernel: Kernel) -> float:

@@ -13,7 +13,7 @@ import numpy as np
 
 from identification.data.experiment import Experiment, imposed
 from identification.estimators.coordinates import Coordinates
-from identification.estimators.least_squares import Descent, Normal, descend
+from identification.estimators.least_squares import Normal, Solution, minimise
 from identification.estimators.output_error.problem import Problem, ResidualForm
 from recordings import Array
 from simulator import Kernel, kernel, shows_imposed
@@ -57,7 +57,7 @@ def starting_values(experiments: Sequence[Experiment], valve: Kernel, coordinate
     for stiffness in STIFFNESS_STARTS:
         for stribeck in STRIBECK_STARTS:
             first = own.theta(_assembled(own, rough, stiffness, stribeck, force_std))
-            end = _descend(problem, first, prior)
+            end = _fitted(problem, first, prior)
             if end is not None:
                 values = default | own.values(end.theta[: len(first)])
                 found.append(StartingPoint(coordinates.theta_of(values), end.normal.cost))
@@ -71,7 +71,7 @@ def _held(coordinates: Coordinates, name: str) -> float | None:
     return None if free else float(value)
 
 
-def _descend(problem: Problem, theta: Array, prior: Array) -> Descent | None:
+def _fitted(problem: Problem, theta: Array, prior: Array) -> Solution | None:
     setting = ResidualForm(0.0, tuning=0.5)
     unknowns = problem.start(theta)
     wide = np.concatenate([prior, np.zeros(len(unknowns) - len(theta))])
@@ -80,7 +80,8 @@ def _descend(problem: Problem, theta: Array, prior: Array) -> Descent | None:
         normal = problem.evaluate(x, setting)
         return None if normal is None else normal.with_prior(x, unknowns, wide)
 
-    return descend(evaluate, unknowns, iterations=12, tolerance=1e-3)
+    bounds = problem.coordinates.bounds.padded(len(unknowns))
+    return minimise(evaluate, unknowns, bounds=bounds, iterations=12, tolerance=1e-3)
 
 
 def precision(coordinates: Coordinates, std: dict[str, float], default: float = 1.0) -> Array:

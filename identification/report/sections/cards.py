@@ -26,7 +26,7 @@ class Card:
 
 def cards(identification: FitResult, quality: FitQuality | None) -> list[Card]:
     """All cards; a figure that rests on a weak parameter is a warning. judged : None where it is said elsewhere."""
-    weak = {n for n, p in identification.model.parameters.items() if p.status in ("weak", "at_bound")}
+    weak = {n for n, p in identification.model.parameters.items() if p.status in ("weak", "unresolved", "at_bound")}
     valve = [
         Card(c.label, c.value, f"{c.below}; weakly known", "warn") if weak & set(c.rests_on) else c
         for c in _valve(key_figures(identification))

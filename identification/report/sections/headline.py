@@ -29,7 +29,7 @@ WIDEST = 5
 
 def headline(identification: FitResult, *, traced: bool = False) -> Section:
     """The headline section; on the page of a trace, which judges the model itself, only the valve and its figures."""
-    weak = [n for n, p in identification.model.parameters.items() if p.status in ("weak", "at_bound")]
+    weak = [n for n, p in identification.model.parameters.items() if p.status in ("weak", "unresolved", "at_bound")]
     valve, quality = _valve(key_figures(identification), weak), fit_quality(identification)
     trust = [] if traced else [_trust(identification, quality), _second_opinion(identification)]
     if identification.fit.outcome is Outcome.NOT_EXPLAINED and not traced:

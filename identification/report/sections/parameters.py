@@ -14,7 +14,10 @@ LEAST, MOST = 1e-6, 1e1
 """Relative standard deviations at the two ends of a bar."""
 MARKS = ((1e-5, "0.001 %"), (1e-3, "0.1 %"), (0.3, "30 %"))
 WEAK = 0.3
-WORDS = {"identified": "identified", "weak": "weak", "at_bound": "at its bound", "given": "given"}
+WORDS = {
+    "identified": "identified", "weak": "weak", "unresolved": "not told by these recordings",
+    "at_bound": "at its bound", "given": "given",
+}  # fmt: skip
 ILL_CONDITIONED = 1e3
 
 

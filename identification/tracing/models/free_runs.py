@@ -10,6 +10,7 @@ import numpy as np
 from identification.data.experiment import Experiment, imposed
 from identification.data.grid import with_smooth_force
 from identification.estimators.fitted import FREE_STEP, Fit, fit_of, fit_of_free_runs
+from identification.estimators.noise_aware.estimator import NoiseAware
 from identification.estimators.output_error.homotopy import Minimum
 from identification.estimators.output_error.problem import Problem, ResidualForm
 from identification.identified import Identification
@@ -39,7 +40,9 @@ def as_fit(model: Model, experiments: Sequence[Experiment]) -> Fit:
         minimum = Minimum(unknowns, estimate.normal, ResidualForm(0.0), 0, estimate.settled)
         return fit_of_free_runs(valve, model.coordinates, problem, minimum)
     minimum = Minimum(problem.start(estimate.theta), estimate.normal, ResidualForm(FREE_STEP), 0, estimate.settled)
-    return fit_of(estimate, problem, minimum)
+    work = model.data.estimator(model.effects)
+    assert isinstance(work, NoiseAware)
+    return fit_of(estimate, work, problem, minimum)
 
 
 def identification_of(

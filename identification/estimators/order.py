@@ -1,0 +1,50 @@
+"""The order of the model that a recording can tell: one rule, from what the sampling resolves, before the fit.
+
+The mass swings on its bristles at sqrt(sigma0/m), and slips on its spring at sqrt(K/m). What happens within a fraction
+of the time between samples cannot be told from the samples:
+
+- full: the swing on the bristles is resolved, and every parameter can show;
+- damped: only the slip is; the bristles' swing is damped by an L-stable step instead of followed, and what it alone
+  tells (bristle damping, often mass and Stribeck velocity) stays unresolved;
+- static: not even the slip is; what is left is where the valve rests: spring, preload and the levels of friction.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Literal
+
+import numpy as np
+
+Order = Literal["full", "damped", "static"]
+
+RESOLVED, RESOLVED_EXACT = 1.0, 12.0
+"""Angle [rad] by which the mass swings on its bristles from sample to sample, up to which the swing is resolved where
+the force is noisy, and where its samples are exact, so that only the integration has to follow."""
+SLIP = 0.45
+"""Angle [rad] by which the mass may swing on its spring in a sub-step of the damped order."""
+LONGEST = 0.2
+"""Time between samples [s] from which a slip is over before the next sample: nothing of it can be seen."""
+
+
+def swing(values: Mapping[str, float]) -> float:
+    """Angular frequency [rad/s] of the mass on its bristles, for parameters by full name."""
+    return float(np.sqrt(values["lugre.sigma0"] / values["mass.m"]))
+
+
+def turn(values: Mapping[str, float], spacing: float) -> float:
+    """Angle [rad] by which the mass swings on its bristles in a time `spacing` [s], for parameters by full name."""
+    return swing(values) * spacing
+
+
+def order_of(values: Mapping[str, float], spacing: float, *, noisy: bool) -> Order:
+    """The order for starting values by full name, samples `spacing` [s] apart and a force with or without noise."""
+    if spacing > LONGEST:
+        return "static"
+    limit = RESOLVED if noisy else RESOLVED_EXACT
+    return "full" if turn(values, spacing) < limit else "damped"
+
+
+def sub_step(values: Mapping[str, float]) -> float:
+    """The longest sub-step [s] of the damped order that resolves the slip."""
+    return SLIP / float(np.sqrt(max(values["spring.K"], 1.0) / values["mass.m"]))

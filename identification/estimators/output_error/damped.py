@@ -1,0 +1,222 @@
+"""The fit where the sampling does not resolve the bristle: output error of the damped model in windows.
+
+The force is smoothed, for its noise would break a stiff bristle away before its time. Free runs are set back to the
+data once in every `WINDOW`, where the valve rests or moves evenly: stick-slip forgets its phase over minutes, and what
+one slip does says more of friction than when the hundredth happened.
+"""
+
+from __future__ import annotations
+
+import functools
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.data.chunks import to_the_ends
+from identification.data.experiment import Experiment, Segment
+from identification.estimators.coordinates import Coordinates
+from identification.estimators.fitted import Fit, Outcome, fit_of_windows
+from identification.estimators.least_squares import Solution, minimise
+from identification.estimators.order import sub_step
+from identification.estimators.output_error.force_position_loop import Loop, force_position_loop
+from identification.estimators.output_error.homotopy import Minimum
+from identification.estimators.output_error.problem import Problem, ResidualForm, anchors
+from identification.estimators.output_error.replicates import in_windows, replicates
+from recordings import Array, Progress, silent
+from simulator import Kernel, kernel
+
+WINDOW = 0.25
+"""A free run is set back to the data once in so many seconds, or in five samples."""
+TUNINGS = (100.0, 20.0, 3.0)
+"""Tunings of the Cauchy loss, in sigmas, one after the other: to the first, a slip that is missed is a small error."""
+FOLLOWED, CHANGED = 3, 3
+"""Starts, and in every round changes of the best end, from which the fit is made."""
+ROUNDS = 2
+"""Rounds of `changes`, as long as they help and the recordings are not explained."""
+TRIALS, EXPLAINED = 3, 1.2
+"""Replicates, and how many times the loss of theirs a fit may leave for the search to end."""
+SEARCHED, CHUNK = 60.0, 10.0
+"""Seconds of the recordings that are searched on, in chunks of so many."""
+SCREEN = 20.0
+"""Tuning by which starts are compared."""
+ITERATIONS, LAST = 10, 40
+"""Steps of a stage, and of the last one."""
+FINER = 4
+"""Part of the search's sub-step that the last fit takes: the step's own error biases mass, Stribeck velocity and
+viscous friction by more than the noise does (at full size by 50 standard deviations, at a quarter by none that shows).
+"""
+BETTER = 0.98
+"""Share of the cost below which a change is kept."""
+GUESSED = 0.1
+"""Share of the level of friction by which a straight line between samples may miss the force; beyond, what the valve
+did until the next setting back is not held against the model."""
+STIFFNESS, MASSES, VISCOUS, STRIBECK = 1e7, (2.0, 6.0), (300.0, 1000.0), (1.5e-3, 6e-3)
+"""Starting values: bristle stiffness [N/m], mass [kg], viscous friction [N s/m], Stribeck velocity [m/s]."""
+LEVELS = ((0.6, 1.0), (0.9, 1.0), (1.0, 1.4))
+"""Coulomb and static friction as shares of the half width of the loop: of a valve that sticks and slips, and of one
+that slides through."""
+
+
+def fit_damped(
+    valve: Kernel, coordinates: Coordinates, smooth: Sequence[Experiment], progress: Progress = silent
+) -> Fit:
+    """Fit a valve whose sampling resolves the slip but not the bristle, without starting values.
+
+    smooth : the experiments, with a smooth force.
+    """
+    model = kernel(valve.effects, "force", valve.catalogue, damped=True)
+    progress("starting values", 0, 0)
+    held = None if coordinates.is_free("spring.K") else coordinates.values(np.zeros(coordinates.n_free))["spring.K"]
+    loop = force_position_loop(smooth, held)
+    if loop is None:
+        return Fit(Outcome.NO_MOTION, model, coordinates)
+    told = [_told(e, loop) for e in smooth]
+    whole = Problem(model, coordinates, told)
+    parts = _parts(told)
+    search = Search(whole if parts is None else Problem(model, coordinates, parts), loop)
+    best = search.first(progress)
+    end = None if best is None else search.refined(whole, best.theta[: coordinates.n_free])
+    for done in range(ROUNDS + 1):
+        if best is None or end is None:
+            return Fit(Outcome.DIVERGED, model, coordinates)
+        progress("fit to whole recordings", done, ROUNDS + 1)
+        form, level = search.form(TUNINGS[-1], FINER), end.normal.cost / whole.samples
+        usual = replicates(whole, end.theta, form, TRIALS)
+        found = fit_of_windows(
+            whole, Minimum(end.theta, end.normal, form, search.evaluations, end.settled, level), usual
+        )
+        better = best if usual is None or level < EXPLAINED * usual.level else search.changed(best)
+        if better is best:
+            break
+        best, end = better, search.refined(whole, better.theta[: coordinates.n_free])
+    return found
+
+
+class Search:
+    """The way from the loop of force over position to a minimum."""
+
+    def __init__(self, problem: Problem, loop: Loop) -> None:
+        self.problem, self.loop = problem, loop
+        self.coordinates = problem.coordinates
+        self.window = max(WINDOW, 5 * problem.spacing)
+        self.h = sub_step({"spring.K": loop.K, "mass.m": min(MASSES)})
+        self.evaluations = 0
+
+    def form(self, tuning: float, finer: int = 1) -> ResidualForm:
+        """How the residual is formed, with a tuning of the loss and a sub-step that is so many times finer."""
+        return ResidualForm(self.h / finer, self.window, tuning)
+
+    def first(self, progress: Progress) -> Solution | None:
+        """The best end of the fits from the likeliest starts."""
+        found: Solution | None = None
+        for done, theta in enumerate(self._ranked(self._starts())[:FOLLOWED]):
+            progress("search", done, FOLLOWED)
+            found = _better(found, self._staged(self.problem, theta, TUNINGS))
+        return found
+
+    def changed(self, best: Solution) -> Solution:
+        """The end, or a better one from one of the likeliest `changes` of it."""
+        found = best
+        starts = self._ranked([self.coordinates.theta_of(values) for values in _changes(self._values(best))])
+        for theta in starts[:CHANGED]:
+            end = self._staged(self.problem, theta, TUNINGS[1:])
+            if end is not None and end.normal.cost < BETTER * found.normal.cost:
+                found = end
+        return found
+
+    def _values(self, found: Solution) -> dict[str, float]:
+        return self.coordinates.values(found.theta[: self.coordinates.n_free])
+
+    def _ranked(self, starts: Sequence[Array]) -> list[Array]:
+        """The starts, those of least cost first."""
+        costs = [self._cost(theta) for theta in starts]
+        return [starts[i] for i in np.argsort(costs) if np.isfinite(costs[i])]
+
+    def refined(self, whole: Problem, theta: Array) -> Solution | None:
+        """The end on whole recordings from theta (n_free,), with sub-steps whose error is below the noise."""
+        return self._staged(whole, theta, TUNINGS[-1:], FINER)
+
+    def _starts(self) -> list[Array]:
+        """Starting values: the loop's, and all combinations of what it does not tell."""
+        default = dict(zip(self.coordinates.names, self.coordinates.base.tolist(), strict=True))
+        found = []
+        for (fc, fs), m, s2, vs in itertools.product(LEVELS, MASSES, VISCOUS, STRIBECK):
+            values = {
+                "spring.K": max(self.loop.K, 1.0), "spring.F0": self.loop.F0, "mass.m": m, "lugre.sigma2": s2,
+                "lugre.fc": fc * self.loop.level, "lugre.fs": fs * self.loop.level, "lugre.vs": vs,
+                "lugre.sigma0": STIFFNESS, "lugre.sigma1": 0.5 * np.sqrt(STIFFNESS * m),
+            }  # fmt: skip
+            found.append(self.coordinates.theta_of(default | values))
+        return list({theta.tobytes(): theta for theta in found}.values())
+
+    def _cost(self, theta: Array) -> float:
+        form = self.form(SCREEN)
+        responses = self.problem.responses(self.problem.start(theta), form)
+        if any(r is None for r in responses):
+            return float("inf")
+        r = np.concatenate([self.problem.residual(i, one) for i, one in enumerate(responses) if one is not None])
+        return float(np.sum(np.log1p((r / SCREEN) ** 2)))
+
+    def _staged(self, problem: Problem, theta: Array, tunings: Sequence[float], finer: int = 1) -> Solution | None:
+        unknowns, found = problem.start(theta), None
+        bounds = self.coordinates.bounds.padded(len(unknowns))
+        for tuning in tunings:
+            evaluate = functools.partial(in_windows, problem, self.form(tuning, finer))
+            last = tuning == TUNINGS[-1]
+            found = minimise(
+                evaluate, unknowns, bounds=bounds, iterations=LAST if last else ITERATIONS,
+                tolerance=1e-5 if last else 1e-3,
+            )  # fmt: skip
+            if found is None:
+                return None
+            unknowns, self.evaluations = found.theta, self.evaluations + found.evaluations
+        return found
+
+
+def _better(one: Solution | None, other: Solution | None) -> Solution | None:
+    ends = [end for end in (one, other) if end is not None]
+    return min(ends, key=lambda end: end.normal.cost) if ends else None
+
+
+def _changes(values: Mapping[str, float]) -> list[dict[str, float]]:
+    """Other values worth trying: friction curves and bristles that look alike until the fit follows them."""
+    fc, fs, vs = values["lugre.fc"], values["lugre.fs"], values["lugre.vs"]
+    s0, m = values["lugre.sigma0"], values["mass.m"]
+    curves = [{"lugre.fs": fc + f * abs(fs - fc), "lugre.vs": g * vs} for f in (0.5, 1.0, 2.0) for g in (0.4, 1.0, 2.5)]
+    curves += [{"lugre.fs": 1.4 * fc, "lugre.vs": vs} for vs in (1e-3, 3e-3, 1e-2)]
+    bristles = [{"lugre.sigma0": f * s0, "lugre.sigma1": 0.5 * np.sqrt(f * s0 * m)} for f in (0.2, 1.0, 5.0)]
+    masses = [{"mass.m": 0.3 * m}, {"mass.m": 3.0 * m}]
+    return [dict(values) | change for change in (*curves, *bristles, *masses)]
+
+
+def _parts(experiments: Sequence[Experiment]) -> list[Experiment] | None:
+    """Chunks spread over the experiments, enough to search on; None where they are hardly longer."""
+    total = sum(float(s.t[-1] - s.t[0]) for e in experiments for s in e.segments)
+    if total < 1.5 * SEARCHED:
+        return None
+    return [e.with_segments(tuple(c for s in e.segments for c in _chunks(s, SEARCHED / total))) for e in experiments]
+
+
+def _chunks(segment: Segment, share: float) -> list[Segment]:
+    n, size = len(segment.t), round(CHUNK / segment.dt)
+    count = max(1, round(share * n / size))
+    return [segment.part(at.start, at.stop) for at in to_the_ends(n, min(n, size), count)]
+
+
+def _told(e: Experiment, loop: Loop) -> Experiment:
+    """The experiment with the samples unseen before which the force is guessed, not known (`GUESSED`)."""
+    return e.with_segments(tuple(replace(s, seen=s.seen & _known(s, GUESSED * loop.level)) for s in e.segments))
+
+
+def _known(segment: Segment, allowed: float) -> NDArray[np.bool_]:
+    """Whether the force is known [n_samples] since the valve was last set back."""
+    bend = np.zeros(len(segment.t))
+    bend[1:-1] = np.abs(np.diff(segment.u, 2)) / 8
+    at = anchors(segment, max(WINDOW, 5 * segment.dt))
+    stretch = np.searchsorted(at, np.arange(len(segment.t)), side="right")
+    worst = np.zeros(len(at) + 1)
+    np.maximum.at(worst, stretch, bend)
+    return np.asarray(worst[stretch] <= allowed, bool)
