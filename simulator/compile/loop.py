@@ -165,8 +165,8 @@ def advance(e: Array, p: Array, s: Array, S: Array, T: Array, new: Array, A: Arr
 
 @native
 def sub_step(
-    j: int, steps: int, t: Vector, u: Vector, k: int, then: int, to: int, p: Vector, s: Vector, S: Vector, T: Vector,
-    new: Vector, A: Vector, B: Vector, e: Vector,
+    j: int, steps: int, t: Array, u: Array, k: int, then: int, to: int, p: Array, s: Array, S: Array, T: Array,
+    new: Array, A: Array, B: Array, e: Array,
 ) -> bool:  # fmt: skip
     """Sub-step j of so many from sample k to `then`, with the inputs going to those of sample `to`."""
     dt = t[then] - t[k]
