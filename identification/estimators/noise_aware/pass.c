@@ -179,17 +179,14 @@ static void hand_over(const Sums *sums, const Given *g, const Filled *out) {
 /* The output at sample k: what was measured less the path, e (2), and its rows by states, H, and coordinates, D. */
 static inline int seen(const Given *g, long k, double *e, double *H, double *D) {
   const double *s = g->path + k * NS, *u = g->inputs + k * NU;
-  double exo[NE], S[NS * NC], y[NY], Y[NY * NC];
-  for (int i = 0; i < NS * NC; ++i) S[i] = 0;
-  for (int i = 0; i < NS; ++i) S[i * NC + NP + i] = 1;
+  double exo[NE], y, by[DIM(NP)], *out[3] = {&y, H, by};
   exo[0] = g->t[k]; exo[1] = 0;
   fill(exo, u, u, 0, 0);
-  if (!sample(exo, g->p, s, S, y, Y)) return 0;
-  copy(Y + NP, H, NS);
-  scaled(Y, g->slope, D);
-  e[0] = g->y[k] - y[0];
+  CALL(output_jac, {s, exo, g->p})
+  scaled(by, g->slope, D);
+  e[0] = g->y[k] - y;
   e[1] = g->force[k] - s[FORCE];
-  return 1;
+  return isfinite(y) && finite_all(NS, s) && finite_all(NS, H) && finite_all(M, by);
 }
 
 /* Interval k, shot to `end` with derivatives `by`: where it ends beside the path, its transition, and its derivatives
