@@ -9,7 +9,7 @@ from identification.given import free_parameters, with_area, without_effects
 from identification.identified import Identification
 from identification.procedure import identify
 from identification.result import Trajectory
-from identification.sparse_regression import ComparedCoefficient, Crosscheck, crosscheck
+from identification.sparse_regression.crosscheck import ComparedQuantity, Crosscheck, crosscheck
 from identification.tracing.judge import Candidate
 from identification.tracing_procedure import Trace, trace
 from identification.uncertainty.covariance import Uncertainty, uncertainty_of
@@ -17,7 +17,7 @@ from identification.uncertainty.profile import Profile, profile
 
 __all__ = [
     "Candidate",
-    "ComparedCoefficient",
+    "ComparedQuantity",
     "Crosscheck",
     "Estimator",
     "Experiment",

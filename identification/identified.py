@@ -16,7 +16,7 @@ class Identification(FitResult):
 
     fit : see `Fit`; uncertainty : of its parameters; model : the valve as `model.json` has it, ``model.write(path)``;
     trajectories, holdout : free runs against the fitted recordings and those held out; crosscheck : against sparse
-    regression, None where that was not asked for or says nothing; advice : what to record to know weak parameters
+    regression, None where that was not asked for; advice : what to record to know weak parameters
     better, in sentences.
     """
 

@@ -13,7 +13,7 @@ from identification.estimators.order import Order
 from identification.given import plant_constants
 from identification.identified import Identification
 from identification.result import anchored_error, free_runs, valve_model
-from identification.sparse_regression import crosscheck
+from identification.sparse_regression.crosscheck import crosscheck
 from identification.uncertainty.bootstrap import bootstrap_of, checked_trials, with_bootstrap
 from identification.uncertainty.covariance import uncertainty_of
 from recordings import NegativeAnswer, Progress, Recording, silent
@@ -32,13 +32,15 @@ def identify(
     estimator: Estimator = "auto",
     order: Order | Literal["auto"] = "auto",
     priors: Mapping[str, tuple[float, float]] | None = None,
+    constraints: Sequence[str] = (),
     bootstrap: int = 0,
     catalogue: Catalogue = CATALOGUE,
     progress: Progress = silent,
 ) -> Identification:
     """Fit a valve to recordings, say how well its parameters are known, and judge it by free runs.
 
-    Where the noise of the force is accounted for, free runs and cross-check are made on the smoothed force.
+    Where the noise of the force is accounted for, free runs are made on the smoothed force. The cross-check takes the
+    recorded one.
 
     Parameters
     ----------
@@ -58,9 +60,11 @@ def identify(
         Also cross-check with sparse regression.
     estimator : {"auto", "output-error", "noise-aware"}
         As in `fit`.
-    order : {"auto", "full", "damped"}
+    order : {"auto", "full", "damped", "static"}
         As in `fit`.
     priors : mapping, optional
+        As in `fit`.
+    constraints : sequence of str
         As in `fit`.
     bootstrap : int
         Trials of a parametric bootstrap, at least 5; 0 for intervals from the linearised model.
@@ -77,10 +81,11 @@ def identify(
         With the outcome's sentence, when no values came out.
     """
     trials = checked_trials(bootstrap)
-    experiments = [experiment(r, causality, hold=hold) for r in recordings]
+    experiments = recorded = [experiment(r, causality, hold=hold) for r in recordings]
     held = plant_constants(experiments) | dict(given or {})
     found = fit(
         experiments, effects=effects, given=held, estimator=estimator, catalogue=catalogue, order=order, priors=priors,
+        constraints=constraints,
         progress=progress,
     )  # fmt: skip
     if not found.outcome.usable:
@@ -101,7 +106,7 @@ def identify(
     held_out = free_runs(found, others, fitted=False) if others else ()
     if check:
         progress("cross-check", 0, 0)
-    checked = crosscheck(found, experiments, known.std) if check else None
+    checked = crosscheck(found, recorded, known) if check else None
     quality: dict[str, object] = {
         "estimator": found.estimator,
         "anchored_rmse_m": {

@@ -14,7 +14,7 @@ from identification.estimators.coordinates import parameters
 from identification.estimators.fitted import Fit, Outcome
 from identification.estimators.least_squares import Normal, minimise
 from identification.estimators.output_error.problem import Piece, Problem, ResidualForm, Response
-from identification.sparse_regression import Crosscheck
+from identification.sparse_regression.crosscheck import Crosscheck
 from identification.uncertainty.covariance import Uncertainty
 from recordings import Array, Recording
 from simulator import FittedTo, Value, ValveModel

@@ -33,6 +33,7 @@ COMMANDS = {
 
 OPTIONS = {
     "certificates": "--make-test-ca",
+    "constraints": "--constraint",
     "column": "--column NAME=COLUMN:UNIT",
     "effects": "--effect",
     "import_to": "bristle import",

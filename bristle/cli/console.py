@@ -105,7 +105,7 @@ def parameter_table(found: Identification, truth: dict[str, float] | None = None
     return table
 
 
-def print_identification(console: Console, found: Identification, *, crosscheck: bool) -> None:
+def print_identification(console: Console, found: Identification) -> None:
     """Everything a fit has to say: parameters, noise, errors, advice and the cross-check that was asked for."""
     console.print(parameter_table(found))
     noise = found.model.noise
@@ -117,30 +117,30 @@ def print_identification(console: Console, found: Identification, *, crosscheck:
     for sentence in found.advice:
         console.print(sentence)
     print_crosscheck(console, found.crosscheck)
-    if crosscheck and found.crosscheck is None:
-        console.print("no cross-check: these recordings show too little sliding for one")
 
 
 def print_crosscheck(console: Console, check: Crosscheck | None) -> None:
-    """The cross-check row by row and in a sentence, where there is one."""
-    if check is not None:
+    """The cross-check row by row and in a sentence, where it was asked for."""
+    if check is None:
+        return
+    if check.rows:
         console.print(crosscheck_table(check))
-        console.print(check.sentence)
+    console.print(check.sentence)
 
 
 def crosscheck_table(check: Crosscheck) -> object:
     """The cross-check, row by row."""
     from rich.table import Table
 
-    table = Table(title="Cross-check by sparse regression (pysindy)", title_justify="left")
-    for column in ("coefficient", "fit", "regression", "difference", "gate", ""):
-        table.add_column(column, justify="left" if column in ("coefficient", "") else "right")
+    table = Table(title="Cross-check by sparse regression (pysindy), ± 90 %", title_justify="left")
+    for column in ("quantity", "fit", "regression", "allowed", ""):
+        words = column in ("quantity", "")
+        table.add_column(column, justify="left" if words else "right", no_wrap=words)
     for row in check.rows:
-        verdict = ("agrees" if row.agrees else "differs") if row.counts else "too small to decide"
-        table.add_row(
-            row.name, f"{row.fitted:.5g}", f"{row.regressed:.5g}", f"{100 * row.difference:+.1f} %",
-            f"{100 * row.gate:.0f} %", verdict,
-        )  # fmt: skip
+        verdict = ("agrees" if row.agrees else "differs") if row.counts else "informs only"
+        values = ((row.fitted, row.fitted_half), (row.regressed, row.regressed_half))
+        shown = (f"{value:.4g} ± {half:.1g}" for value, half in values)
+        table.add_row(f"{row.name} [{row.unit}]".replace("[", r"\["), *shown, f"{row.allowed:.2g}", verdict)
     return table
 
 

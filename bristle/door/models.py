@@ -30,6 +30,7 @@ def fit(
     estimator: Estimator = "auto",
     order: Order | Literal["auto"] = "auto",
     priors: Mapping[str, tuple[float, float]] | None = None,
+    constraints: Iterable[str] = (),
     bootstrap: int = 0,
     crosscheck: bool = True,
     catalogue: Catalogue = CATALOGUE,
@@ -57,14 +58,17 @@ def fit(
         Whether the force is held between samples, as the output of a converter is.
     estimator : {"auto", "output-error", "noise-aware"}, optional
         "output-error" takes the force as exact, "noise-aware" as noisy.
-    order : {"auto", "full", "damped"}, optional
-        Whether the model follows the swing of the mass on its bristles; "auto" asks whether the sampling resolves it.
+    order : {"auto", "full", "damped", "static"}, optional
+        What the sampling resolves: the swing of the mass on its bristles, only its slips, or only where it rests;
+        "auto" asks the recordings.
     priors : mapping, optional
         What is known beforehand, mean and standard deviation by full name, in SI units: ``{"mass.m": (2.1, 0.2)}``.
+    constraints : texts, optional
+        What the fit must keep to, in SI units: ``["lugre.fs>=1.05*lugre.fc", "mass.m<=5"]``.
     bootstrap : int, optional
         Number of refits of simulated recordings for the intervals; 0 takes them from the linearised model.
     crosscheck : bool, optional
-        Whether the parameters are compared with those of a sparse regression.
+        Whether spring and friction are compared with those of a sparse regression of the recorded force.
     catalogue : Catalogue, optional
         Where effects are looked up; ``CATALOGUE.extended`` adds your own.
     progress : callable, optional
@@ -98,7 +102,8 @@ def fit(
     fitted, judging = (with_area(read_all(some), area) for some in (recordings, holdout))
     return identification.identify(
         fitted, holdout=judging, effects=tuple(dict.fromkeys((*BASE, *added))), given=held, causality=causality,
-        hold=hold, check=crosscheck, estimator=estimator, order=order, priors=priors, bootstrap=bootstrap,
+        hold=hold, check=crosscheck, estimator=estimator, order=order, priors=priors,
+        constraints=tuple(constraints), bootstrap=bootstrap,
         catalogue=catalogue, progress=progress,
     )  # fmt: skip
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.estimators.least_squares import Bounds, Normal
+from identification.estimators.constraints import Constraint, rows_of
+from identification.estimators.least_squares import FeasibleSet, Normal
 from recordings import Array
 from simulator import Kernel, Parameter
 
@@ -22,7 +23,7 @@ class Coordinates:
 
     names : all parameters in kernel order; base (n_parameters,) : values of the fixed ones; free, logs (n_parameters,)
     bool; scale (n_parameters,) : unit of the linear coordinates; lower, upper (n_parameters,) in physical units;
-    priors : (name, mean, standard deviation) of what a user knows, SI units.
+    priors : (name, mean, standard deviation) of what a user knows, SI units; constraints : that a user makes.
     """
 
     names: tuple[str, ...]
@@ -33,6 +34,7 @@ class Coordinates:
     lower: Array
     upper: Array
     priors: tuple[tuple[str, float, float], ...] = ()
+    constraints: tuple[Constraint, ...] = ()
 
     @classmethod
     def of(
@@ -74,7 +76,9 @@ class Coordinates:
         kept = np.isin(self.names, names)
         arrays = {key: getattr(self, key)[kept] for key in ("base", "free", "logs", "scale", "lower", "upper")}
         some = tuple(n for n, here in zip(self.names, kept, strict=True) if here)
-        return Coordinates(some, **arrays, priors=tuple(one for one in self.priors if one[0] in some))
+        priors = tuple(one for one in self.priors if one[0] in some)
+        own = tuple(one for one in self.constraints if set(one.names) <= set(some))
+        return Coordinates(some, **arrays, priors=priors, constraints=own)
 
     def values(self, theta: Array) -> dict[str, float]:
         """All parameters by name at coordinates theta."""
@@ -97,6 +101,12 @@ class Coordinates:
             moved = np.where(self.logs, np.exp(np.clip(full, -80.0, 80.0)), full * self.scale)
         return np.where(self.free, np.clip(moved, self.lower, self.upper), self.base)
 
+    def holding(self, values: Mapping[str, float]) -> Coordinates:
+        """The same with some of the free parameters held at values, by full name; what is held already stays so."""
+        chosen = np.array([name in values for name in self.names]) & self.free
+        base = np.where(chosen, [values.get(name, 0.0) for name in self.names], self.base)
+        return replace(self, base=base, free=self.free & ~chosen)
+
     def told(self, theta: Array) -> Normal:
         """Normal equations (n_free,) of the user's priors, which are normal in the parameters themselves."""
         p, n, names = self.p(theta), self.n_free, self.free_names
@@ -109,14 +119,15 @@ class Coordinates:
         return normal
 
     @property
-    def bounds(self) -> Bounds:
-        """The physical bounds of the parameters as bounds of theta."""
+    def bounds(self) -> FeasibleSet:
+        """The physical bounds of the parameters as bounds of theta, and the user's constraints as its rows."""
         known = self.free
         least = np.log(FLOOR * self.scale)
         with np.errstate(divide="ignore", invalid="ignore"):
             lower = np.where(self.logs, np.fmax(np.log(self.lower), least), self.lower / self.scale)
             upper = np.where(self.logs, np.log(self.upper), self.upper / self.scale)
-        return Bounds(lower[known], upper[known])
+        rows = rows_of(self.constraints, self.names, self.base, self.logs, self.free, self.scale)
+        return FeasibleSet(lower[known], upper[known], *rows)
 
     def slope(self, p: Array) -> Array:
         """dp/dtheta (n_free,) at a parameter vector."""

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 
 from identification.data.experiment import Experiment
 from identification.data.grid import with_smooth_force
+from identification.estimators.constraints import checked
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.feasibility import check_given, check_priors, obstacle
 from identification.estimators.fitted import Fit
@@ -36,6 +38,7 @@ def fit(
     catalogue: Catalogue = CATALOGUE,
     order: Order | Literal["auto"] = "auto",
     priors: Mapping[str, tuple[float, float]] | None = None,
+    constraints: Sequence[str] = (),
     progress: Progress = silent,
 ) -> Fit:
     """Fit all free parameters of some effects to all experiments at once.
@@ -52,11 +55,13 @@ def fit(
         See `Estimator`. It has no part where the motion is imposed.
     catalogue : Catalogue
         Where the effects are looked up: ``CATALOGUE.extended(MyEffect())`` for one of your own.
-    order : {"auto", "full", "damped"}
+    order : {"auto", "full", "damped", "static"}
         What of the model the sampling resolves (`order.py`); by default the recordings say. It has no part where the
         motion is imposed or the plant has no spring, and an `estimator` that is asked for by name is one of full order.
     priors : mapping, optional
         What is known of parameters beforehand: mean and standard deviation by full name, SI units.
+    constraints : sequence of str
+        What the fit must keep to: ``["lugre.fs>=1.05*lugre.fc", "mass.m<=5"]``, SI units.
     progress : callable, optional
         Told the stages of the fit.
 
@@ -84,6 +89,7 @@ def fit(
     check_priors(priors or {}, valve)
     force = np.concatenate([s.u for e in experiments for s in e.segments])
     coordinates = Coordinates.of(valve, given, float(np.std(force)) or 1.0, priors)
+    coordinates = replace(coordinates, constraints=checked(constraints, coordinates.names, coordinates.logs))
     hindered = obstacle(experiments, coordinates, force)
     if hindered is not None:
         return Fit(hindered, valve, coordinates)
@@ -94,7 +100,7 @@ def fit(
         smooth = with_smooth_force(experiments)
         order = _order(valve, coordinates, smooth if noisy else experiments, noisy) if order == "auto" else order
         if order != "full":
-            return fit_damped(valve, coordinates, smooth, progress)
+            return fit_damped(valve, coordinates, smooth, order, progress)
     return (fit_noise_aware if noisy else fit_output_error)(valve, coordinates, experiments, progress)
 
 

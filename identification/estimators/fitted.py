@@ -52,7 +52,7 @@ class Fit:
     normalised root mean square residual (of the innovations where the force is estimated), 1 at the noise floor;
     estimate : force, motion and parameters as estimated together, where the fit is noise-aware, and noise_aware : what
     estimated them; replicates : of a fit
-    of damped order.
+    of damped order; order : what of the model the sampling resolves.
     """
 
     outcome: Outcome
@@ -64,11 +64,7 @@ class Fit:
     estimate: Estimate | None = None
     noise_aware: NoiseAware | None = None
     replicates: Replicates | None = None
-
-    @property
-    def order(self) -> Order:
-        """What of the model the sampling resolves."""
-        return "damped" if self.kernel.damped else "full"
+    order: Order = "full"
 
     @property
     def estimator(self) -> str:
@@ -88,7 +84,7 @@ class Fit:
 
 
 def fit_of(estimate: Estimate, work: NoiseAware, problem: Problem, minimum: Minimum) -> Fit:
-    """A noise-aware estimate as a fit, with its outcome; work : what made it; problem, minimum : its end as a free run."""
+    """A noise-aware estimate as a fit, with its outcome; work : what made it; problem, minimum : it as a free run."""
     resolved = turn(problem.coordinates.values(estimate.theta), problem.spacing) < RESOLVED
     outcome = Outcome.CONVERGED if converged(estimate, resolved=resolved) else Outcome.NOT_CONVERGED
     if estimate.loss > HOPELESS:

@@ -69,7 +69,7 @@ def cauchy(r: Array, tuning: float) -> Array:
 
 
 @dataclass(frozen=True)
-class Bounds:
+class FeasibleSet:
     """What the unknowns may be. lower, upper (n,); rows (k, n) with rows @ theta >= least (k,): linear constraints."""
 
     lower: Array
@@ -78,21 +78,33 @@ class Bounds:
     least: Array = field(default_factory=lambda: np.zeros(0))
 
     @classmethod
-    def none(cls, n: int) -> Bounds:
+    def none(cls, n: int) -> FeasibleSet:
         """No bounds on n unknowns."""
         return cls(np.full(n, -np.inf), np.full(n, np.inf))
 
-    def of(self, chosen: IndexArray) -> Bounds:
+    def nearest(self, theta: Array) -> Array:
+        """The place (n,) nearest to theta that is allowed."""
+        inside = np.clip(theta, self.lower, self.upper)
+        if not len(self.least) or (self.rows @ inside >= self.least - 1e-9).all():
+            return inside
+        free = FeasibleSet(self.lower - inside, self.upper - inside, self.rows, self.least - self.rows @ inside)
+        n = len(theta)
+        found = _program(n, len(self.least))(
+            h=np.eye(n), g=np.zeros(n), lbx=free.lower, ubx=free.upper, a=self.rows, lba=free.least
+        )
+        return np.asarray(inside + np.asarray(found["x"]).ravel(), float)
+
+    def of(self, chosen: IndexArray) -> FeasibleSet:
         """The bounds of the chosen unknowns (indices)."""
         rows = self.rows.reshape(-1, len(self.lower))[:, chosen]
-        return Bounds(self.lower[chosen], self.upper[chosen], rows, self.least)
+        return FeasibleSet(self.lower[chosen], self.upper[chosen], rows, self.least)
 
-    def padded(self, n: int) -> Bounds:
+    def padded(self, n: int) -> FeasibleSet:
         """The same with unknowns behind that are free, n in all."""
         more = n - len(self.lower)
         rows = np.pad(self.rows.reshape(-1, len(self.lower)), ((0, 0), (0, more)))
         ends = np.full(more, np.inf)
-        return Bounds(np.concatenate([self.lower, -ends]), np.concatenate([self.upper, ends]), rows, self.least)
+        return FeasibleSet(np.concatenate([self.lower, -ends]), np.concatenate([self.upper, ends]), rows, self.least)
 
 
 @dataclass(frozen=True)
@@ -106,7 +118,7 @@ class Step:
     free: bool
 
 
-def gauss_newton(normal: Normal, theta: Array, radius: float, bounds: Bounds) -> Step | None:
+def gauss_newton(normal: Normal, theta: Array, radius: float, bounds: FeasibleSet) -> Step | None:
     """The best step by the normal equations that moves no unknown by more than `radius` and keeps the bounds.
 
     The unknowns are whitened by the diagonal. None where the quadratic program has no solution.
@@ -193,7 +205,7 @@ def minimise(
     evaluate: Callable[[Array], Normal | None],
     theta: Array,
     *,
-    bounds: Bounds | None = None,
+    bounds: FeasibleSet | None = None,
     iterations: int = 30,
     tolerance: float = 1e-4,
     radius: float = 1.0,
@@ -205,8 +217,8 @@ def minimise(
     None when the start itself diverges.
     """
     function = NormalEquations(evaluate, len(theta))
-    limits = Bounds.none(len(theta)) if bounds is None else bounds
-    theta = np.clip(theta, limits.lower, limits.upper)
+    limits = FeasibleSet.none(len(theta)) if bounds is None else bounds
+    theta = limits.nearest(theta)
     now, used, reach, failures = function.at(theta), 1, radius, 0
     if now is None:
         return None

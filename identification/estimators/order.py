@@ -37,6 +37,17 @@ def turn(values: Mapping[str, float], spacing: float) -> float:
     return swing(values) * spacing
 
 
+def at_rest(stiffness: float) -> dict[str, float]:
+    """Values, by full name, of what the static order does not tell: a quick slip that ends where it balances, without
+    overshoot, on a spring of a stiffness [N/m].
+    """
+    m, sigma0 = 2.0, 1e7
+    return {
+        "mass.m": m, "lugre.vs": 1e-3, "lugre.sigma0": sigma0, "lugre.sigma1": 0.5 * float(np.sqrt(sigma0 * m)),
+        "lugre.sigma2": 2.0 * float(np.sqrt(max(stiffness, 1.0) * m)),
+    }  # fmt: skip
+
+
 def order_of(values: Mapping[str, float], spacing: float, *, noisy: bool) -> Order:
     """The order for starting values by full name, samples `spacing` [s] apart and a force with or without noise."""
     if spacing > LONGEST:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from identification.sparse_regression import Crosscheck
+from identification.sparse_regression.crosscheck import Crosscheck
 from identification.tracing.crosscheck import SecondOpinion
 from identification.tracing.judge import Candidate
 from identification.tracing.residual import ResidualDescription
@@ -78,11 +78,14 @@ def candidate_row(c: Candidate, rmse: Mapping[str, float], unit: str) -> dict[st
 
 
 def crosscheck_rows(check: Crosscheck | None) -> dict[str, Any] | None:
-    """The cross-check of the final model as `trace.json` has it."""
-    if check is None:
+    """The cross-check of the final model as `trace.json` has it; None where nothing could be compared."""
+    if check is None or not check.decides:
         return None
     rows = [
-        {"name": r.name, "unit": r.unit, "fit": r.fitted, "check": r.regressed, "gate": r.gate, "counts": r.counts}
+        {
+            "name": r.name, "unit": r.unit, "fit": r.fitted, "fit_half_90": r.fitted_half, "check": r.regressed,
+            "check_half_90": r.regressed_half, "allowed": r.allowed, "counts": r.counts, "agrees": r.agrees,
+        }
         for r in check.rows
-    ]
+    ]  # fmt: skip
     return {"agrees": check.agrees, "rows": rows, "sentence": check.sentence}

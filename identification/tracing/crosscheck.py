@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from identification.data.grid import Grid
-from identification.sparse_regression import WINDOW, weak
+from identification.sparse_regression.weak_form import WINDOW, weak
 from identification.tracing import settings
 from identification.tracing.models.model import Model
 from identification.tracing.scan import Rhythms, rhythms, shapes, strengths

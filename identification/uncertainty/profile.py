@@ -58,6 +58,8 @@ def profile(fit: Fit, known: Uncertainty, name: str, points: int = 7, reach: flo
     width = known.std[name] / fit.coordinates.slope(fit.p)[place]
     valley = Valley.of(fit)
     scale = width**2 / float(np.linalg.pinv(valley.matrix)[place, place])
+    if fit.estimate is not None:  # the paths come to rest a little further at every value, so they do at the best one
+        valley = valley.held_at(place, valley.unknowns[place]) or valley
     sides = []
     for sign in (-1.0, 1.0):
         here, side = valley, []
@@ -72,8 +74,8 @@ def profile(fit: Fit, known: Uncertainty, name: str, points: int = 7, reach: flo
         sides.append(side)
     best = fit.values[name]
     table = np.array([*reversed(sides[0]), (best, 0.0), *sides[1]])
-    values, rise = table[:, 0], np.maximum(table[:, 1], 0.0)
-    at = len(sides[0])
+    values, rise = table[:, 0], table[:, 1] - np.min(table[:, 1])  # a refit can end below the fit
+    at = int(np.argmin(rise))
     return Profile(name, values, rise, _crossing(values[at::-1], rise[at::-1]), _crossing(values[at:], rise[at:]))
 
 

@@ -12,9 +12,6 @@ from simulator import BASE, CATALOGUE, Excitation, Sensors, random_valve, simula
 SEEDS = range(12)
 LONG = "mixed:40"
 
-GATES = {"spring.K": 0.02, "bristle force": 0.05, "lugre.sigma2": 0.25, "mass.m": 0.30}
-"""What is compared, and the relative differences that are allowed."""
-
 
 def within_floor(seed: int, excite: str, rate: float) -> float:
     prepared, found, _ = fitted(seed, excite, rate)
@@ -89,20 +86,18 @@ def test_a_hundred_random_valves_end_at_the_noise_floor_with_honest_intervals():
     assert np.all(np.abs(np.mean(z, axis=0)) < 0.4)
 
 
-def checked(seed: int) -> Crosscheck | None:
+def checked(seed: int) -> Crosscheck:
     prepared, found, known = fitted(seed, LONG)
-    return crosscheck(found, [prepared], known.std)
+    return crosscheck(found, [prepared], known)
 
 
-def test_sparse_regression_agrees_on_right_fits_and_compares_what_it_should():
+def test_sparse_regression_agrees_on_right_fits_where_they_slide():
     found = [checked(seed) for seed in SEEDS]
-    assert sum(check is not None and check.agrees for check in found) >= 11
-    for check in filter(None, found):
+    assert all(check.agrees for check in found)
+    assert sum(check.decides for check in found) >= 10
+    for check in found:
         rows = {row.name: row for row in check.rows}
-        assert {name: row.gate for name, row in rows.items()} == GATES
-        assert rows["spring.K"].counts
-        assert rows["bristle force"].counts
-        assert rows["bristle force"].fitted == 1.0
-        assert {"x", "bristle"} <= set(check.kept)
-        assert 0 <= check.unexplained < 0.1
-        assert "agrees" in check.sentence
+        assert check.decides == ("agrees with the fit" in check.sentence)
+        assert check.decides != check.sentence.startswith("no cross-check")
+        assert {"spring.K", "spring.F0"} <= set(rows) or not check.decides
+        assert {"x", "1", "sgn v", "v"} <= set(check.kept) or not check.decides

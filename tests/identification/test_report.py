@@ -149,11 +149,14 @@ def test_a_page_without_cross_check_says_why(short_fit, report):
 
 
 def test_a_cross_check_that_disagrees_is_said_first_and_in_its_table(valve_fit, report):
-    rows = tuple(replace(r, regressed=2 * r.fitted, counts=True) for r in valve_fit.crosscheck.rows)
+    rows = tuple(replace(r, regressed=2 * r.fitted + r.allowed, counts=True) for r in valve_fit.crosscheck.rows)
+    rows = tuple(replace(r, fitted_half=0.0, regressed_half=0.0, allowed=0.5 * abs(r.difference)) for r in rows)
     page = report(replace(valve_fit, crosscheck=replace(valve_fit.crosscheck, rows=rows)))
     assert "disagrees" in page.sections["headline"]
     assert [row[-1] for row in page.tables["crosscheck"][1:]] == ["disagrees"] * len(rows)
-    assert [as_number(row[4].rstrip("%").lstrip("+")) for row in page.tables["crosscheck"][1:]] == [100.0] * len(rows)
+    shown = [as_number(row[4]) for row in page.tables["crosscheck"][1:]]
+    assert shown == pytest.approx([row.difference for row in rows], rel=0.05)
+    assert "Mass, presliding and break-away" in page.sections["crosscheck"]
 
 
 def test_a_fit_that_does_not_explain_the_data_says_so_first(valve_fit, report):

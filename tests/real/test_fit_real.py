@@ -10,7 +10,9 @@ import pytest
 
 from benchmarks.measured_data import DATA
 from bristle.cli.app import run
-from identification import identify
+from identification import experiment, identify
+from identification.sparse_regression.regression import Regression, regression
+from identification.sparse_regression.sliding import sliding as sliding_windows
 from recordings import Plant, Recording, Signal, read
 from recordings.importers import import_to
 from simulator import ValveModel
@@ -53,6 +55,20 @@ def test_emps_with_the_full_friction_law(tmp_path: Path) -> None:
     assert EMPS_VISCOUS[0] - std["lugre.sigma2"] < values["lugre.sigma2"] < EMPS_VISCOUS[1] + std["lugre.sigma2"]
     assert found.crosscheck is not None
     assert found.crosscheck.agrees
+
+
+def test_emps_shows_its_asymmetric_friction_without_a_model(tmp_path: Path) -> None:
+    """Published: viscous friction of its own in either direction. Nothing is fitted, and no law is assumed."""
+    found = regression(sliding_windows([experiment(read(emps(tmp_path)), hold=True)]))
+    assert isinstance(found, Regression)
+    values = {q.name: q for q in found.quantities}
+    assert abs(values["spring.K"].value) < 10.0
+    slopes = []
+    for way in ("rising", "falling"):
+        level = {float(n.split(", ")[1].split()[0]): q.value for n, q in values.items() if way in n}
+        slow, fast = sorted(level)
+        slopes.append(1e3 * (level[fast] - level[slow]) / (fast - slow))
+    assert sorted(slopes) == pytest.approx(EMPS_VISCOUS, rel=0.1)
 
 
 def sliding(recording: Recording) -> tuple[np.ndarray, np.ndarray]:

@@ -33,10 +33,13 @@ def command(
         str, typer.Option(help="'auto', 'output-error' (exact force) or 'noise-aware' (noisy force).")
     ] = "auto",
     order: Annotated[
-        str, typer.Option(help="'auto', 'full', or 'damped': the swing of the mass on its bristles is not resolved.")
+        str, typer.Option(help="'auto', or what the sampling resolves: 'full', 'damped' or 'static'.")
     ] = "auto",
     prior: Annotated[
         list[str] | None, typer.Option(help="What is known of a parameter: mass.m=2.1+-0.2 (SI units).")
+    ] = None,
+    constraint: Annotated[
+        list[str] | None, typer.Option(help="What the fit must keep to: lugre.fs>=1.05*lugre.fc (SI units).")
     ] = None,
     bootstrap: Annotated[
         int,
@@ -61,11 +64,11 @@ def command(
         found = br.fit(
             recordings, holdout=holdout or (), given=held, causality=cast("Causality | None", causality), area=area,
             hold=hold, estimator=cast("Estimator", estimator), order=cast("Order", order), priors=priors(prior or ()),
-            bootstrap=bootstrap, crosscheck=crosscheck,
+            constraints=constraint or (), bootstrap=bootstrap, crosscheck=crosscheck,
             progress=shown_on(status),
         )  # fmt: skip
     console = stdout()
-    print_identification(console, found, crosscheck=crosscheck)
+    print_identification(console, found)
     print_profiles(console, found, wanted)
     if out:
         found.write(out)

@@ -23,5 +23,5 @@ def fit_stage(out: Path, console: Console) -> None:
     print_crosscheck(console, found.crosscheck)
     found.write(out / "model.json")
     found.report(out / "report.html")
-    if not found.crosscheck or not found.crosscheck.agrees:
+    if not (found.crosscheck and found.crosscheck.decides and found.crosscheck.agrees):
         raise NegativeAnswer("the cross-check does not confirm the fit")

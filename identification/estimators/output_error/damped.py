@@ -20,8 +20,8 @@ from identification.data.experiment import Experiment, Segment
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.fitted import Fit, Outcome, fit_of_windows
 from identification.estimators.least_squares import Solution, minimise
-from identification.estimators.order import sub_step
-from identification.estimators.output_error.force_position_loop import Loop, force_position_loop
+from identification.estimators.order import Order, at_rest, sub_step
+from identification.estimators.output_error.force_position_loop import ForcePositionLoop, force_position_loop
 from identification.estimators.output_error.homotopy import Minimum
 from identification.estimators.output_error.problem import Problem, ResidualForm, anchors
 from identification.estimators.output_error.replicates import in_windows, replicates
@@ -29,7 +29,9 @@ from recordings import Array, Progress, silent
 from simulator import Kernel, kernel
 
 WINDOW = 0.25
-"""A free run is set back to the data once in so many seconds, or in five samples."""
+"""A free run is set back to the data once in so many seconds."""
+FEWEST = 5
+"""Samples between two settings back."""
 TUNINGS = (100.0, 20.0, 3.0)
 """Tunings of the Cauchy loss, in sigmas, one after the other: to the first, a slip that is missed is a small error."""
 FOLLOWED, CHANGED = 3, 3
@@ -50,7 +52,7 @@ viscous friction by more than the noise does (at full size by 50 standard deviat
 """
 BETTER = 0.98
 """Share of the cost below which a change is kept."""
-GUESSED = 0.1
+GUESSED = 0.03
 """Share of the level of friction by which a straight line between samples may miss the force; beyond, what the valve
 did until the next setting back is not held against the model."""
 STIFFNESS, MASSES, VISCOUS, STRIBECK = 1e7, (2.0, 6.0), (300.0, 1000.0), (1.5e-3, 6e-3)
@@ -61,11 +63,12 @@ that slides through."""
 
 
 def fit_damped(
-    valve: Kernel, coordinates: Coordinates, smooth: Sequence[Experiment], progress: Progress = silent
-) -> Fit:
-    """Fit a valve whose sampling resolves the slip but not the bristle, without starting values.
+    valve: Kernel, coordinates: Coordinates, smooth: Sequence[Experiment], order: Order = "damped",
+    progress: Progress = silent,
+) -> Fit:  # fmt: skip
+    """Fit a valve whose sampling does not resolve the bristle, without starting values.
 
-    smooth : the experiments, with a smooth force.
+    smooth : the experiments, with a smooth force; order : ``damped``, or ``static`` where no slip is resolved.
     """
     model = kernel(valve.effects, "force", valve.catalogue, damped=True)
     progress("starting values", 0, 0)
@@ -73,6 +76,8 @@ def fit_damped(
     loop = force_position_loop(smooth, held)
     if loop is None:
         return Fit(Outcome.NO_MOTION, model, coordinates)
+    if order == "static":
+        coordinates = coordinates.holding(at_rest(loop.K))
     told = [_told(e, loop) for e in smooth]
     whole = Problem(model, coordinates, told)
     parts = _parts(told)
@@ -92,16 +97,21 @@ def fit_damped(
         if better is best:
             break
         best, end = better, search.refined(whole, better.theta[: coordinates.n_free])
-    return found
+    return replace(found, order=order)
+
+
+def window(spacing: float) -> float:
+    """Seconds in which a free run is set back once, for samples `spacing` [s] apart."""
+    return max(WINDOW, FEWEST * spacing)
 
 
 class Search:
     """The way from the loop of force over position to a minimum."""
 
-    def __init__(self, problem: Problem, loop: Loop) -> None:
+    def __init__(self, problem: Problem, loop: ForcePositionLoop) -> None:
         self.problem, self.loop = problem, loop
         self.coordinates = problem.coordinates
-        self.window = max(WINDOW, 5 * problem.spacing)
+        self.window = window(problem.spacing)
         self.h = sub_step({"spring.K": loop.K, "mass.m": min(MASSES)})
         self.evaluations = 0
 
@@ -206,7 +216,7 @@ def _chunks(segment: Segment, share: float) -> list[Segment]:
     return [segment.part(at.start, at.stop) for at in to_the_ends(n, min(n, size), count)]
 
 
-def _told(e: Experiment, loop: Loop) -> Experiment:
+def _told(e: Experiment, loop: ForcePositionLoop) -> Experiment:
     """The experiment with the samples unseen before which the force is guessed, not known (`GUESSED`)."""
     return e.with_segments(tuple(replace(s, seen=s.seen & _known(s, GUESSED * loop.level)) for s in e.segments))
 
@@ -215,7 +225,7 @@ def _known(segment: Segment, allowed: float) -> NDArray[np.bool_]:
     """Whether the force is known [n_samples] since the valve was last set back."""
     bend = np.zeros(len(segment.t))
     bend[1:-1] = np.abs(np.diff(segment.u, 2)) / 8
-    at = anchors(segment, max(WINDOW, 5 * segment.dt))
+    at = anchors(segment, window(segment.dt))
     stretch = np.searchsorted(at, np.arange(len(segment.t)), side="right")
     worst = np.zeros(len(at) + 1)
     np.maximum.at(worst, stretch, bend)

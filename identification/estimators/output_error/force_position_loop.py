@@ -30,7 +30,7 @@ ROUNDS = 5
 
 
 @dataclass(frozen=True)
-class Loop:
+class ForcePositionLoop:
     """The band u = K x + F0 +- level: K [N/m], F0 [N], level [N]."""
 
     K: float
@@ -38,7 +38,7 @@ class Loop:
     level: float
 
 
-def force_position_loop(experiments: Sequence[Experiment], stiffness: float | None = None) -> Loop | None:
+def force_position_loop(experiments: Sequence[Experiment], stiffness: float | None = None) -> ForcePositionLoop | None:
     """The loop of some experiments; stiffness [N/m] : of the spring, where it is known. None where too few bins of the
     stroke are visited.
     """
@@ -56,7 +56,7 @@ def force_position_loop(experiments: Sequence[Experiment], stiffness: float | No
             return None
         more_K, more_F0, level = _band(middle[ends[:, 0].astype(int)], ends[:, 1], ends[:, 2], stiffness is None)
         K, F0 = K + more_K, F0 + more_F0
-    return Loop(float(K), float(F0), float(level))
+    return ForcePositionLoop(float(K), float(F0), float(level))
 
 
 def _ends(left: Array, place: IndexArray, slow: NDArray[np.bool_]) -> Array:

@@ -2,8 +2,9 @@
 
 The fitted valve is run in full order and fine steps on the smoothed force, noise of the estimated size is added to
 position and force, and a few steps of the fit are made on each replicate from the fitted parameters. What they have in
-common is bias, of the damped order, of smoothing and of setting back; what they have not is noise. Both belong to an
-interval (a parametric bootstrap of few steps: Davidson and MacKinnon, International Economic Review 40(2), 1999).
+common is bias, of the damped order, of smoothing, of setting back and of a force that bends between samples; what they
+have not is noise. Both belong to an interval (a parametric bootstrap of few steps: Davidson and MacKinnon,
+International Economic Review 40(2), 1999).
 """
 
 from __future__ import annotations
@@ -12,10 +13,11 @@ import functools
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.interpolate import PchipInterpolator
 
 from identification.data.experiment import Experiment, Segment
 from identification.data.grid import with_smooth_force
-from identification.data.smoothing import smooth
+from identification.data.smoothing import Motion, smooth
 from identification.estimators.least_squares import Normal, minimise
 from identification.estimators.order import swing
 from identification.estimators.output_error.problem import Problem, ResidualForm
@@ -27,6 +29,8 @@ FINE, FINEST = 0.3, 4e-5
 """Angle [rad] by which the mass swings on its bristles in a sub-step of a replicate, and its shortest sub-step [s]."""
 STEPS = 2
 """Steps of the fit on a replicate."""
+BETWEEN = 4
+"""Parts of the time between samples in which the force of a replicate bends."""
 
 
 @dataclass(frozen=True)
@@ -59,10 +63,10 @@ def replicates(
     """
     rng, theta = np.random.default_rng(seed), unknowns[: problem.n_free]
     values = problem.coordinates.values(theta)
-    whole = Problem(kernel(problem.kernel.effects, "force", problem.kernel.catalogue), problem.coordinates,
-                    problem.experiments)  # fmt: skip
-    answers = whole.responses(unknowns, ResidualForm(max(FINE / swing(values), FINEST)))
-    predicted = [answer.predicted for answer in answers if answer is not None]
+    full = kernel(problem.kernel.effects, "force", problem.kernel.catalogue)
+    curved = Problem(full, problem.coordinates, [_curved(e) for e in problem.experiments])
+    answers = curved.responses(curved.start(theta), ResidualForm(max(FINE / swing(values), FINEST)))
+    predicted = [answer.predicted[::BETWEEN] for answer in answers if answer is not None]
     if len(predicted) < len(answers):
         return None
     bounds = problem.coordinates.bounds.padded(len(unknowns))
@@ -75,6 +79,18 @@ def replicates(
             moves.append(end.theta[: len(theta)] - theta)
             levels.append(end.normal.cost / drawn.samples)
     return Replicates(np.array(moves), np.array(levels)) if moves else None
+
+
+def _curved(e: Experiment) -> Experiment:
+    """The experiment with a force that bends between the samples, where a fit takes it for straight."""
+    return e.with_segments(tuple(_finer(s) for s in e.segments))
+
+
+def _finer(s: Segment) -> Segment:
+    n, m = len(s.t), s.motion
+    t = np.interp(np.arange((n - 1) * BETWEEN + 1) / BETWEEN, np.arange(n), s.t)
+    y, load, x, v, a, crept = (np.interp(t, s.t, z) for z in (s.y, s.load, m.x, m.v, m.a, m.crept))
+    return Segment(t, PchipInterpolator(s.t, s.u)(t), y, np.ones(len(t), bool), Motion(x, v, a, crept), load)
 
 
 def in_windows(problem: Problem, form: ResidualForm, unknowns: Array) -> Normal | None:

@@ -77,7 +77,8 @@ def _residual(quality: FitQuality) -> Card:
 
 def _crosscheck(identification: FitResult) -> Card:
     check = identification.crosscheck
-    if check is None:
+    if check is None or not check.decides:
         return Card("Cross-check", "none", "the section below says why")
-    within = f"{sum(bool(row.agrees) for row in check.rows)} of {len(check.rows)} coefficients within their gates"
+    decided = [row for row in check.rows if row.counts]
+    within = f"{sum(row.agrees for row in decided)} of {len(decided)} quantities found again in steady sliding"
     return Card("Cross-check", *(("agrees", within, "good") if check.agrees else ("disagrees", within, "bad")))

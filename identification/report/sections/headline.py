@@ -99,4 +99,4 @@ def _times(ratio: float) -> str:
 
 def _second_opinion(identification: FitResult) -> str:
     check = identification.crosscheck
-    return "" if check is None else f"Cross-check: {check.sentence}."
+    return "" if check is None or not check.decides else f"Cross-check: {check.sentence}."

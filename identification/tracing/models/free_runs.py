@@ -15,7 +15,7 @@ from identification.estimators.output_error.homotopy import Minimum
 from identification.estimators.output_error.problem import Problem, ResidualForm
 from identification.identified import Identification
 from identification.result import error_of, free_runs, valve_model
-from identification.sparse_regression import crosscheck
+from identification.sparse_regression.crosscheck import crosscheck
 from identification.tracing.models.model import Model
 from identification.tracing.models.trial_data import TrialData
 from identification.uncertainty.covariance import uncertainty_of
@@ -52,8 +52,8 @@ def identification_of(
     fit = as_fit(model.with_path_steps(0), experiments)  # with the derivatives, which models that are kept do without
     runs, others = free_runs(fit, experiments, fitted=False), free_runs(fit, held_out, fitted=False)
     known = uncertainty_of(fit)
-    check = crosscheck(fit, experiments, known.std)
-    quality: dict[str, object] = {"crosscheck": None if check is None else check.sentence}
+    check = crosscheck(fit, model.data.experiments, known)
+    quality: dict[str, object] = {"crosscheck": check.sentence}
     stored = valve_model(fit, known, recordings, experiments, {"fit": runs, "holdout": others}, quality)
     return Identification(fit, known, stored, runs, others, check, ())
 
