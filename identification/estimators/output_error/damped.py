@@ -52,6 +52,8 @@ FINER = 4
 """Part of the search's sub-step that the last fit takes: the step's own error biases mass, Stribeck velocity and
 viscous friction by more than the noise does (at full size by 50 standard deviations, at a quarter by none that shows).
 """
+LITTLE = 1e-3
+"""Share of the cost that another step may promise when the last fit stops: friction has kinks, and no step keeps it."""
 BETTER = 0.98
 """Share of the cost below which a change is kept."""
 GUESSED = 0.03
@@ -96,9 +98,9 @@ def fit_damped(
         progress("fit to whole recordings", done, ROUNDS + 1)
         form, level = search.form(TUNINGS[-1], FINER), end.normal.cost / whole.samples
         usual = replicates(whole, end.theta, form, TRIALS)
-        found = fit_of_windows(
-            whole, Minimum(end.theta, end.normal, form, search.evaluations, end.settled, level), usual
-        )
+        settled = end.settled or end.left < LITTLE * end.normal.cost
+        minimum = Minimum(end.theta, end.normal, form, search.evaluations, settled, level)
+        found = fit_of_windows(whole, minimum, usual)
         better = best if usual is None or level < EXPLAINED * usual.level else search.changed(best)
         if better is best:
             break
