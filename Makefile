@@ -34,6 +34,7 @@ docs: install
 
 bench: install
 	$(BIN)/python -m benchmarks.fit
+	$(BIN)/python -m benchmarks.pass
 	$(BIN)/python -m benchmarks.simulator
 	$(BIN)/python -m benchmarks.link
 	$(BIN)/python -m benchmarks.detector

@@ -9,12 +9,16 @@ import functools
 import time
 from collections.abc import Callable
 
+import casadi as ca
 import lmfit
 import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import least_squares
 
 from recordings import Array, Recording
+
+SMOOTH = 1e-7
+"""Rounding of abs(v) in a programme that needs second derivatives [m/s]."""
 
 Run = Callable[[Recording, Array, float, float, float], tuple[float, float, str]]
 
@@ -82,9 +86,42 @@ def _lmfit(
     return _stopped(residual, lambda: lmfit.minimize(lambda q: residual(values(q) * p), parameters, epsfcn=1e-8))
 
 
+def _transcribed(
+    recording: Recording, p: Array, noise: float, wanted: float, budget: float
+) -> tuple[float, float, str]:
+    """All states as unknowns of one nonlinear programme: implicit midpoint between samples, solved by IPOPT with exact
+    second derivatives, as somebody would write it by hand. It stops when IPOPT does, at any cost.
+    """
+    t, u = np.asarray(recording.time), np.asarray(recording["force"].values)
+    y, n, h = np.asarray(recording["position"].values), len(recording), float(np.median(np.diff(recording.time)))
+    scale = np.array([1e-2, 1e-1, 1e-5])[:, None]
+    q, states = ca.MX.sym("q", len(p)), ca.MX.sym("s", 3, n)
+    s = states * scale
+    m, k, f0, fc, fs, vs, s0, s1, s2 = ca.vertsplit(q * p)
+    middle, rise = (s[:, 1:] + s[:, :-1]) / 2, (s[:, 1:] - s[:, :-1]) / h
+    x, v, z = middle[0, :], middle[1, :], middle[2, :]
+    dz = v - s0 * ca.sqrt(v**2 + SMOOTH**2) / (fc + (fs - fc) * ca.exp(-((v / vs) ** 2))) * z
+    force = 0.5 * (u[1:] + u[:-1])[None, :]
+    balance = (force - k * x - f0 - s0 * z - s1 * dz - s2 * v) / (f0 + 1.0)
+    law = ca.vertcat(rise[0, :] - v, m * rise[1, :] / (f0 + 1.0) - balance, rise[2, :] - dz)
+    unknowns, cost = ca.vertcat(q, ca.vec(states)), ca.sumsqr((s[0, :] - y[None, :]) / noise)
+    solver = ca.nlpsol(
+        "transcribed", "ipopt", {"x": unknowns, "f": cost, "g": ca.vec(law)},
+        {"print_time": False, "ipopt": {"print_level": 0, "max_cpu_time": budget, "max_iter": 3000}},
+    )  # fmt: skip
+    first = np.vstack([y, np.gradient(y, t), np.zeros(n)]) / scale
+    begun = time.perf_counter()
+    start = np.concatenate([np.ones(len(p)), first.ravel(order="F")])
+    found = solver(x0=start, lbg=0.0, ubg=0.0, lbx=np.concatenate([np.full(len(p), 1e-3), np.full(3 * n, -np.inf)]))
+    seconds, said = time.perf_counter() - begun, str(solver.stats()["return_status"])
+    reached = float(found["f"]) / n
+    return seconds, reached, f"{said}, {'reached' if reached <= wanted else 'not reached'}"
+
+
 BASELINES: dict[str, Run] = {
     "scipy least_squares + solve_ivp LSODA": functools.partial(_scipy, "LSODA"),
     "scipy least_squares + solve_ivp Radau": functools.partial(_scipy, "Radau"),
     "lmfit leastsq + solve_ivp LSODA": functools.partial(_lmfit, "LSODA"),
+    "states transcribed in CasADi, IPOPT": _transcribed,
 }
 """The alternatives by name."""

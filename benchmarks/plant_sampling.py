@@ -4,7 +4,8 @@
 
 Random valves of `simulator.random_valve` with bristles of 3e6 to 1e8 N/m; staircase 40 s and sine 90 s, simulated at
 1 kHz and kept at the rate; position noise 1e-4 to 4e-4 of the stroke, force noise 0.02 to 0.1 % of the force that the
-spring needs over the stroke. Seeds 5000 to 5039 were used to develop the method, and are not for judging it.
+spring needs over the stroke. Seeds 5000 to 5039 and 7000 to 7019 were used to develop the method,
+and are not for judging it.
 """
 
 from __future__ import annotations

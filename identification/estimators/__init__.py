@@ -6,7 +6,7 @@ one: the noise-aware estimator with its parts, and the protocol that it shares w
 
 from identification.data.grid import Grid, grids, with_smooth_force
 from identification.estimators.coordinates import Coordinates
-from identification.estimators.estimate import Estimate, Innovations
+from identification.estimators.estimate import Estimate, Innovations, totals
 from identification.estimators.imposed_motion.estimator import ImposedMotion
 from identification.estimators.noise_aware.estimator import NoiseAware
 from identification.estimators.noise_aware.fit import noise_aware_for, smoothed_starts
@@ -15,6 +15,7 @@ from identification.estimators.noise_aware.linearised_model import (
     PathFreedom,
     first_variances,
     kalman_filter,
+    linearise_in_parts,
 )
 from identification.estimators.noise_aware.predictor import KalmanSmoother, Predictor
 from identification.estimators.noise_aware.search import best_on_chunks, on_chunks, on_whole_recordings
@@ -36,9 +37,11 @@ __all__ = [
     "first_variances",
     "grids",
     "kalman_filter",
+    "linearise_in_parts",
     "noise_aware_for",
     "on_chunks",
     "on_whole_recordings",
     "smoothed_starts",
+    "totals",
     "with_smooth_force",
 ]

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identification.estimators.least_squares import Normal
+from identification.estimators.least_squares import Normal, cauchy, weighted
 from recordings import Array
 
 TUNING = 3.0
@@ -23,13 +23,28 @@ HOPELESS = 50.0
 
 
 @dataclass(frozen=True)
+class Totals:
+    """Sums over the innovations of one grid. normal : their normal equations with Cauchy's weights at `TUNING` sigmas,
+    and the loss of those by which an estimate is compared; logs : of their variances, summed; loss_y : loss of the
+    positions alone; positions : their number; far : number of those beyond `OUTLIER` sigmas.
+    """
+
+    normal: Normal
+    logs: float
+    loss_y: float
+    positions: int
+    far: int
+
+
+@dataclass(frozen=True)
 class Innovations:
     """What the measurements of one grid say against their predictions.
 
     innovations, variances (n, 2) : of the position [m] and the force [N], variance inf where nothing was measured;
     by (n, 2, m) : their derivatives by the free coordinates, empty where they are not kept; scored : innovations and
     variances by which an estimate is compared; smoother : what the way back along a filtered path needs
-    (`linearised_model.correction`), empty where there is none or it is not kept.
+    (`linearised_model.correction`), empty where there is none or it is not kept; totals : their sums, where they came
+    along with them.
     """
 
     innovations: Array
@@ -37,6 +52,20 @@ class Innovations:
     by: Array
     scored: tuple[Array, Array]
     smoother: tuple[Array, ...] = ()
+    totals: Totals | None = None
+
+
+def totals(line: Innovations) -> Totals:
+    """The sums over some innovations."""
+    seen = np.isfinite(line.variances)
+    sigma = np.sqrt(line.variances[seen])
+    normal = weighted(line.innovations[seen] / sigma, line.by[seen] / sigma[:, None], TUNING)
+    innovations, variances = line.scored
+    y = innovations[seen[:, 0], 0] / np.sqrt(variances[seen[:, 0], 0])
+    loss = float(cauchy(innovations[seen] / np.sqrt(variances[seen]), TUNING).sum())
+    logs = float(np.sum(np.log(variances[seen])))
+    loss_y, far = float(cauchy(y, TUNING).sum()), int(np.sum(np.abs(y) > OUTLIER))
+    return Totals(replace(normal, cost=loss), logs, loss_y, len(y), far)
 
 
 @dataclass(frozen=True)

@@ -29,10 +29,14 @@ PRIORS = (
 """What is known of LuGre friction before any measurement: it matters only where a recording says nothing."""
 
 
-def prior(names: Sequence[str], theta: Array) -> Normal:
-    """Normal equations of `PRIORS`, those on coordinates that are free."""
+UNRESOLVED = (*PRIORS[:-1], Prior(PRIORS[-1].weights, PRIORS[-1].mean, 0.4))
+"""The same where the sampling does not tell the bristle's damping: left free, it trades with viscous friction."""
+
+
+def prior(names: Sequence[str], theta: Array, known: Sequence[Prior] = PRIORS) -> Normal:
+    """Normal equations of some priors, those on coordinates that are free."""
     normal = Normal(0.0, np.zeros(len(theta)), np.zeros((len(theta), len(theta))))
-    for one in PRIORS:
+    for one in known:
         if not set(one.weights) <= set(names):
             continue
         a = np.array([one.weights.get(name, 0.0) for name in names])

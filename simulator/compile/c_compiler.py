@@ -11,7 +11,7 @@ import shutil
 import subprocess
 from pathlib import Path
 
-from simulator.compile.cache import artefact
+from simulator.compile.cache import artefact, machine
 
 FLAGS = (
     *("-O3", "-fPIC", "-shared", "-std=c99", "-ffp-contract=off", "-fno-math-errno"),
@@ -49,14 +49,17 @@ def _words(text: str) -> list[str]:
         return []
 
 
-def shared_library(command: tuple[str, ...], source: str) -> ctypes.CDLL:
+def shared_library(command: tuple[str, ...], source: str, native: bool = False) -> ctypes.CDLL:
     """Compile C source with a command as `compiler` gives it, or find it compiled in the cache, and load it.
 
-    Raises BuildFailed when it cannot be compiled, kept or loaded.
+    native : for all that this processor can do, which another one may not. Raises BuildFailed when it cannot be
+    compiled, kept or loaded.
     """
-    key = "\0".join((source, *FLAGS, *command, _version(command), platform.machine()))
+    flags = (*FLAGS, "-march=native") if native else FLAGS
+    here = machine() if native else (platform.machine(),)
+    key = "\0".join((source, *flags, *command, _version(command), *here))
     try:
-        folder = artefact(key, functools.partial(_compile, command, source))
+        folder = artefact(key, functools.partial(_compile, (*command, *flags), source))
         return ctypes.CDLL(str(folder / "kernel.so"))
     except OSError as error:
         raise BuildFailed(f"the compiled physics cannot be loaded ({error})") from error
@@ -70,7 +73,7 @@ def _version(command: tuple[str, ...]) -> str:
 def _compile(command: tuple[str, ...], source: str, folder: Path) -> None:
     unit = folder / "kernel.c"
     unit.write_text(source, encoding="utf-8")
-    done = _run((*command, *FLAGS, "-o", str(folder / "kernel.so"), str(unit), "-lm"))
+    done = _run((*command, "-o", str(folder / "kernel.so"), str(unit), "-lm"))
     unit.unlink()
     if done.returncode != 0 or not (folder / "kernel.so").is_file():
         said = (done.stderr.strip() or f"exit code {done.returncode}, no message").splitlines()[0]

@@ -15,24 +15,53 @@ from numpy.typing import NDArray
 
 from recordings import Array
 from simulator.compile.c_compiler import BuildFailed, compiler, shared_library
-from simulator.compile.recurrence import GAMMA, Loops, Sizes
+from simulator.compile.casadi_to_lanes import lanes_source
+from simulator.compile.recurrence import GAMMA, Loops, Recurrence, Sizes
 
 
 def loops(
     functions: Mapping[str, ca.Function], sizes: Sizes, scale: float, ahead: tuple[float, ...] = ()
 ) -> Loops | None:
     """The compiled loops, or None when no compiler works here."""
-    command = compiler()
-    if command is None:
-        return None
-    try:
-        library = shared_library(command, _source(functions, sizes, scale, ahead))
-    except BuildFailed as failure:
-        logging.getLogger(__name__).warning("%s; going on without a C compiler", failure)
+    library = with_sub_steps(functions, sizes, scale, ahead, _text("loop.c"))
+    if library is None:
         return None
     library.scan.restype = ctypes.c_long
     library.shoot.restype = ctypes.c_long
     return Loops(functools.partial(_call, library), functools.partial(_call_shoot, library))
+
+
+def with_sub_steps(
+    functions: Mapping[str, ca.Function], sizes: Sizes, scale: float, ahead: tuple[float, ...], text: str,
+    native: bool = False,
+) -> ctypes.CDLL | None:  # fmt: skip
+    """C text compiled behind the sub-steps of a recurrence (`sub_step.c`), or None when no compiler works here."""
+    command = compiler()
+    if command is None:
+        return None
+    try:
+        return shared_library(command, _source(functions, sizes, scale, ahead) + text, native)
+    except BuildFailed as failure:
+        logging.getLogger(__name__).warning("%s; going on without a C compiler", failure)
+        return None
+
+
+def with_shots(recurrence: Recurrence, columns: tuple[int, ...], text: str) -> ctypes.CDLL | None:
+    """C text compiled behind `sub_step.c` and `shoot_lanes.c`, which take derivatives by these of the parameters, for
+    the vectors of this processor. None when no compiler works here, or an operation has no translation.
+    """
+    functions, carry = recurrence.functions(columns), recurrence.carried(columns)
+    lanes = [lanes_source(f, ("p",)) for f in (functions["guess"], functions["residual"], functions["step"], carry)]
+    rows, places = carry.sparsity_out(1).row(), carry.sparsity_out(1).get_col()
+    tables = "".join(
+        f"static const int {name}[] = {{{', '.join(map(str, values))}}};\n"
+        for name, values in (("ROW", rows), ("COLUMN", places))
+    )
+    if None in lanes:
+        return None
+    parts = (_text("lanes.c"), *map(str, lanes), f"#define NZ {len(rows)}", tables, _text("shoot_lanes.c"), text)
+    sizes = recurrence.sizes._replace(parameters=len(columns))
+    return with_sub_steps(functions, sizes, recurrence.scale, recurrence.ahead, "\n".join(parts), native=True)
 
 
 def _call(
@@ -76,9 +105,9 @@ def _source(functions: Mapping[str, ca.Function], sizes: Sizes, scale: float, ah
     definitions = "".join(f"#define {name} {value}\n" for name, value in numbers.items())
     definitions += f"static const double AHEAD[] = {{{', '.join(map(repr, ahead or (0.0,)))}}};\n"
     # Static functions can be inlined, and never meet a symbol of the C library that has the same name.
-    return "#define CASADI_SYMBOL_EXPORT static\n" + generator.dump() + definitions + _loop_text()
+    return "#define CASADI_SYMBOL_EXPORT static\n" + generator.dump() + definitions + _text("sub_step.c")
 
 
 @functools.cache
-def _loop_text() -> str:
-    return resources.files("simulator.compile").joinpath("loop.c").read_text(encoding="utf-8")
+def _text(name: str) -> str:
+    return resources.files("simulator.compile").joinpath(name).read_text(encoding="utf-8")

@@ -100,9 +100,13 @@ class Kernel:
         For a kernel of a force with error; u (n_samples) [N]: the force as it is known, which only a dead time reads.
         carry : run the memory of the effects along the path, and write it there, instead.
         """
-        columns = self.inputs(t, u, p)[:, 1:] if self.layout.delay else np.empty((len(t), 0))
+        columns = self.known_inputs(t, u, p)
         memory = np.array([i >= 2 and name not in ("u", "du") for i, name in enumerate(self.states)])
         return self.scanner.shoot(t, columns, p, path, h_max=h_max, carried=memory if carry else None)
+
+    def known_inputs(self, t: Array, u: Array, p: Array) -> Array:
+        """The inputs of a kernel of a force with error, (n_samples, 0), or with a dead time (n_samples, 2)."""
+        return self.inputs(t, u, p)[:, 1:] if self.layout.delay else np.empty((len(t), 0))
 
     def inputs(self, t: Array, u: Array, p: Array, *, hold: bool = False) -> Array:
         """The inputs of the recurrence for a recorded force: u itself, and with a dead time in p what it was earlier.

@@ -1,4 +1,4 @@
-"""The loop of `loop.c` for machines without a C compiler: the same algorithm in Python, compiled by numba.
+"""The loop of `sub_step.c` and `loop.c` for machines without a C compiler: the same in Python, compiled by numba.
 
 `numba_loop.py` writes this text, from the line "The loop" on, behind the translated functions of one recurrence into a
 module of their own, because numba keeps compiled code only of functions that call each other by name. What stands

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -67,18 +67,20 @@ class Recurrence:
         )
         return Sizes(state, exo, parameters, output, (exo - 2) // (2 if self.ends else 1))
 
-    def functions(self) -> dict[str, ca.Function]:
+    def functions(self, columns: Sequence[int] | None = None) -> dict[str, ca.Function]:
         """The functions a loop needs, with the implicit scalar differentiated through its equation.
 
-        Without an implicit scalar the equation is w = 0, so that one loop serves all.
+        columns : which parameters derivatives are taken by, in this order; all where None. Without an implicit scalar
+        the equation is w = 0, so that one loop serves all.
         """
+        by = self.parameters if columns is None else self.parameters[list(columns)]
         w = ca.SX.sym("w") if self.implicit is None else self.implicit
         residual = w if self.residual is None else self.residual
-        by_output = [ca.jacobian(self.output, z) for z in (self.state, self.parameters)]
+        by_output = [ca.jacobian(self.output, z) for z in (self.state, by)]
         arguments = {"w": w, "s": self.state, "e": self.exo, "p": self.parameters}
         whole = {
             "step": ("wsep", [self.step]),
-            "step_jac": ("wsep", [self.step, *self._jacobian(w, residual)]),
+            "step_jac": ("wsep", [self.step, *self._jacobian(w, residual, by)]),
             "output": ("sep", [self.output]),
             "output_jac": ("sep", [self.output, *by_output]),
             "residual": ("wsep", [residual, ca.jacobian(residual, w)]),
@@ -95,11 +97,31 @@ class Recurrence:
             for name, (letters, outputs) in whole.items()
         }
 
-    def _jacobian(self, w: Expression, residual: Expression) -> tuple[Expression, Expression]:
-        """Total derivatives of the step in the state and the parameters, by the implicit function theorem."""
+    def carried(self, columns: Sequence[int]) -> ca.Function:
+        """carried(w, s, e, p, S): the next state and its derivatives by some parameters and by the state of the start,
+        from those before, S. Of S (n_states, n_columns + n_states) only what can differ from zero is there.
+        """
+        w = ca.SX.sym("w") if self.implicit is None else self.implicit
+        residual = w if self.residual is None else self.residual
+        by_state, by_parameters = self._jacobian(w, residual, self.parameters[list(columns)])
+        n = self.sizes.states
+        start = ca.horzcat(ca.SX(n, len(columns)), ca.SX.eye(n))
+        pattern = ca.SX(start.sparsity(), 1.0)
+        while True:
+            S = ca.SX.sym("S", pattern.sparsity())
+            T = by_state @ S + ca.horzcat(by_parameters, ca.SX(n, n))
+            grown = ca.SX(T.sparsity() + pattern.sparsity(), 1.0)
+            if grown.nnz() == pattern.nnz():
+                break
+            pattern = grown
+        outputs = ca.cse([ca.densify(self.step), ca.project(T, S.sparsity())])
+        return ca.Function("carry", [w, self.state, self.exo, self.parameters, S], outputs, list("wsepS"), ["o0", "o1"])
+
+    def _jacobian(self, w: Expression, residual: Expression, by: Expression) -> tuple[Expression, Expression]:
+        """Total derivatives of the step in the state and some parameters, by the implicit function theorem."""
         by_w, slope = self._derivative(self.step, w), ca.jacobian(residual, w)
-        direct = [self._derivative(self.step, z) for z in (self.state, self.parameters)]
-        through = [self._derivative(residual, z) / slope for z in (self.state, self.parameters)]
+        direct = [self._derivative(self.step, z) for z in (self.state, by)]
+        through = [self._derivative(residual, z) / slope for z in (self.state, by)]
         return direct[0] - by_w @ through[0], direct[1] - by_w @ through[1]
 
     def _derivative(self, expression: Expression, z: Expression) -> Expression:

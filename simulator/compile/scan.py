@@ -6,6 +6,8 @@ compiles the same operations from Python (`numba_loop`). Both ways give the same
 
 from __future__ import annotations
 
+import ctypes
+import threading
 from dataclasses import dataclass
 
 import numpy as np
@@ -72,6 +74,17 @@ class Scanner:
 
             loops = numba_loop.loops(functions, self.sizes.exo, recurrence.scale, recurrence.ahead)
         self._loop, self._shoot = loops
+        self._libraries: dict[tuple[str, tuple[int, ...]], ctypes.CDLL | None] = {}
+        self._lock = threading.Lock()
+
+    def compiled_with(self, text: str, columns: tuple[int, ...]) -> ctypes.CDLL | None:
+        """A library of C text that calls `sub_step.c` and `shoot_lanes.c`, with derivatives by these of the parameters;
+        None where it cannot be compiled. Kept for this process.
+        """
+        with self._lock:
+            if self._compiled and (text, columns) not in self._libraries:
+                self._libraries[text, columns] = c_loop.with_shots(self.recurrence, columns, text)
+            return self._libraries.get((text, columns))
 
     @property
     def compiled(self) -> bool:

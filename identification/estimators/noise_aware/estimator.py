@@ -17,8 +17,8 @@ import numpy as np
 
 from identification.data.grid import Grid
 from identification.estimators.coordinates import Coordinates
-from identification.estimators.estimate import OUTLIER, TUNING, Estimate, Innovations
-from identification.estimators.least_squares import Normal, cauchy, gauss_newton, weighted
+from identification.estimators.estimate import Estimate, Innovations, totals
+from identification.estimators.least_squares import gauss_newton
 from identification.estimators.noise_aware.linearised_model import PathFreedom, first_path
 from identification.estimators.noise_aware.predictor import KALMAN_SMOOTHER, Predictor
 from identification.estimators.priors import prior
@@ -200,20 +200,12 @@ class NoiseAware:
         return each(moved, range(len(self.grids)))
 
     def _estimate(self, theta: Array, paths: tuple[Array, ...], lines: tuple[Innovations, ...]) -> Estimate | None:
-        total, cost, far, loss, seen_y = prior(self.names, theta).plus(self.coordinates.told(theta)), 0.0, 0, 0.0, 0
+        total = prior(self.names, theta).plus(self.coordinates.told(theta))
+        logs, loss, positions, far = 0.0, 0.0, 0, 0
         for line in lines:
-            seen = np.isfinite(line.variances)
-            sigma = np.sqrt(line.variances[seen])
-            one = weighted(line.innovations[seen] / sigma, line.by[seen] / sigma[:, None], TUNING)
-            total = Normal(total.cost, total.gradient + one.gradient, total.matrix + one.matrix)
-            innovations, variances = line.scored
-            sigma = np.sqrt(variances[seen])
-            r = innovations[seen] / sigma
-            total = replace(total, cost=total.cost + float(cauchy(r, TUNING).sum()))
-            cost += 2 * float(np.sum(np.log(sigma)))
-            y = innovations[seen[:, 0], 0] / np.sqrt(variances[seen[:, 0], 0])
-            loss, seen_y = loss + float(cauchy(y, TUNING).sum()), seen_y + len(y)
-            far += int(np.sum(np.abs(y) > OUTLIER))
-        if not np.isfinite(total.cost + cost):
+            one = line.totals or totals(line)
+            total, logs, loss = total.plus(one.normal), logs + one.logs, loss + one.loss_y
+            positions, far = positions + one.positions, far + one.far
+        if not np.isfinite(total.cost + logs):
             return None
-        return Estimate(theta, paths, lines, total, total.cost + cost, loss / seen_y / UNIT_LOSS, far / seen_y)
+        return Estimate(theta, paths, lines, total, total.cost + logs, loss / positions / UNIT_LOSS, far / positions)

@@ -20,6 +20,7 @@ from identification.data.force import recursions_text
 from identification.data.grid import Grid
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.estimate import Innovations
+from identification.estimators.noise_aware.compiled_pass import PathNoise, compiled_pass, run
 from recordings import Array
 from simulator import Kernel, native_module
 
@@ -32,6 +33,8 @@ FIRST_V, FIRST_SLOPE = 1e-4, 1e3
 
 UNKNOWN = 0.3
 """Standard deviation of the first state of a memory, as a share of what it can be."""
+RUNAWAY = 0.3
+"""Standard deviation [m/s] of a velocity from which it is held to that of the path, as in `recursions.py`."""
 
 
 @dataclass(frozen=True)
@@ -92,6 +95,18 @@ def linearise(
     kernel: Kernel, coordinates: Coordinates, grid: Grid, p: Array, path: Array, freedom: PathFreedom
 ) -> Innovations | None:
     """Filter a grid along a path at parameters p; None where the model has no solution."""
+    library = compiled_pass(kernel, coordinates)
+    if library is None:
+        return linearise_in_parts(kernel, coordinates, grid, p, path, freedom)
+    first, base = first_variances(kernel, grid, p, freedom, path), _noise_of_an_interval(kernel, p, freedom)
+    noise = PathNoise(first, base, freedom.curvature, freedom.force**2, RUNAWAY)
+    return run(library, kernel, coordinates, grid, p, path, freedom.h_max, noise, freedom.honest)
+
+
+def linearise_in_parts(
+    kernel: Kernel, coordinates: Coordinates, grid: Grid, p: Array, path: Array, freedom: PathFreedom
+) -> Innovations | None:
+    """As `linearise`, one array after the other, as it is done without a C compiler."""
     model = AffineModel.of(kernel, coordinates, grid, p, path, freedom.h_max)
     first = first_variances(kernel, grid, p, freedom, path)
     line = None if model is None else kalman_filter(kernel, grid, p, freedom, model, first)
@@ -188,10 +203,15 @@ def first_variances(kernel: Kernel, grid: Grid, p: Array, freedom: PathFreedom, 
     return np.array([4 * grid.noise_y**2, FIRST_V**2, *memory, force, FIRST_SLOPE**2])
 
 
+def _noise_of_an_interval(kernel: Kernel, p: Array, freedom: PathFreedom) -> Array:
+    """Variances (s - 2,) of what happens to position, velocity and memory in an interval beside the model."""
+    return np.array([NOISE_X, NOISE_V, *_memory_std(kernel, p, freedom.bristle)]) ** 2
+
+
 def _noise(kernel: Kernel, grid: Grid, p: Array, freedom: PathFreedom, jump: Array) -> Array:
     """Covariances (n - 1, s, s) of what happens in the intervals beside the model."""
     s, dt = jump.shape[1], np.diff(grid.t)
-    base = np.array([NOISE_X, NOISE_V, *_memory_std(kernel, p, freedom.bristle)]) ** 2
+    base = _noise_of_an_interval(kernel, p, freedom)
     Q = np.zeros((len(dt), s, s))
     index = np.arange(s - 2)
     Q[:, index, index] = base + freedom.curvature * jump[:, :-2] ** 2

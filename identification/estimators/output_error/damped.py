@@ -8,12 +8,12 @@ one slip does says more of friction than when the hundredth happened.
 from __future__ import annotations
 
 import functools
-import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import qmc
 
 from identification.data.chunks import to_the_ends
 from identification.data.experiment import Experiment, Segment
@@ -34,10 +34,11 @@ FEWEST = 5
 """Samples between two settings back."""
 TUNINGS = (100.0, 20.0, 3.0)
 """Tunings of the Cauchy loss, in sigmas, one after the other: to the first, a slip that is missed is a small error."""
-FOLLOWED, TRADED, CHANGED = 3, 3, 3
-"""Starts, `_trades` of the best end of these, and in every round changes of the best end, from which the fit is made.
+STARTS, FOLLOWED, FINISHED, TRADED, CHANGED = 128, 6, 2, 2, 3
+"""Starts that are compared, those of them that are followed through the wide losses, those that are followed to the
+end, `_trades` of the best end, and in every round changes of it.
 """
-ROUNDS = 2
+ROUNDS = 5
 """Rounds of `changes`, as long as they help and the recordings are not explained."""
 TRIALS, EXPLAINED = 3, 1.2
 """Replicates, and how many times the loss of theirs a fit may leave for the search to end."""
@@ -51,16 +52,22 @@ FINER = 4
 """Part of the search's sub-step that the last fit takes: the step's own error biases mass, Stribeck velocity and
 viscous friction by more than the noise does (at full size by 50 standard deviations, at a quarter by none that shows).
 """
+LITTLE = 1e-3
+"""Share of the cost that another step may promise when the last fit stops: friction has kinks, and no step keeps it."""
 BETTER = 0.98
 """Share of the cost below which a change is kept."""
 GUESSED = 0.03
 """Share of the level of friction by which a straight line between samples may miss the force; beyond, what the valve
 did until the next setting back is not held against the model."""
-STIFFNESS, MASSES, VISCOUS, STRIBECK = 1e7, (2.0, 6.0), (300.0, 1000.0), (1.5e-3, 6e-3)
-"""Starting values: bristle stiffness [N/m], mass [kg], viscous friction [N s/m], Stribeck velocity [m/s]."""
-LEVELS = ((0.6, 1.0), (0.75, 1.0), (0.9, 1.0), (1.0, 1.4))
-"""Coulomb and static friction as shares of the half width of the loop: of a valve that sticks and slips, and of one
-that slides through."""
+RANGES = {
+    "lugre.fc": (0.5, 1.0), "lugre.fs": (1.0, 1.6), "mass.m": (1.0, 8.0), "lugre.sigma2": (100.0, 1500.0),
+    "lugre.vs": (1e-3, 1e-2), "lugre.sigma0": (3e6, 1e8),
+}  # fmt: skip
+"""Ranges of the starts, SI units, but for the levels of friction: those are shares of the half width of the loop. It is
+the static friction of a valve that sticks and slips, and the Coulomb friction of one that slides through."""
+LIKELY = {"mass.m": (0.2, 30.0), "lugre.sigma0": (3e5, 3e8)}
+"""Where the search looks for mass [kg] and bristle stiffness [N/m]: beyond, a wrong friction curve drives them. The
+last fit is free to leave."""
 
 
 def fit_damped(
@@ -91,9 +98,9 @@ def fit_damped(
         progress("fit to whole recordings", done, ROUNDS + 1)
         form, level = search.form(TUNINGS[-1], FINER), end.normal.cost / whole.samples
         usual = replicates(whole, end.theta, form, TRIALS)
-        found = fit_of_windows(
-            whole, Minimum(end.theta, end.normal, form, search.evaluations, end.settled, level), usual
-        )
+        settled = end.settled or end.left < LITTLE * end.normal.cost
+        minimum = Minimum(end.theta, end.normal, form, search.evaluations, settled, level)
+        found = fit_of_windows(whole, minimum, usual)
         better = best if usual is None or level < EXPLAINED * usual.level else search.changed(best)
         if better is best:
             break
@@ -111,9 +118,12 @@ class Search:
 
     def __init__(self, problem: Problem, loop: ForcePositionLoop) -> None:
         self.problem, self.loop = problem, loop
-        self.coordinates = problem.coordinates
+        self.coordinates = c = problem.coordinates
+        ends = [LIKELY.get(name, (-np.inf, np.inf)) for name in c.names]
+        lower, upper = (np.array(end) for end in zip(*ends, strict=True))
+        self.likely = replace(c, lower=np.maximum(c.lower, lower), upper=np.minimum(c.upper, upper))
         self.window = window(problem.spacing)
-        self.h = sub_step({"spring.K": loop.K, "mass.m": min(MASSES)})
+        self.h = sub_step({"spring.K": loop.K, "mass.m": RANGES["mass.m"][0]})
         self.evaluations = 0
 
     def form(self, tuning: float, finer: int = 1) -> ResidualForm:
@@ -122,17 +132,16 @@ class Search:
 
     def first(self, progress: Progress) -> Solution | None:
         """The best end of the fits from the likeliest starts."""
-        found: Solution | None = None
+        ends: list[Solution] = []
         for done, theta in enumerate(self._ranked(self._starts())[:FOLLOWED]):
             progress("search", done, FOLLOWED)
-            found = _better(found, self._staged(self.problem, theta, TUNINGS))
-        for _ in range(ROUNDS if found is not None else 0):
-            assert found is not None
-            better = self._improved(found, _trades(self._values(found)), TRADED)
-            if better is found:
-                break
-            found = better
-        return found
+            end = self._staged(self.problem, theta, TUNINGS[:-1])
+            ends += [] if end is None else [end]
+        ends.sort(key=lambda end: end.normal.cost)
+        found: Solution | None = None
+        for end in ends[:FINISHED]:
+            found = _better(found, self._staged(self.problem, end.theta[: self.coordinates.n_free], TUNINGS[-1:]))
+        return None if found is None else self._improved(found, _trades(self._values(found)), TRADED)
 
     def changed(self, best: Solution) -> Solution:
         """The end, or a better one from one of the likeliest `changes` of it."""
@@ -160,17 +169,19 @@ class Search:
         return self._staged(whole, theta, TUNINGS[-1:], FINER)
 
     def _starts(self) -> list[Array]:
-        """Starting values: the loop's, and all combinations of what it does not tell."""
+        """Starting values: what the loop tells, and evenly spread what it does not (Sobol's sequence)."""
         default = dict(zip(self.coordinates.names, self.coordinates.base.tolist(), strict=True))
+        told = {"spring.K": max(self.loop.K, 1.0), "spring.F0": self.loop.F0}
+        ends = np.log(np.array(list(RANGES.values())))
+        places = qmc.Sobol(len(RANGES), scramble=False).random(STARTS)
         found = []
-        for (fc, fs), m, s2, vs in itertools.product(LEVELS, MASSES, VISCOUS, STRIBECK):
-            values = {
-                "spring.K": max(self.loop.K, 1.0), "spring.F0": self.loop.F0, "mass.m": m, "lugre.sigma2": s2,
-                "lugre.fc": fc * self.loop.level, "lugre.fs": fs * self.loop.level, "lugre.vs": vs,
-                "lugre.sigma0": STIFFNESS, "lugre.sigma1": 0.5 * np.sqrt(STIFFNESS * m),
-            }  # fmt: skip
-            found.append(self.coordinates.theta_of(default | values))
-        return list({theta.tobytes(): theta for theta in found}.values())
+        for place in np.exp(ends[:, 0] + places * (ends[:, 1] - ends[:, 0])):
+            values = default | told | dict(zip(RANGES, place.tolist(), strict=True))
+            for level in ("lugre.fc", "lugre.fs"):
+                values[level] *= self.loop.level
+            values["lugre.sigma1"] = 0.5 * np.sqrt(values["lugre.sigma0"] * values["mass.m"])
+            found.append(self.coordinates.theta_of(values))
+        return found
 
     def _cost(self, theta: Array) -> float:
         form = self.form(SCREEN)
@@ -180,15 +191,16 @@ class Search:
         r = np.concatenate([self.problem.residual(i, one) for i, one in enumerate(responses) if one is not None])
         return float(np.sum(np.log1p((r / SCREEN) ** 2)))
 
-    def _staged(self, problem: Problem, theta: Array, tunings: Sequence[float], finer: int = 1) -> Solution | None:
+    def _staged(self, problem: Problem, theta: Array, tunings: Sequence[float], finer: int = 2) -> Solution | None:
+        """The end of stages with ever narrower losses, the last one in finer sub-steps."""
         unknowns, found = problem.start(theta), None
-        bounds = self.coordinates.bounds.padded(len(unknowns))
+        bounds = (self.coordinates if problem is not self.problem else self.likely).bounds.padded(len(unknowns))
         for tuning in tunings:
-            evaluate = functools.partial(in_windows, problem, self.form(tuning, finer))
             last = tuning == TUNINGS[-1]
+            evaluate = functools.partial(in_windows, problem, self.form(tuning, finer if last else 1))
             found = minimise(
                 evaluate, unknowns, bounds=bounds, iterations=LAST if last else ITERATIONS,
-                tolerance=1e-5 if last else 1e-3,
+                tolerance=3e-5 if last else 1e-3,
             )  # fmt: skip
             if found is None:
                 return None

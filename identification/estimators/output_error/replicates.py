@@ -21,13 +21,13 @@ from identification.data.smoothing import Motion, smooth
 from identification.estimators.least_squares import Normal, minimise
 from identification.estimators.order import swing
 from identification.estimators.output_error.problem import Problem, ResidualForm
-from identification.estimators.priors import prior
+from identification.estimators.priors import UNRESOLVED, prior
 from recordings import Array
 from simulator import kernel
 
 FINE, FINEST = 0.3, 4e-5
 """Angle [rad] by which the mass swings on its bristles in a sub-step of a replicate, and its shortest sub-step [s]."""
-STEPS = 2
+STEPS = 4
 """Steps of the fit on a replicate."""
 BETWEEN = 4
 """Parts of the time between samples in which the force of a replicate bends."""
@@ -96,7 +96,7 @@ def _finer(s: Segment) -> Segment:
 def in_windows(problem: Problem, form: ResidualForm, unknowns: Array) -> Normal | None:
     """The normal equations of a damped problem, with what is known of friction beforehand; None where it diverges."""
     normal, c = problem.evaluate(unknowns, form), problem.coordinates
-    return None if normal is None else normal.plus(prior(c.free_names, unknowns[: c.n_free]))
+    return None if normal is None else normal.plus(prior(c.free_names, unknowns[: c.n_free], UNRESOLVED))
 
 
 def _drawn(experiments: tuple[Experiment, ...], predicted: list[Array], rng: np.random.Generator) -> list[Experiment]:
