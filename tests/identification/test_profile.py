@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from seeded_valves import QUIET, fitted
+from stiff_valves import STIFF, stem_test
 
 from identification import experiment, fit, profile, uncertainty_of
 from recordings import BadInput
@@ -59,6 +60,22 @@ def test_parameters_that_trade_off_get_no_narrow_interval():
     p = profile(found, known, "mass.m", points=2)
     assert p.lower is None or p.lower < 0.6 * found.values["mass.m"]
     assert p.upper is None or p.upper > 1.4 * found.values["mass.m"]
+
+
+def test_the_force_may_be_noisy():
+    """The profile of a noise-aware fit, along its smoothed paths: spring and Coulomb friction free, the rest held."""
+    soft = {"lugre.sigma0": 1e5, "lugre.sigma1": 300.0}
+    given = {name: value for name, value in (STIFF | soft).items() if name not in ("spring.K", "lugre.fc")}
+    [short] = stem_test(250.0, ("sine:4",), values=soft)
+    found = fit([experiment(short)], given=given, estimator="noise-aware")
+    known = uncertainty_of(found)
+    p = profile(found, known, "lugre.fc", points=4)
+    assert found.estimator == "noise-aware"
+    assert p.lower is not None
+    assert p.upper is not None
+    assert p.lower < found.values["lugre.fc"] < p.upper
+    assert (p.upper - p.lower) / 2 == pytest.approx(1.645 * known.std["lugre.fc"], rel=0.2)
+    assert np.all(np.diff(p.rise[int(np.argmin(p.rise)) :]) > 0)
 
 
 @pytest.mark.parametrize("name", ["lugre.qq", "mass"])

@@ -34,7 +34,7 @@ FEWEST = 5
 """Samples between two settings back."""
 TUNINGS = (100.0, 20.0, 3.0)
 """Tunings of the Cauchy loss, in sigmas, one after the other: to the first, a slip that is missed is a small error."""
-STARTS, FOLLOWED, FINISHED, TRADED, CHANGED = 128, 6, 2, 2, 3
+STARTS, FOLLOWED, FINISHED, TRADED, CHANGED = 128, 6, 2, 3, 3
 """Starts that are compared, those of them that are followed through the wide losses, those that are followed to the
 end, `_trades` of the best end, and in every round changes of it.
 """
@@ -141,7 +141,12 @@ class Search:
         found: Solution | None = None
         for end in ends[:FINISHED]:
             found = _better(found, self._staged(self.problem, end.theta[: self.coordinates.n_free], TUNINGS[-1:]))
-        return None if found is None else self._improved(found, _trades(self._values(found)), TRADED)
+        for _ in range(ROUNDS):
+            better = None if found is None else self._improved(found, _trades(self._values(found)), TRADED)
+            if better is found:
+                break
+            found = better
+        return found
 
     def changed(self, best: Solution) -> Solution:
         """The end, or a better one from one of the likeliest `changes` of it."""

@@ -98,7 +98,7 @@ class Homotopy:
             end.theta, end.normal, minimum.setting, minimum.evaluations + end.evaluations, end.settled, level
         )
 
-    def polish(self, minimum: Minimum, iterations: int = 25) -> Minimum:
+    def polish(self, minimum: Minimum, iterations: int = 80) -> Minimum:
         """Plain least squares from where the robust stages arrived, with a sub-step fine enough for the noise."""
         setting = self._fine_enough(minimum.unknowns, replace(minimum.setting, tuning=np.inf), minimum.level)
         end = self._plain(minimum.unknowns, setting, iterations, minimum.level)
