@@ -149,8 +149,9 @@ class Search:
         return found
 
     def changed(self, best: Solution) -> Solution:
-        """The end, or a better one from one of the likeliest `changes` of it."""
-        return self._improved(best, _changes(self._values(best)), CHANGED)
+        """The end, or a better one from one of the likeliest changes of it."""
+        values = self._values(best)
+        return self._improved(best, [*_changes(values), *_trades(values)], CHANGED)
 
     def _improved(self, best: Solution, changes: Sequence[Mapping[str, float]], most: int) -> Solution:
         """The end, or a better one from the likeliest of some changes of it, at most so many."""
