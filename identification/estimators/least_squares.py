@@ -219,7 +219,7 @@ def minimise(
     function = NormalEquations(evaluate, len(theta))
     limits = FeasibleSet.none(len(theta)) if bounds is None else bounds
     theta = limits.nearest(theta)
-    now, used, reach, failures = function.at(theta), 1, radius, 0
+    now, used, taken, reach, failures = function.at(theta), 1, 0, radius, 0
     if now is None:
         return None
     left = float("inf")
@@ -231,7 +231,7 @@ def minimise(
         left = step.decrease if step.free else max(step.decrease, enough)
         if (step.free and step.decrease < enough) or failures > MOST_FAILURES:
             return Solution(theta, now, used, True, left)
-        if used > iterations and failures == 0:
+        if taken >= iterations:
             return Solution(theta, now, used, False, left)
         trial = function.at(theta + step.move)
         used += 1
@@ -244,7 +244,7 @@ def minimise(
         elif share > GOOD and not step.free:
             reach = min(2 * reach, radius)
         gained = now.cost - trial.cost
-        theta, now, failures = theta + step.move, trial, 0
+        theta, now, failures, taken = theta + step.move, trial, 0, taken + 1
         if gained < enough:
             return Solution(theta, now, used, True, left)
     return Solution(theta, now, used, True, left)

@@ -120,7 +120,7 @@ class NoiseAware:
         return self._estimate(theta, tuple(f[0] for f in found), tuple(f[1] for f in found))
 
     def descend(self, now: Estimate, steps: int, vain: Callable[[Estimate], bool] | None = None) -> Estimate:
-        """Gauss-Newton steps in a trust region; a step that raises the cost is taken back. vain : whether it is, to
+        """Gauss-Newton steps in a trust region, with damping that adapts; a step that raises the cost is taken back. vain : whether it is, to
         go on from an estimate.
 
         A step moves parameters and paths together to first order, and where something breaks away that is not enough:
@@ -129,12 +129,13 @@ class NoiseAware:
         cost about a path that is not yet the smoothed one can be too low, and then nothing is below it: after a failure
         the path is first brought to rest where it is.
         """
-        radius, failures, settled, idle = LONGEST, 0, False, 0
+        damping, failures, settled, idle = 1e-3, 0, False, 0
         bounds = self.coordinates.bounds
         for _ in range(steps):
             before = now.cost
-            held = replace(now.normal, matrix=now.normal.matrix + HOLD * np.eye(len(now.theta)))
-            solved = gauss_newton(held, now.theta, radius, bounds)
+            stiff = now.normal.matrix + HOLD * np.eye(len(now.theta))
+            held = replace(now.normal, matrix=stiff + damping * np.diag(np.diag(stiff)))
+            solved = gauss_newton(held, now.theta, LONGEST, bounds)
             if solved is None:
                 break
             step = solved.move
@@ -142,12 +143,12 @@ class NoiseAware:
             small = bool(np.max(np.abs(step) / self._sigmas(now)) < SETTLED)
             if trial is not None and trial.cost < now.cost + 1.0:
                 settled = small and now.cost - trial.cost < 1.0
-                now, radius, failures = trial, min(2 * radius, LONGEST), 0
+                now, damping, failures = trial, max(damping / 5, 1e-9), 0
             elif failures == 0:
                 now = self.along(now.theta, now.paths, RELAXED) or now
-                radius, failures = float(np.max(np.abs(step))) / 2, 1
+                damping, failures = max(5 * damping, 1e-3), 1
             else:
-                radius, failures = float(np.max(np.abs(step))) / 4, failures + 1
+                damping, failures = max(20 * damping, 1e-3), failures + 1
                 settled = (small and self.dense) or failures > MOST_FAILURES
             idle = idle + 1 if before - now.cost < self.worth else 0
             if settled or idle > 1 or (vain is not None and vain(now)):

@@ -180,7 +180,8 @@ class Problem:
             return None
         resets = np.full((len(segment.t), len(self.kernel.states)), np.nan)
         at = anchors(segment, window)
-        resets[at, 0], resets[at, 1] = segment.motion.x[at], segment.motion.crept[at]
+        m = segment.motion
+        resets[at, 0], resets[at, 1] = m.x[at], np.where(m.crept[at] == 0.0, 0.0, m.v[at])
         return resets
 
 
