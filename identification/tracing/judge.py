@@ -93,4 +93,6 @@ def _min_gain(base: Model, estimate: Estimate) -> float:
     """The gain from which an effect counts, on the grids of an estimate of the base model."""
     if not base.data.imposed:
         return settings.MIN_GAIN
+    if estimate.loss < settings.COMPLETE_LOSS:
+        return float("inf")  # what a model gains below that, it gains from the allowance for blurred break-aways
     return settings.MIN_GAIN + settings.IMPOSED_SHARE * estimate.samples * max(estimate.loss - 1, 0.0)

@@ -120,8 +120,8 @@ class NoiseAware:
         return self._estimate(theta, tuple(f[0] for f in found), tuple(f[1] for f in found))
 
     def descend(self, now: Estimate, steps: int, vain: Callable[[Estimate], bool] | None = None) -> Estimate:
-        """Gauss-Newton steps in a trust region, with damping that adapts; a step that raises the cost is taken back. vain : whether it is, to
-        go on from an estimate.
+        """Gauss-Newton steps in a trust region, with damping that adapts; a step that raises the cost is taken back.
+        vain : whether it is, to go on from an estimate.
 
         A step moves parameters and paths together to first order, and where something breaks away that is not enough:
         the cost rises by thousands until the paths have come to rest at the new parameters. So only then it is judged;

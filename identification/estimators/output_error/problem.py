@@ -181,17 +181,23 @@ class Problem:
         resets = np.full((len(segment.t), len(self.kernel.states)), np.nan)
         at = anchors(segment, window)
         m = segment.motion
-        resets[at, 0], resets[at, 1] = m.x[at], np.where(m.crept[at] == 0.0, 0.0, m.v[at])
+        resets[at, 0], resets[at, 1] = m.x[at], np.where((m.crept[at] == 0.0) & (window >= SHORT), 0.0, m.v[at])
         return resets
+
+
+SHORT = 0.05
+"""Window [s] below which a free run is set back at even times: it holds no rest, and no slip."""
 
 
 def anchors(segment: Segment, window: float) -> IndexArray:
     """The samples, one in every window [s], at which a free run is set back to the data: in the middle of the rest in
     that window, or where nothing rests at the least acceleration. There the smoothed motion is exact, and a set-back in
-    the middle of a slip would start it at another speed.
+    the middle of a slip would start it at another speed. A window below `SHORT` follows the data wherever it begins.
     """
     m, dt = segment.motion, max(window, segment.dt)
     edges = np.unique(np.searchsorted(segment.t, np.arange(0.0, segment.t[-1] + dt, dt)))
+    if window < SHORT:
+        return edges[:-1]
     chosen = []
     for first, last in itertools.pairwise(edges):
         rest = np.flatnonzero(m.crept[first:last] == 0.0)
