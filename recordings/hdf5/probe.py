@@ -2,7 +2,8 @@
 
 The HDF5 library crashes the interpreter, never returns, or takes gigabytes of memory on some damaged files (one in
 six hundred random damages did when this was written, and its issue 1707 is one case). No exception can catch that, so
-what a file declares is read in a forked child before it is read here. That costs a few milliseconds.
+what a file declares is read in a forked child before it is read here. That costs a few milliseconds. scipy's reader of
+MATLAB files crashes as well.
 """
 
 from __future__ import annotations
@@ -17,19 +18,23 @@ from pathlib import Path
 
 from recordings.errors import BadInput
 
-_PATIENCE_S = 2
-_MOST_KILOBYTES = 1 << 19
+_PATIENCE_S, _PATIENCE_S_PER_MB = 2, 0.1
+_MOST_KILOBYTES, _EXPANSION = 1 << 19, 16
+"""Processor time and memory that a reading may take, and so much more for every megabyte, and kilobyte, of the file."""
 
 
-def probe(path: Path, reading: Callable[[], object]) -> None:
+def probe(path: Path, reading: Callable[[], object], library: str = "the HDF5 library") -> None:
     """Run a reading of the file in a child process, and return when it has ended, in whatever way.
+
+    library : what reads, for the message.
 
     Exceptions in the child are ignored: they will come again, and then with words.
 
     Raises
     ------
     BadInput
-        The child crashed, or used more than a few seconds of processor time or half a gigabyte.
+        The child crashed, or used more than a few seconds of processor time or half a gigabyte, and what the size of
+        the file allows.
     """
     with warnings.catch_warnings():
         # A child of a process with threads may find a lock held; h5py releases its own, and nothing else is used there.
@@ -39,10 +44,10 @@ def probe(path: Path, reading: Callable[[], object]) -> None:
         except OSError:  # no memory or no process left for a child: most files are not damaged
             return
     if child == 0:
-        _read_and_exit(reading)
+        _read_and_exit(reading, path.stat().st_size if path.is_file() else 0)
     _, status = os.waitpid(child, 0)
     if status:
-        found = f"it is damaged so badly that the HDF5 library {_end(status)} on it"
+        found = f"it is damaged so badly that {library} {_end(status)} on it"
         raise BadInput(str(path), found, "copy it again from its origin")
 
 
@@ -53,15 +58,16 @@ def _end(status: int) -> str:
     return "never comes to an end" if os.WTERMSIG(status) in slow else "crashes"
 
 
-def _read_and_exit(reading: Callable[[], object]) -> None:
+def _read_and_exit(reading: Callable[[], object], size: int) -> None:
+    patience = _PATIENCE_S + int(_PATIENCE_S_PER_MB * size / 1e6)
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     try:
         faulthandler.disable()
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-        resource.setrlimit(resource.RLIMIT_CPU, (_PATIENCE_S, _PATIENCE_S + 1))
+        resource.setrlimit(resource.RLIMIT_CPU, (patience, patience + 1))
         signal.signal(signal.SIGALRM, signal.SIG_DFL)
-        signal.alarm(10 * _PATIENCE_S)
+        signal.alarm(10 * patience)
         reading()
     finally:
         grown = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
-        os._exit(int(grown > _MOST_KILOBYTES))
+        os._exit(int(grown > _MOST_KILOBYTES + _EXPANSION * size // 1024))

@@ -127,6 +127,22 @@ def test_damaged_matlab_files_make_a_recording_or_bad_input(
     assert isinstance(result, BadInput) or len(result) >= 2
 
 
+def test_files_on_which_scipy_crashes_are_bad_input(tmp_path: Path) -> None:
+    """About one in forty of these random damages ends scipy's reader with a segmentation fault."""
+    savemat(tmp_path / "whole.mat", {name: VECTORS[name] for name in ("t", "x", "u", "gain")})
+    whole, rng, crashed = (tmp_path / "whole.mat").read_bytes(), np.random.default_rng(0), 0
+    path = tmp_path / "damaged.mat"
+    for _ in range(200):
+        data = bytearray(whole)
+        for place in rng.integers(len(data), size=rng.integers(1, 10)):
+            data[place] = rng.integers(256)
+        path.write_bytes(data)
+        result = outcome(lambda: import_file(path, mapping_of(BY_NAME, "options")).recording)
+        assert isinstance(result, BadInput) or len(result) >= 2
+        crashed += "scipy crashes on it; copy it again" in str(result)
+    assert crashed
+
+
 def test_the_pulses_file_of_emps_has_one_signal_more(tmp_path: Path) -> None:
     volts = F / 35.15065188
     content = {"t": T, "qm": X, "qg": X, "vir": volts, "gtau": 35.15065188, "kp": 160.18, "kv": 243.45}

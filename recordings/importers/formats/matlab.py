@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -37,8 +38,10 @@ def read_mat(path: Path, variable: str | None = None) -> ForeignTable:
     """
     from scipy.io import loadmat
 
+    reading = functools.partial(loadmat, path, squeeze_me=True, struct_as_record=False, chars_as_strings=True)
+    probe(path, reading, "scipy")
     try:
-        content = loadmat(path, squeeze_me=True, struct_as_record=False, chars_as_strings=True)
+        content = reading()
     except Exception as error:  # scipy raises whatever a damaged byte leads to
         found = f"it cannot be read as a MATLAB file ({' '.join(str(error).split())[:120]})"
         raise BadInput(str(path), found, "copy it again from its origin, or save it as CSV") from error
