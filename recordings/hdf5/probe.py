@@ -36,6 +36,10 @@ def probe(path: Path, reading: Callable[[], object], library: str = "the HDF5 li
         The child crashed, or used more than a few seconds of processor time or half a gigabyte, and what the size of
         the file allows.
     """
+    try:
+        size = path.stat().st_size
+    except (OSError, ValueError):  # the reading will say so, with words
+        size = 0
     with warnings.catch_warnings():
         # A child of a process with threads may find a lock held; h5py releases its own, and nothing else is used there.
         warnings.simplefilter("ignore", DeprecationWarning)
@@ -44,7 +48,7 @@ def probe(path: Path, reading: Callable[[], object], library: str = "the HDF5 li
         except OSError:  # no memory or no process left for a child: most files are not damaged
             return
     if child == 0:
-        _read_and_exit(reading, path.stat().st_size if path.is_file() else 0)
+        _read_and_exit(reading, size)
     _, status = os.waitpid(child, 0)
     if status:
         found = f"it is damaged so badly that {library} {_end(status)} on it"
