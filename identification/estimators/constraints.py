@@ -42,9 +42,11 @@ class Constraint:
             if found is None:
                 raise ValueError
             over, sign, factor, other = found.groups()
-            if other[0].isalpha():
-                return cls(over, float(factor or 1.0), other, sign == "<=")
-            return cls(over, float(factor or 1.0) * float(other), "", sign == "<=")
+            under = other if other[0].isalpha() else ""
+            number = float(factor or 1.0) * (1.0 if under else float(other))
+            if not np.isfinite(number):
+                raise ValueError
+            return cls(over, number, under, sign == "<=")
         except ValueError:
             raise BadParameter("constraints", text, "it is no constraint", REMEDY) from None
 
@@ -74,7 +76,8 @@ def rows_of(
             if name in number:
                 row[number[name]] += side * (1.0 if logarithmic else scale[i] * (one.factor if side < 0 else 1.0))
             else:
-                end -= side * (float(np.log(base[i])) if logarithmic else base[i] * (one.factor if side < 0 else 1.0))
+                with np.errstate(divide="ignore"):  # what is held at zero makes an end that no value reaches
+                    end -= side * float(np.log(base[i]) if logarithmic else base[i] * (one.factor if side < 0 else 1.0))
         end += float(np.log(one.factor)) if logarithmic else (0.0 if one.under else one.factor)
         rows.append(sign * row)
         ends.append(sign * end)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from scipy.optimize import linprog
 
 from identification.data.experiment import Experiment
 from identification.estimators.coordinates import Coordinates, parameters
@@ -39,6 +40,18 @@ def check_priors(priors: Mapping[str, tuple[float, float]], valve: Kernel) -> No
             raise BadParameter("priors", name, f"no valve has {mean:g}", f"it is {known[name].bounds}")
         if not 0 < std < np.inf:
             raise BadParameter("priors", name, f"{std:g} is no standard deviation", "give a positive number")
+
+
+def check_constraints(texts: Sequence[str], coordinates: Coordinates) -> None:
+    """Raise BadParameter for constraints that no values keep, those that are held among them."""
+    limits = coordinates.bounds
+    if not len(limits.least):
+        return
+    ends = list(zip(limits.lower, limits.upper, strict=True))
+    finite = np.isfinite(limits.least).all()
+    if not finite or not linprog(np.zeros(coordinates.n_free), -limits.rows, -limits.least, bounds=ends).success:
+        remedy = "loosen one of them, or what is given"
+        raise BadParameter("constraints", ", ".join(texts), "no values keep them", remedy)
 
 
 def obstacle(experiments: Sequence[Experiment], coordinates: Coordinates, force: Array) -> Outcome | None:

@@ -9,10 +9,10 @@ from typing import Literal
 import numpy as np
 
 from identification.data.experiment import Experiment
-from identification.data.grid import with_smooth_force
+from identification.data.grid import grids, with_smooth_force
 from identification.estimators.constraints import checked
 from identification.estimators.coordinates import Coordinates
-from identification.estimators.feasibility import check_given, check_priors, obstacle
+from identification.estimators.feasibility import check_constraints, check_given, check_priors, obstacle
 from identification.estimators.fitted import Fit, Outcome
 from identification.estimators.imposed_motion.fit import fit_imposed_motion
 from identification.estimators.noise_aware.fit import fit_noise_aware, force_noise_matters
@@ -20,7 +20,7 @@ from identification.estimators.order import Order, order_of, swing
 from identification.estimators.output_error.damped import fit_damped
 from identification.estimators.output_error.fit import fit_output_error, integrates
 from identification.estimators.output_error.homotopy import chunked
-from identification.estimators.output_error.starting_values import starting_values
+from identification.estimators.output_error.starting_values import StartingPoint, starting_values
 from recordings import BadInput, BadParameter, Progress, silent
 from simulator import BASE, CATALOGUE, Catalogue, Effect, Kernel, kernel
 
@@ -90,45 +90,51 @@ def fit(
     force = np.concatenate([s.u for e in experiments for s in e.segments])
     coordinates = Coordinates.of(valve, given, float(np.std(force)) or 1.0, priors)
     coordinates = replace(coordinates, constraints=checked(constraints, coordinates.names, coordinates.logs))
+    check_constraints(constraints, coordinates)
     hindered = obstacle(experiments, coordinates, force)
     if hindered is not None:
         return Fit(hindered, valve, coordinates)
     if valve.causality == "motion":
         return fit_imposed_motion(valve, coordinates, experiments, progress)
-    noisy = _noise_aware(estimator, coordinates, experiments)
-    if estimator == "auto" and order != "full" and not integrates(coordinates):
-        found = _of_lower_order(valve, coordinates, experiments, order, noisy, progress)
-        if found is not None:
-            return found
-    return (fit_noise_aware if noisy else fit_output_error)(valve, coordinates, experiments, progress)
+    return _force_driven(valve, coordinates, experiments, estimator, order, progress)
 
 
-def _of_lower_order(
+def _force_driven(
     valve: Kernel,
     coordinates: Coordinates,
     experiments: Sequence[Experiment],
+    estimator: Estimator,
     order: Order | Literal["auto"],
-    noisy: bool,
     progress: Progress,
-) -> Fit | None:
-    """A fit of damped or static order. None where it is left to the recordings and they resolve the bristle, or show
-    too little of the loop of force over position to start from.
-    """
-    smooth = with_smooth_force(experiments) if noisy or order != "auto" else None
-    chosen = _order(valve, coordinates, smooth or experiments, noisy) if order == "auto" else order
-    if chosen == "full":
-        return None
-    found = fit_damped(valve, coordinates, smooth or with_smooth_force(experiments), chosen, progress)
-    return None if order == "auto" and found.outcome is Outcome.TOO_SHORT else found
-
-
-def _order(valve: Kernel, coordinates: Coordinates, experiments: Sequence[Experiment], noisy: bool) -> Order:
-    """The order by the stiffest bristle and lightest mass that starting values from the recordings have."""
-    starts = [start.theta for start in starting_values(chunked(experiments) or experiments, valve, coordinates)]
+) -> Fit:
+    """The fit of a valve that the recorded force drives, by the order and the estimator that suit it."""
+    noisy = _noise_aware(estimator, coordinates, experiments)
+    segment_grids = grids(experiments) if noisy else []
+    driven = with_smooth_force(experiments, segment_grids) if noisy else experiments
+    told = order != "auto"
+    if estimator != "auto" or integrates(coordinates):
+        told, order = True, "full"
+    progress("starting values", 0, 0)
+    ranked = (
+        [] if told and (noisy or order != "full") else starting_values(chunked(driven) or driven, valve, coordinates)
+    )
     spacing = max(s.dt for e in experiments for s in e.segments)
-    if not starts:
+    chosen: Order = _order(coordinates, ranked, spacing, noisy) if order == "auto" else order
+    if chosen != "full":
+        smooth = driven if noisy else with_smooth_force(experiments)
+        found = fit_damped(valve, coordinates, smooth, chosen, progress)
+        if told or found.outcome is not Outcome.TOO_SHORT:  # for the loop of force over position
+            return found
+    if noisy:
+        return fit_noise_aware(valve, coordinates, experiments, segment_grids, progress)
+    return fit_output_error(valve, coordinates, experiments, ranked, progress)
+
+
+def _order(coordinates: Coordinates, ranked: Sequence[StartingPoint], spacing: float, noisy: bool) -> Order:
+    """The order by the stiffest bristle and lightest mass that starting values from the recordings have."""
+    if not ranked:
         return "full"
-    quickest = max((coordinates.values(theta) for theta in starts), key=swing)
+    quickest = max((coordinates.values(start.theta) for start in ranked), key=swing)
     return order_of(quickest, spacing, noisy=noisy)
 
 

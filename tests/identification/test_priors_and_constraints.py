@@ -63,6 +63,24 @@ def test_what_is_no_constraint_is_refused(recording, constraint, why):
         fit([experiment(recording)], constraints=[constraint])
 
 
+@pytest.mark.parametrize(
+    ("given", "constraints"),
+    [
+        ({}, ["mass.m>=5", "mass.m<=1"]),
+        ({"mass.m": 2.0}, ["mass.m>=5"]),
+        ({"spring.K": 0.0}, ["spring.K>=2*lugre.sigma0"]),
+    ],
+)
+def test_what_no_values_keep_is_refused(recording, given, constraints):
+    with pytest.raises(BadParameter, match="no values keep them"):
+        fit([experiment(recording)], given=given, constraints=constraints)
+
+
+def test_an_end_beyond_all_numbers_is_refused(recording):
+    with pytest.raises(BadParameter, match="it is no constraint"):
+        fit([experiment(recording)], constraints=["mass.m>=1e999"])
+
+
 @pytest.mark.parametrize(("name", "pair"), [("mass.x", (1.0, 1.0)), ("mass.m", (-1.0, 1.0)), ("mass.m", (2.0, 0.0))])
 def test_what_is_no_prior_is_refused(recording, name, pair):
     with pytest.raises(BadParameter, match="priors"):
