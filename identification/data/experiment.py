@@ -168,6 +168,17 @@ def redrawn(e: Experiment, rng: np.random.Generator) -> Experiment:
     return _smoothed_anew(e, [s.y + rng.normal(0.0, e.noise_position, len(s.y)) for s in e.segments], 1.0)
 
 
+def noisy(
+    e: Experiment, s: Segment, x: Array, rng: np.random.Generator, *, size: float = 1.0, force: bool = True
+) -> Segment:
+    """A segment s with positions x (n_samples,) [m] instead of its own, and new noise in them, `size` times that of the
+    experiment, and in its force unless that is exact. Smoothed anew.
+    """
+    y = x + rng.normal(0.0, size * e.noise_position, len(x))
+    u = s.u + rng.normal(0.0, e.noise_force, len(x)) if force else s.u
+    return replace(s, y=y, u=u, motion=smooth(s.t, y, e.noise_position))
+
+
 def blurred(e: Experiment) -> Experiment:
     """The same experiment smoothed over twice the time."""
     return _smoothed_anew(e, [s.y for s in e.segments], 2.0)

@@ -63,6 +63,15 @@ class Coordinates:
         return tuple(name for name, free in zip(self.names, self.free, strict=True) if free)
 
     @property
+    def defaults(self) -> dict[str, float]:
+        """Values of the parameters by full name before any fit: those that are held, and the scales of the others."""
+        return dict(zip(self.names, self.base.tolist(), strict=True))
+
+    def held(self, name: str) -> float | None:
+        """The value at which a parameter is held; None where it is free, or there is none of this name."""
+        return None if self.is_free(name) else self.defaults.get(name)
+
+    @property
     def n_free(self) -> int:
         """Number of free parameters."""
         return int(self.free.sum())

@@ -51,8 +51,7 @@ class Fit:
     problem, minimum : the free runs that were fitted and where that ended, None where nothing could be; rms :
     normalised root mean square residual (of the innovations where the force is estimated), 1 at the noise floor;
     estimate : force, motion and parameters as estimated together, where the fit is noise-aware, and noise_aware : what
-    estimated them; replicates : of a fit
-    of damped order; order : what of the model the sampling resolves.
+    estimated them; replicates : of a fit of damped order; order : what of the model the sampling resolves.
     """
 
     outcome: Outcome
@@ -75,7 +74,7 @@ class Fit:
     def p(self) -> Array:
         """The parameters (n_parameters,) in the order of the kernel, SI units."""
         assert self.minimum is not None
-        return self.coordinates.p(self.minimum.unknowns[: int(self.coordinates.free.sum())])
+        return self.coordinates.p(self.minimum.unknowns[: self.coordinates.n_free])
 
     @property
     def values(self) -> dict[str, float]:

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 import casadi as ca
 import numpy as np
 
-from recordings import Array, IndexArray
+from recordings import Array
 
 REGULAR = 1e-10
 """Added to the diagonal of a whitened Gauss-Newton matrix, which may be singular."""
@@ -87,17 +87,12 @@ class FeasibleSet:
         inside = np.clip(theta, self.lower, self.upper)
         if not len(self.least) or (self.rows @ inside >= self.least - 1e-9).all():
             return inside
-        free = FeasibleSet(self.lower - inside, self.upper - inside, self.rows, self.least - self.rows @ inside)
         n = len(theta)
         found = _program(n, len(self.least))(
-            h=np.eye(n), g=np.zeros(n), lbx=free.lower, ubx=free.upper, a=self.rows, lba=free.least
-        )
+            h=np.eye(n), g=np.zeros(n), lbx=self.lower - inside, ubx=self.upper - inside,
+            a=self.rows, lba=self.least - self.rows @ inside,
+        )  # fmt: skip
         return np.asarray(inside + np.asarray(found["x"]).ravel(), float)
-
-    def of(self, chosen: IndexArray) -> FeasibleSet:
-        """The bounds of the chosen unknowns (indices)."""
-        rows = self.rows.reshape(-1, len(self.lower))[:, chosen]
-        return FeasibleSet(self.lower[chosen], self.upper[chosen], rows, self.least)
 
     def padded(self, n: int) -> FeasibleSet:
         """The same with unknowns behind that are free, n in all."""

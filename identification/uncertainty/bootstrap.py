@@ -10,17 +10,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import norm
-from scipy.stats import t as student
 
-from identification.data.experiment import Experiment, Segment
+from identification.data.experiment import Experiment, Segment, noisy
 from identification.data.grid import grids
-from identification.data.smoothing import smooth
 from identification.estimators.fit import fit
 from identification.estimators.fitted import Fit
 from identification.estimators.noise_aware.fit import noise_aware_for
 from identification.estimators.output_error.replicates import replicates
-from identification.uncertainty.covariance import Uncertainty, status_and_note
+from identification.uncertainty.covariance import Uncertainty, status_and_note, widened_rms
 from recordings import Array, BadParameter, NegativeAnswer, Progress, silent
 
 REFITTED = 15
@@ -87,9 +84,7 @@ def with_bootstrap(found: Fit, known: Uncertainty, scatter: Bootstrap) -> Uncert
     widened by Student's t for the number of trials.
     """
     off = scatter.values - np.array([found.values[n] for n in scatter.names])
-    n = len(off)
-    widening = float(student.ppf(0.95, n) / norm.ppf(0.95))
-    std = dict(zip(scatter.names, (widening * np.sqrt(np.mean(off**2, axis=0))).tolist(), strict=True))
+    std = dict(zip(scatter.names, widened_rms(off).tolist(), strict=True))
     status, note = status_and_note(found, known.names, std, known.correlation, proven=True)
     return replace(known, std=std, status=status, note=note)
 
@@ -106,21 +101,18 @@ def replicate(found: Fit, rng: np.random.Generator, size: float = 1.0) -> list[E
         for s in e.segments:
             response = next(answers)
             predicted = s.y if response is None else response.predicted
-            segments.append(_noisy(found, e, s, predicted, size, rng))
+            segments.append(_redrawn(found, e, s, predicted, size, rng))
         replicates.append(e.with_segments(tuple(segments)))
     return replicates
 
 
-def _noisy(
+def _redrawn(
     found: Fit, e: Experiment, s: Segment, predicted: Array, size: float, rng: np.random.Generator
 ) -> Segment:  # fmt: skip
     """A segment with a predicted output and noise on what carries noise in this fit."""
-    n = len(s.t)
     if e.causality == "motion":
-        return replace(s, u=predicted + rng.normal(0.0, size * e.noise_force, n))
-    y = predicted + rng.normal(0.0, size * e.noise_position, n)
-    u = s.u if found.estimate is None else s.u + rng.normal(0.0, e.noise_force, n)
-    return replace(s, y=y, u=u, motion=smooth(s.t, y, e.noise_position))
+        return replace(s, u=predicted + rng.normal(0.0, size * e.noise_force, len(predicted)))
+    return noisy(e, s, predicted, rng, size=size, force=found.estimate is not None)
 
 
 def _refitted(found: Fit, experiments: list[Experiment]) -> Array | None:

@@ -94,7 +94,7 @@ def uncertainty_of(fit: Fit) -> Uncertainty:
     if slow:
         spread = spread * (SLOW_FACTOR_EXACT if fit.estimate is None else SLOW_FACTOR)
     if fit.replicates is not None:
-        spread = WIDER_DAMPED * np.sqrt(spread**2 + _of_replicates(fit.replicates.moves))
+        spread = WIDER_DAMPED * np.sqrt(spread**2 + widened_rms(fit.replicates.moves) ** 2)
     slope = fit.coordinates.slope(fit.p)
     diagonal = np.sqrt(np.diag(classic)[:n])
     correlation = classic[:n, :n] / np.outer(diagonal, diagonal)
@@ -114,12 +114,12 @@ def uncertainty_of(fit: Fit) -> Uncertainty:
     )
 
 
-def _of_replicates(moves: Array) -> Array:
-    """Variances (n_free,) of the coordinates by the moves (n_trials, n_free) on replicates, bias included, widened by
-    Student's t for the number of trials.
+def widened_rms(off: Array) -> Array:
+    """Root mean squares (n,) of the errors of some trials (n_trials, n), bias included, widened by Student's t for the
+    number of trials.
     """
-    trials = len(moves)
-    return np.asarray((student.ppf(0.95, trials) / norm.ppf(0.95)) ** 2 * np.mean(moves**2, axis=0), float)
+    trials = len(off)
+    return np.asarray(float(student.ppf(0.95, trials) / norm.ppf(0.95)) * np.sqrt(np.mean(off**2, axis=0)), float)
 
 
 def _covariances(problem: Problem, unknowns: Array, setting: ResidualForm, rms: float) -> tuple[Array, Array, Array]:

@@ -80,8 +80,7 @@ def profile(fit: Fit, known: Uncertainty, name: str, points: int = 7, reach: flo
 
 
 def _value(fit: Fit, name: str, unknowns: Array) -> float:
-    c = fit.coordinates
-    return float(c.p(unknowns[: int(c.free.sum())])[c.names.index(name)])
+    return fit.coordinates.values(unknowns[: fit.coordinates.n_free])[name]
 
 
 @dataclass(frozen=True)
@@ -112,10 +111,8 @@ class Valley:
         along = -np.linalg.lstsq(self.matrix[np.ix_(others, others)], self.matrix[others, place], rcond=None)[0]
         moved = self.unknowns + (theta - self.unknowns[place]) * np.insert(along, place, 1.0)
         c = self.fit.coordinates
-        index = int(np.flatnonzero(c.free)[place])
-        base, free = c.base.copy(), c.free.copy()
-        base[index], free[index] = c.p(moved[: c.n_free])[index], False
-        held = replace(c, base=base, free=free)
+        name = c.free_names[place]
+        held = c.holding({name: c.values(moved[: c.n_free])[name]})
         if self.estimate is not None:
             return self._noise_aware(held, place, theta, moved[others])
         assert self.fit.problem is not None

@@ -68,7 +68,7 @@ def run(
 
     honest : they are judged by a filter without `noise.curvature`.
     """
-    (n, s), m = path.shape, int(coordinates.free.sum())
+    (n, s), m = path.shape, coordinates.n_free
     given = {
         "t": grid.t, "inputs": kernel.known_inputs(grid.t, grid.force.u, p), "p": p, "slope": coordinates.slope(p),
         "path": path, "y": grid.y, "force": grid.u, "first": noise.first, "base": noise.base,

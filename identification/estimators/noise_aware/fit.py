@@ -48,10 +48,10 @@ def noise_aware_for(
 
 
 def fit_noise_aware(
-    valve: Kernel, coordinates: Coordinates, experiments: Sequence[Experiment], progress: Progress = silent
-) -> Fit:
-    """Fit a valve whose recorded force is noisy, without starting values."""
-    segment_grids = grids(experiments)
+    valve: Kernel, coordinates: Coordinates, experiments: Sequence[Experiment], segment_grids: Sequence[Grid],
+    progress: Progress = silent,
+) -> Fit:  # fmt: skip
+    """Fit a valve whose recorded force is noisy, without starting values; segment_grids : of the experiments."""
     smooth = with_smooth_force(experiments, segment_grids)
     progress("starting values", 0, 0)
     starts = smoothed_starts(valve, coordinates, smooth)

@@ -19,7 +19,7 @@ from identification.data.chunks import to_the_ends
 from identification.data.experiment import Experiment, Segment
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.fitted import Fit, Outcome, fit_of_windows
-from identification.estimators.least_squares import Solution, minimise
+from identification.estimators.least_squares import Solution, cauchy, minimise
 from identification.estimators.order import Order, at_rest, sub_step
 from identification.estimators.output_error.force_position_loop import ForcePositionLoop, force_position_loop
 from identification.estimators.output_error.homotopy import Minimum
@@ -80,8 +80,7 @@ def fit_damped(
     """
     model = kernel(valve.effects, "force", valve.catalogue, damped=True)
     progress("starting values", 0, 0)
-    held = None if coordinates.is_free("spring.K") else coordinates.values(np.zeros(coordinates.n_free))["spring.K"]
-    loop = force_position_loop(smooth, held)
+    loop = force_position_loop(smooth, coordinates.held("spring.K"))
     if loop is None:
         return Fit(Outcome.TOO_SHORT, model, coordinates)
     if order == "static":
@@ -150,8 +149,7 @@ class Search:
 
     def changed(self, best: Solution) -> Solution:
         """The end, or a better one from one of the likeliest changes of it."""
-        values = self._values(best)
-        return self._improved(best, [*_changes(values), *_trades(values)], CHANGED)
+        return self._improved(best, _changes(self._values(best)), CHANGED)
 
     def _improved(self, best: Solution, changes: Sequence[Mapping[str, float]], most: int) -> Solution:
         """The end, or a better one from the likeliest of some changes of it, at most so many."""
@@ -176,7 +174,7 @@ class Search:
 
     def _starts(self) -> list[Array]:
         """Starting values: what the loop tells, and evenly spread what it does not (Sobol's sequence)."""
-        default = dict(zip(self.coordinates.names, self.coordinates.base.tolist(), strict=True))
+        default = self.coordinates.defaults
         told = {"spring.K": max(self.loop.K, 1.0), "spring.F0": self.loop.F0}
         ends = np.log(np.array(list(RANGES.values())))
         places = qmc.Sobol(len(RANGES), scramble=False).random(STARTS)
@@ -190,12 +188,11 @@ class Search:
         return found
 
     def _cost(self, theta: Array) -> float:
-        form = self.form(SCREEN)
-        responses = self.problem.responses(self.problem.start(theta), form)
+        responses = self.problem.responses(self.problem.start(theta), self.form(SCREEN))
         if any(r is None for r in responses):
             return float("inf")
         r = np.concatenate([self.problem.residual(i, one) for i, one in enumerate(responses) if one is not None])
-        return float(np.sum(np.log1p((r / SCREEN) ** 2)))
+        return float(cauchy(r, SCREEN).sum())
 
     def _staged(self, problem: Problem, theta: Array, tunings: Sequence[float], finer: int = 2) -> Solution | None:
         """The end of stages with ever narrower losses, the last one in finer sub-steps."""

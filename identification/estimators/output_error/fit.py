@@ -12,7 +12,7 @@ from identification.estimators.fitted import Fit, Outcome, fit_of_free_runs
 from identification.estimators.noise_aware.fit import start_of_free_runs
 from identification.estimators.output_error.basin_search import basin_search
 from identification.estimators.output_error.homotopy import Homotopy, Minimum
-from identification.estimators.output_error.starting_values import StartingPoint, starting_values
+from identification.estimators.output_error.starting_values import StartingPoint
 from recordings import Array, Progress, silent
 from simulator import Kernel
 
@@ -31,13 +31,12 @@ so that its free run says more about the model's smallest flaw than about its pa
 
 
 def fit_output_error(
-    valve: Kernel, coordinates: Coordinates, experiments: Sequence[Experiment], progress: Progress = silent
-) -> Fit:
-    """Fit a valve whose recorded force is exact, without starting values."""
+    valve: Kernel, coordinates: Coordinates, experiments: Sequence[Experiment], ranked: Sequence[StartingPoint],
+    progress: Progress = silent,
+) -> Fit:  # fmt: skip
+    """Fit a valve whose recorded force is exact, from starting values, best first."""
     window = INTEGRATING_WINDOW if integrates(coordinates) else np.inf
     homotopy = Homotopy(valve, coordinates, experiments, window)
-    progress("starting values", 0, 0)
-    ranked = starting_values(homotopy.early.experiments, valve, coordinates)
     best = _best_minimum(homotopy, ranked, progress)
     progress("fit to whole recordings", 0, 0)
     found = fit_of_free_runs(valve, coordinates, homotopy.full, _polished(homotopy, best))
@@ -52,8 +51,7 @@ def fit_output_error(
 
 def integrates(coordinates: Coordinates) -> bool:
     """Whether the plant has no spring, so that its position is an integral."""
-    held = dict(zip(coordinates.names, coordinates.base, strict=True)).get("spring.K") == 0.0
-    return held and not coordinates.is_free("spring.K")
+    return coordinates.held("spring.K") == 0.0
 
 
 def _best_minimum(homotopy: Homotopy, ranked: Sequence[StartingPoint], progress: Progress) -> Minimum | None:

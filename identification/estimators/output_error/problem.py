@@ -65,7 +65,7 @@ class Problem:
         offset = 2 if kernel.causality == "force" else 0
         memory = [i + offset for i, m in enumerate(kernel.layout.memory) if m.free]
         self.local = [*range(offset), *memory]
-        self.n_free = int(coordinates.free.sum())
+        self.n_free = coordinates.n_free
 
     @property
     def n_local(self) -> int:

@@ -10,14 +10,14 @@ International Economic Review 40(2), 1999).
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from identification.data.experiment import Experiment, Segment
+from identification.data.experiment import Experiment, Segment, noisy
 from identification.data.grid import with_smooth_force
-from identification.data.smoothing import Motion, smooth
+from identification.data.smoothing import Motion
 from identification.estimators.least_squares import Normal, minimise
 from identification.estimators.order import swing
 from identification.estimators.output_error.problem import Problem, ResidualForm
@@ -103,12 +103,6 @@ def _drawn(experiments: tuple[Experiment, ...], predicted: list[Array], rng: np.
     """The experiments with predicted positions (n_samples,) of each segment and new noise, the force smoothed anew."""
     rest, found = iter(predicted), []
     for e in experiments:
-        segments = tuple(_noisy(e, s, next(rest), rng) for s in e.segments)
+        segments = tuple(noisy(e, s, next(rest), rng) for s in e.segments)
         found.append(e.with_segments(segments))
     return with_smooth_force(found)
-
-
-def _noisy(e: Experiment, s: Segment, x: Array, rng: np.random.Generator) -> Segment:
-    y = x + rng.normal(0.0, e.noise_position, len(x))
-    u = s.u + rng.normal(0.0, e.noise_force, len(x))
-    return replace(s, y=y, u=u, motion=smooth(s.t, y, e.noise_position))

@@ -42,13 +42,12 @@ def starting_values(experiments: Sequence[Experiment], valve: Kernel, coordinate
     """Starting values for a fit, best first. Empty when nothing moves. Effects that have no part in the force of an
     imposed motion start from what they are by default.
     """
-    rough = regression(experiments, _held(coordinates, "spring.K"))
+    rough = regression(experiments, coordinates.held("spring.K"))
     if rough is None:
         return []
     effects = [effect for effect in valve.effects if shows_imposed(valve.catalogue[effect])]
     inverse = kernel(effects, "motion", valve.catalogue)
     own = coordinates.part(inverse.parameters)
-    default = dict(zip(coordinates.names, coordinates.base.tolist(), strict=True))
     driven = [imposed(e) for e in experiments]
     force_std = float(np.std(np.concatenate([s.u for e in driven for s in e.segments]))) or 1.0
     problem = Problem(inverse, own, [replace(e, noise_force=FORCE_ERROR * force_std) for e in driven])
@@ -59,16 +58,9 @@ def starting_values(experiments: Sequence[Experiment], valve: Kernel, coordinate
             first = own.theta(_assembled(own, rough, stiffness, stribeck, force_std))
             end = _fitted(problem, first, prior)
             if end is not None:
-                values = default | own.values(end.theta[: len(first)])
+                values = coordinates.defaults | own.values(end.theta[: len(first)])
                 found.append(StartingPoint(coordinates.theta_of(values), end.normal.cost))
     return sorted(found, key=lambda s: s.cost)
-
-
-def _held(coordinates: Coordinates, name: str) -> float | None:
-    """The value at which a parameter is held, None where it is free."""
-    held = dict(zip(coordinates.names, zip(coordinates.base, coordinates.free, strict=True), strict=True))
-    value, free = held.get(name, (0.0, True))
-    return None if free else float(value)
 
 
 def _fitted(problem: Problem, theta: Array, prior: Array) -> Solution | None:
@@ -125,6 +117,5 @@ def _assembled(c: Coordinates, rough: dict[str, float], stiffness: float, stribe
         "lugre.fs": 1.3 * coulomb, "lugre.vs": stribeck, "lugre.sigma0": stiffness,
         "lugre.sigma1": 0.5 * np.sqrt(stiffness * mass), "lugre.sigma2": max(rough["sigma2"], 10.0),
     }  # fmt: skip
-    default = dict(zip(c.names, c.base, strict=True))
-    free = dict(zip(c.names, c.free, strict=True))
-    return np.array([values.get(n, default[n]) if free[n] else default[n] for n in c.names])
+    known = c.defaults | {name: value for name, value in values.items() if c.is_free(name)}
+    return np.array([known[name] for name in c.names])
