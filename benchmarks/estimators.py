@@ -30,9 +30,8 @@ from identification.estimators import (
     best_on_chunks,
     grids,
     noise_aware_for,
-    on_chunks,
     on_whole_recordings,
-    smoothed_starts,
+    starts_on_smooth_force,
     with_smooth_force,
 )
 from recordings import Array
@@ -120,13 +119,12 @@ PREDICTORS: dict[str, Predictor] = {"innovations": InnovationForm(), "filter": E
 def by_prediction(predictor: Predictor, experiments: list[Experiment]) -> dict[str, float] | None:
     """Parameters by the one-step errors of a predictor; None where it diverges."""
     c, segment_grids = coordinates(experiments), grids(experiments)
-    starts = smoothed_starts(kernel(BASE), c, with_smooth_force(experiments, segment_grids))
+    starts = starts_on_smooth_force(kernel(BASE), c, with_smooth_force(experiments, segment_grids))
     if not starts:
         return None
-    whole = replace(noise_aware_for(kernel(BASE), c, segment_grids, starts), predictor=predictor)
-    chunks = on_chunks(whole)
-    best = best_on_chunks(chunks, starts)
-    end = None if best is None else on_whole_recordings(whole, chunks, best)
+    whole = replace(noise_aware_for(kernel(BASE), c, segment_grids, starts, "full"), predictor=predictor)
+    best = best_on_chunks(whole, starts)
+    end = None if best is None else on_whole_recordings(whole, best)
     return None if end is None else c.values(end.theta)
 
 

@@ -17,10 +17,10 @@ from identification.estimators.fitted import Fit, Outcome
 from identification.estimators.imposed_motion.fit import fit_imposed_motion
 from identification.estimators.noise_aware.fit import fit_noise_aware, force_noise_matters
 from identification.estimators.order import Order, order_of, swing
-from identification.estimators.output_error.damped import fit_damped
 from identification.estimators.output_error.fit import fit_output_error, integrates
 from identification.estimators.output_error.homotopy import chunked
 from identification.estimators.output_error.starting_values import StartingPoint, starting_values
+from identification.estimators.output_error.static import fit_static
 from recordings import BadInput, BadParameter, Progress, silent
 from simulator import BASE, CATALOGUE, Catalogue, Effect, Kernel, kernel
 
@@ -57,7 +57,7 @@ def fit(
         Where the effects are looked up: ``CATALOGUE.extended(MyEffect())`` for one of your own.
     order : {"auto", "full", "damped", "static"}
         What of the model the sampling resolves (`order.py`); by default the recordings say. It has no part where the
-        motion is imposed or the plant has no spring, and an `estimator` that is asked for by name is one of full order.
+        motion is imposed or the plant has no spring, and output error that is asked for by name is of full order.
     priors : mapping, optional
         What is known of parameters beforehand: mean and standard deviation by full name, SI units.
     constraints : sequence of str
@@ -112,7 +112,7 @@ def _force_driven(
     segment_grids = grids(experiments) if noisy else []
     driven = with_smooth_force(experiments, segment_grids) if noisy else experiments
     told = order != "auto"
-    if estimator != "auto" or integrates(coordinates):
+    if estimator == "output-error" or integrates(coordinates):
         told, order = True, "full"
     progress("starting values", 0, 0)
     ranked = (
@@ -120,13 +120,14 @@ def _force_driven(
     )
     spacing = max(s.dt for e in experiments for s in e.segments)
     chosen: Order = _order(coordinates, ranked, spacing, noisy) if order == "auto" else order
-    if chosen != "full":
-        smooth = driven if noisy else with_smooth_force(experiments)
-        found = fit_damped(valve, coordinates, smooth, chosen, progress)
+    if chosen == "static":
+        found = fit_static(valve, coordinates, driven if noisy else with_smooth_force(experiments), progress)
         if told or found.outcome is not Outcome.TOO_SHORT:  # for the loop of force over position
             return found
-    if noisy:
-        return fit_noise_aware(valve, coordinates, experiments, segment_grids, progress)
+        chosen = "full"
+    if noisy or chosen == "damped":
+        known = segment_grids or grids(experiments)
+        return fit_noise_aware(valve, coordinates, experiments, known, chosen, progress)
     return fit_output_error(valve, coordinates, experiments, ranked, progress)
 
 

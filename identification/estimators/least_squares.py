@@ -19,6 +19,8 @@ from recordings import Array
 
 REGULAR = 1e-10
 """Added to the diagonal of a whitened Gauss-Newton matrix, which may be singular."""
+FAR = 1e9
+"""Whitened units beyond which a bound is none: numbers of any size would spoil those beside them."""
 MOST_FAILURES = 8
 """Steps in a row that do not lower the cost after which none will."""
 POOR, GOOD = 0.25, 0.75
@@ -128,7 +130,7 @@ def gauss_newton(normal: Normal, theta: Array, radius: float, bounds: FeasibleSe
     upper = np.maximum(np.minimum(bounds.upper - theta, radius), 0.0)
     size = float(np.max(np.abs(gradient))) or 1.0
     found = _program(n, len(rows))(
-        h=matrix / size, g=gradient / size, lbx=lower / white, ubx=upper / white,
+        h=matrix / size, g=gradient / size, lbx=np.maximum(lower / white, -FAR), ubx=np.minimum(upper / white, FAR),
         a=rows * white, lba=np.minimum(bounds.least - rows @ theta, 0.0),
     )  # fmt: skip
     move = np.clip(np.asarray(found["x"]).ravel() * white, lower, upper)
@@ -140,10 +142,11 @@ def gauss_newton(normal: Normal, theta: Array, radius: float, bounds: FeasibleSe
 
 @functools.lru_cache(maxsize=64)
 def _program(n: int, rows: int) -> ca.Function:
-    """The quadratic program of a step of n unknowns."""
+    """The quadratic program of a step of n unknowns, by the dual active-set method DAQP: qrqp writes beyond its memory
+    where it needs more than about a hundred changes of its active set, as with unknowns that hardly show.
+    """
     shape = {"h": ca.Sparsity.dense(n, n), "a": ca.Sparsity.dense(rows, n)}
-    quiet = {"print_iter": False, "print_header": False, "print_info": False, "error_on_fail": False}
-    return ca.conic("step", "qrqp", shape, quiet)
+    return ca.conic("step", "daqp", shape, {"error_on_fail": False})
 
 
 class NormalEquations(ca.Callback):

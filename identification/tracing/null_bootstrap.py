@@ -105,7 +105,7 @@ def _found_again(model: Model, fitted: list[Experiment], held_out: list[Experime
             return base_model(fitted, held_out, given, catalogue)
         except NegativeAnswer:
             return None
-    new = trial_data(fitted, held_out, given, catalogue).resolving(swing(model.values))
+    new = trial_data(fitted, held_out, given, catalogue).like(model.data.fitted, model.data.sub_step)
     data = replace(
         model.data, fitted=new.fitted, held_out=new.held_out, experiments=new.experiments,
         held_out_experiments=new.held_out_experiments,

@@ -21,7 +21,7 @@ from identification.uncertainty.covariance import Uncertainty, status_and_note, 
 from recordings import Array, BadParameter, NegativeAnswer, Progress, silent
 
 REFITTED = 15
-"""Steps of the fit on a replicate of damped order."""
+"""Steps of the fit on a replicate of static order."""
 FEWEST, MOST_FAILED = 5, 0.5
 """Trials that are asked for at least, and share of them that may fail."""
 
@@ -51,7 +51,7 @@ def bootstrap_of(found: Fit, trials: int, seed: int = 0, progress: Progress = si
     Raises NegativeAnswer when more than half of them lead nowhere.
     """
     free = found.coordinates.free
-    if found.order != "full":
+    if found.order == "static":
         return _of_windows(found, trials, seed)
     rng = np.random.default_rng(seed)
     values = []
@@ -64,7 +64,7 @@ def bootstrap_of(found: Fit, trials: int, seed: int = 0, progress: Progress = si
 
 
 def _of_windows(found: Fit, trials: int, seed: int) -> Bootstrap:
-    """The bootstrap of a fit of damped order, whose replicates are of full order."""
+    """The bootstrap of a fit of static order, whose replicates are of full order."""
     assert found.problem is not None
     assert found.minimum is not None
     unknowns, c = found.minimum.unknowns, found.coordinates
@@ -126,5 +126,5 @@ def _refitted(found: Fit, experiments: list[Experiment]) -> Array | None:
         )  # fmt: skip
         return again.p if again.outcome.usable else None
     theta = found.estimate.theta
-    end = noise_aware_for(found.kernel, c, grids(experiments), [theta]).in_stages(theta)
+    end = noise_aware_for(found.kernel, c, grids(experiments), [theta], found.order).in_stages(theta)
     return None if end is None else c.p(end.theta)

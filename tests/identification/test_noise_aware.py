@@ -16,7 +16,8 @@ from identification import Fit, Outcome, experiment, fit, identify, uncertainty_
 from identification.data.force import estimate_force
 from identification.data.force import loops as force_loops
 from identification.data.grid import Grid, grids
-from identification.estimators.noise_aware.linearised_model import first_path, loops
+from identification.estimators.noise_aware.first_path import first_path
+from identification.estimators.noise_aware.linearised_model import loops
 from identification.estimators.noise_aware.recursions import RUNAWAY
 from recordings import Recording
 from simulator import BASE, Excitation, Sensors, kernel, random_valve, simulate

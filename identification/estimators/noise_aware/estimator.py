@@ -17,13 +17,14 @@ import numpy as np
 
 from identification.data.grid import Grid
 from identification.estimators.coordinates import Coordinates
-from identification.estimators.estimate import Estimate, Innovations, totals
+from identification.estimators.estimate import Estimate, Innovations, costs, totals
 from identification.estimators.least_squares import gauss_newton
-from identification.estimators.noise_aware.linearised_model import PathFreedom, first_path
+from identification.estimators.noise_aware.first_path import first_path, set_back_path
+from identification.estimators.noise_aware.linearised_model import PathFreedom
 from identification.estimators.noise_aware.predictor import KALMAN_SMOOTHER, Predictor
 from identification.estimators.priors import prior
 from identification.parallel import each
-from recordings import Array
+from recordings import Array, IndexArray
 from simulator import Kernel
 
 UNIT_LOSS = 0.8741
@@ -34,6 +35,12 @@ HOLD = 1.0 / np.log(3.0) ** 2
 """Precision that keeps a coordinate near where it is in one step."""
 NEW_PATH, TAKEN_OVER = 3, 4
 """Steps of the path alone along which a fit starts: of a new path, and of one from a stage before."""
+EQUAL = 1.0
+"""Difference of two costs that noise gives."""
+STRETCH = 0.5
+"""Length [s] of the stretches in which paths are chosen: a slip, and the rest behind it."""
+WORSE, BACK = 0.1, 0.3
+"""Rise of the cost of a stretch from which a step of its path does harm, and the share of the step that is kept."""
 RELAXED = 2
 """Steps of the path alone after a step has failed."""
 RESTING, DENSE = 4, 30.0
@@ -53,7 +60,19 @@ SPARSE_STAGES = ((PathFreedom(1.0, 1e-4, 0.1, 5e-4), 5), *STAGES)
 STRICT = PathFreedom(1.0, 1e-5, 0.0, 2.5e-4, share=1.0)
 STRICT_STEPS = 3
 """Freedom and number of steps of the path by which ends of fits are judged."""
+DAMPED_STEPS = 12
+"""Steps on whole recordings in damped order."""
 Stages = Sequence[tuple[PathFreedom, int]]
+
+
+def _stretches(grid: Grid) -> IndexArray:
+    """The number of the stretch that each node of a grid lies in, (n,)."""
+    return np.asarray((grid.t - grid.t[0]) // STRETCH, int)
+
+
+def _misfit(stretch: IndexArray, line: Innovations) -> Array:
+    """The cost of the innovations in each stretch, by which estimates are compared, (n_stretches,)."""
+    return np.asarray(np.bincount(stretch, costs(*line.scored)), float)
 
 
 @dataclass(frozen=True)
@@ -91,33 +110,68 @@ class NoiseAware:
         return replace(self, freedom=freedom)
 
     def start(self, theta: Array, steps: int = NEW_PATH) -> Estimate | None:
-        """The estimate at fixed parameters theta (m,), along new paths that start on the smoothed motion and take so
-        many steps. None where the model diverges.
+        """The estimate at fixed parameters theta (m,), along new paths that take so many steps. None where the model
+        diverges.
         """
         p = self.coordinates.p(theta)
-        paths = each(lambda grid: first_path(self.kernel, grid, p), self.grids)
+        paths = each(lambda grid: self._best_of(grid, p, [first_path(self.kernel, grid, p)]), self.grids)
         known = [path for path in paths if path is not None]
         return self.along(theta, known, steps) if len(known) == len(paths) else None
+
+    def _best_of(self, grid: Grid, p: Array, paths: Sequence[Array | None]) -> Array | None:
+        """Of some paths of a grid (n, n_states), and one that is set back to the data, in every stretch the one about
+        which the model explains the measurements best. None where it has no solution.
+        """
+        known, misfits, stretch = list[Array](), list[Array](), _stretches(grid)
+        for path in (*paths, set_back_path(self.kernel, grid, p, self.freedom.h_max)):
+            line = None if path is None else self._line(grid, p, path)
+            if path is not None and line is not None:
+                known.append(path)
+                misfits.append(_misfit(stretch, line))
+        if not known:
+            return None
+        return np.ascontiguousarray(np.array(known)[np.argmin(misfits, axis=0)[stretch], np.arange(len(stretch))])
 
     def along(self, theta: Array, paths: Sequence[Array], steps: int) -> Estimate | None:
         """The estimate at fixed parameters theta (m,) along paths, one (n, n_states) for every grid, after so many
         steps of the paths. None where the model diverges.
         """
-        p, still = self.coordinates.p(theta), np.zeros(len(theta))
+        p = self.coordinates.p(theta)
 
         def one(i: int) -> tuple[Array, Innovations] | None:
-            path = paths[i]
-            for further in range(steps, -1, -1):
-                line = self.predictor.line(self.kernel, self.coordinates, self.grids[i], p, path, self.freedom)
-                if line is None or not further:
-                    break
-                path = path + self.freedom.share * self.predictor.toward(line, still)
-            return None if line is None else (path, line)
+            return self._relaxed(self.grids[i], p, paths[i], steps)
 
         found = [f for f in each(one, range(len(self.grids))) if f is not None]
         if len(found) < len(self.grids):
             return None
         return self._estimate(theta, tuple(f[0] for f in found), tuple(f[1] for f in found))
+
+    def _line(self, grid: Grid, p: Array, path: Array) -> Innovations | None:
+        return self.predictor.line(self.kernel, self.coordinates, grid, p, path, self.freedom)
+
+    def _relaxed(self, grid: Grid, p: Array, path: Array, steps: int) -> tuple[Array, Innovations] | None:
+        """A path of a grid after so many steps to the smoothed one, and the innovations about it; None where the model
+        diverges. A stretch in which a step does harm goes back most of the way: about a break-away that is a sample
+        late the next path can be further off, while all others come to rest.
+        """
+        stretch, still = _stretches(grid), np.zeros(self.coordinates.n_free)
+        line = self._line(grid, p, path)
+        if line is None:
+            return None
+        best, least, better = path, _misfit(stretch, line), np.ones(stretch[-1] + 1, bool)
+        for _ in range(steps):
+            step = self.freedom.share * self.predictor.toward(line, still)
+            path = np.where(better[stretch][:, None], path + step, best + BACK * (path - best))
+            line = self._line(grid, p, path)
+            if line is None:
+                return None
+            misfit = _misfit(stretch, line)
+            better = misfit < least + WORSE
+            best, least = np.where(better[stretch][:, None], path, best), np.where(better, misfit, least)
+        if not better.all():
+            path = np.ascontiguousarray(best)
+            line = self._line(grid, p, path)
+        return None if line is None else (path, line)
 
     def descend(self, now: Estimate, steps: int, vain: Callable[[Estimate], bool] | None = None) -> Estimate:
         """Gauss-Newton steps in a trust region, with damping that adapts; a step that raises the cost is taken back.
@@ -139,10 +193,10 @@ class NoiseAware:
             if solved is None:
                 break
             step = solved.move
-            trial = self._rested(self.along(now.theta + step, self._moved(now, step), 0), now.cost)
+            trial = self._trial(now, step)
             small = bool(np.max(np.abs(step) / self._sigmas(now)) < SETTLED)
-            if trial is not None and trial.cost < now.cost + 1.0:
-                settled = small and now.cost - trial.cost < 1.0
+            if trial is not None and trial.cost < now.cost + EQUAL:
+                settled = small and now.cost - trial.cost < EQUAL
                 now, damping, failures = trial, max(damping / 5, 1e-9), 0
             elif failures == 0:
                 now = self.along(now.theta, now.paths, RELAXED) or now
@@ -155,13 +209,18 @@ class NoiseAware:
                 break
         return replace(now, settled=settled)
 
-    def _rested(self, trial: Estimate | None, below: float) -> Estimate | None:
-        """The trial after as many steps of its paths as it needs to cost less, within reason."""
-        for _ in range(RESTING if self.dense else 0):
-            if trial is None or trial.cost < below:
-                break
-            trial = self.along(trial.theta, self._moved(trial, np.zeros(len(trial.theta))), 0)
-        return trial
+    def _trial(self, now: Estimate, step: Array) -> Estimate | None:
+        """The estimate a step further. Where that is not better at once, its paths come to rest first, from the best of
+        the moved path, the present one and one that is set back to the data.
+        """
+        theta, moved = now.theta + step, self._moved(now, step)
+        trial = self.along(theta, moved, 0)
+        if not self.dense or (trial is not None and trial.cost < now.cost + EQUAL):
+            return trial
+        p = self.coordinates.p(theta)
+        paths = each(lambda i: self._best_of(self.grids[i], p, [moved[i], now.paths[i]]), range(len(self.grids)))
+        known = [path for path in paths if path is not None]
+        return self.along(theta, known, RESTING) if len(known) == len(paths) else None
 
     def fit(self, theta: Array, steps: int) -> Estimate | None:
         """The estimate after a descent from theta (m,) along new paths. None where the model diverges."""
@@ -172,7 +231,7 @@ class NoiseAware:
         where the model diverges.
         """
         now: Estimate | None = None
-        for freedom, steps in stages or (STAGES if self.dense else SPARSE_STAGES):
+        for freedom, steps in stages or self.last_stages:
             stage = self.with_freedom(freedom)
             first = stage.start(theta) if now is None else stage.along(now.theta, now.paths, TAKEN_OVER)
             if first is None:
@@ -180,9 +239,19 @@ class NoiseAware:
             now = stage.descend(first, steps)
         return now
 
+    @property
+    def last_stages(self) -> Stages:
+        """The stages of a fit to whole recordings. In damped order there is but one: sub-steps follow the slip, and the
+        freedom of the path makes up for what they damp.
+        """
+        if self.kernel.damped:
+            return ((self.freedom, DAMPED_STEPS),)
+        return STAGES if self.dense else SPARSE_STAGES
+
     def strict(self, now: Estimate) -> Estimate | None:
         """The estimate without allowance for the error of linearisation, which makes costs of estimates comparable."""
-        end = self.with_freedom(STRICT).along(now.theta, now.paths, STRICT_STEPS)
+        strict = self.last_stages[-1][0] if self.kernel.damped else STRICT
+        end = self.with_freedom(strict).along(now.theta, now.paths, STRICT_STEPS)
         return None if end is None else replace(end, settled=now.settled)
 
     def _sigmas(self, now: Estimate) -> Array:

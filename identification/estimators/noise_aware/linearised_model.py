@@ -70,27 +70,6 @@ def correction(line: Innovations, move: Array) -> Array:
     return out
 
 
-def first_path(kernel: Kernel, grid: Grid, p: Array, h_max: float = 1e-3) -> Array | None:
-    """A path (n, n_states) along the smoothed motion and force, on which the memory of the effects has run along: that
-    of a part since before it began, for plays remember turns that are long past.
-    """
-    value = dict(zip(kernel.parameters, p, strict=True))
-    start = kernel.start(grid.motion[0, 0], 0.0, grid.force.u[0])
-    path = np.zeros((len(grid.t), len(kernel.states)))
-    path[:, : len(start)] = start
-    path[:, 0] = grid.motion[:, 0]
-    path[:, 1] = grid.motion[:, 2]  # noise on v would relax the bristle, and linearise rest as motion
-    path[:, -2], path[:, -1] = grid.force.u, grid.force.slope
-    deflection = value["lugre.fc"] / value["lugre.sigma0"]
-    held = grid.force.u[0] - value["spring.K"] * path[0, 0] - value["spring.F0"]
-    path[0, kernel.states.index("lugre.z")] = np.clip(held / value["lugre.sigma0"], -deflection, deflection)
-    before = None if grid.lead is None else first_path(kernel, grid.lead, p, h_max)
-    if before is not None:
-        path[0, 2:-2] = before[-1, 2:-2]
-    run = kernel.shoot(grid.t, grid.force.u, p, path, h_max=h_max, carry=True)
-    return None if run.failed is not None or not np.isfinite(path).all() else path
-
-
 def linearise(
     kernel: Kernel, coordinates: Coordinates, grid: Grid, p: Array, path: Array, freedom: PathFreedom
 ) -> Innovations | None:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linprog
 
-from identification.data.experiment import Experiment
+from identification.data.experiment import Experiment, Segment
 from recordings import Array, IndexArray
 
 BINS, FEWEST = 60, 6
@@ -36,6 +36,10 @@ class ForcePositionLoop:
     K: float
     F0: float
     level: float
+
+    def load(self, segment: Segment) -> Array:
+        """The force that friction holds, as a share of the level, (n_samples,)."""
+        return np.asarray(np.abs(segment.u - self.K * segment.motion.x - self.F0) / self.level, float)
 
 
 def force_position_loop(experiments: Sequence[Experiment], stiffness: float | None = None) -> ForcePositionLoop | None:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from identification.data.experiment import Experiment, Segment
+from identification.estimators.anchors import Anchors, anchors, deflection_at_rest
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.least_squares import Normal, weighted
+from identification.estimators.output_error.force_position_loop import ForcePositionLoop
 from identification.parallel import each
 from recordings import Array, IndexArray
 from simulator import Kernel
@@ -55,11 +56,19 @@ class Response:
 
 class Problem:
     """The residuals of one kernel on some experiments. Unknowns: theta of the coordinates, then each segment's own
-    start [x0, v0, free memory...] in units of `local_scale`.
+    start [x0, v0, free memory...] in units of `local_scale`. loop : what is known of the force that friction holds, so
+    that free runs are set back where the valve rests far from break-away.
     """
 
-    def __init__(self, kernel: Kernel, coordinates: Coordinates, experiments: Sequence[Experiment]) -> None:
-        self.kernel, self.coordinates = kernel, coordinates
+    def __init__(
+        self,
+        kernel: Kernel,
+        coordinates: Coordinates,
+        experiments: Sequence[Experiment],
+        loop: ForcePositionLoop | None = None,
+    ) -> None:
+        self.kernel, self.coordinates, self.loop = kernel, coordinates, loop
+        self._found = dict[tuple[int, float], Anchors]()
         self.experiments = tuple(experiments)
         self.pieces = tuple(Piece(s, _noise(e, kernel), e.hold) for e in experiments for s in e.segments)
         offset = 2 if kernel.causality == "force" else 0
@@ -154,7 +163,7 @@ class Problem:
         held = piece.hold and kernel.causality == "force"
         run = kernel.run(
             segment.t, self._input(segment), p, s0, h_max=setting.h_max, hold=held,
-            sensitivities=sensitivities, resets=self._resets(segment, setting.window),
+            sensitivities=sensitivities, resets=self._resets(i, p, setting.window),
         )  # fmt: skip
         if run.failed is not None:
             return None
@@ -175,34 +184,27 @@ class Problem:
         m = segment.motion
         return np.column_stack([m.x, m.crept, m.a, segment.load])
 
-    def _resets(self, segment: Segment, window: float) -> Array | None:
+    def _resets(self, i: int, p: Array, window: float) -> Array | None:
+        segment = self.pieces[i].segment
         if np.isinf(window) or self.kernel.causality == "motion":
             return None
-        resets = np.full((len(segment.t), len(self.kernel.states)), np.nan)
-        at = anchors(segment, window)
-        m = segment.motion
-        resets[at, 0], resets[at, 1] = m.x[at], np.where((m.crept[at] == 0.0) & (window >= SHORT), 0.0, m.v[at])
+        resets, m = np.full((len(segment.t), len(self.kernel.states)), np.nan), segment.motion
+        at, rest = self._anchors(i, window)
+        resets[at, 0], resets[at, 1] = m.x[at], np.where(rest, 0.0, m.v[at])
+        if self.loop is not None and "lugre.z" in self.kernel.states:
+            values = dict(zip(self.kernel.parameters, p.tolist(), strict=True))
+            resets[at[rest], self.kernel.states.index("lugre.z")] = deflection_at_rest(
+                values, segment.u[at[rest]], m.x[at[rest]]
+            )
         return resets
 
-
-SHORT = 0.05
-"""Window [s] below which a free run is set back at even times: it holds no rest, and no slip."""
-
-
-def anchors(segment: Segment, window: float) -> IndexArray:
-    """The samples, one in every window [s], at which a free run is set back to the data: in the middle of the rest in
-    that window, or where nothing rests at the least acceleration. There the smoothed motion is exact, and a set-back in
-    the middle of a slip would start it at another speed. A window below `SHORT` follows the data wherever it begins.
-    """
-    m, dt = segment.motion, max(window, segment.dt)
-    edges = np.unique(np.searchsorted(segment.t, np.arange(0.0, segment.t[-1] + dt, dt)))
-    if window < SHORT:
-        return edges[:-1]
-    chosen = []
-    for first, last in itertools.pairwise(edges):
-        rest = np.flatnonzero(m.crept[first:last] == 0.0)
-        chosen.append(first + (rest[len(rest) // 2] if len(rest) else np.argmin(np.abs(m.a[first:last]))))
-    return np.array(chosen, int)
+    def _anchors(self, i: int, window: float) -> Anchors:
+        """The anchors of segment i; they do not depend on the parameters, and are found once."""
+        if (i, window) not in self._found:
+            s = self.pieces[i].segment
+            load = None if self.loop is None else self.loop.load(s)
+            self._found[i, window] = anchors(s.t, s.motion.crept, s.motion.a, max(window, s.dt), load)
+        return self._found[i, window]
 
 
 def _noise(experiment: Experiment, kernel: Kernel) -> float:

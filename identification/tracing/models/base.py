@@ -11,14 +11,11 @@ from identification.data.experiment import Experiment, imposed
 from identification.data.grid import with_smooth_force
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.estimate import lean
+from identification.estimators.fit import fit
 from identification.estimators.fitted import Outcome
 from identification.estimators.imposed_motion.fit import fit_imposed_motion
 from identification.estimators.imposed_motion.grid import imposed_grids, showing
-from identification.estimators.noise_aware.estimator import NoiseAware
-from identification.estimators.noise_aware.fit import smoothed_starts
-from identification.estimators.noise_aware.resolution import quickest
-from identification.estimators.noise_aware.search import best_on_chunks as best_of_starts
-from identification.estimators.noise_aware.search import on_chunks
+from identification.estimators.output_error.starting_values import starting_values
 from identification.tracing import settings
 from identification.tracing.models.comparison import is_white
 from identification.tracing.models.model import Model
@@ -69,24 +66,41 @@ def _force_predicting(
 
 
 def _noise_aware(data: TrialData) -> Model:
-    """The base model by the position, fitted without starting values."""
-    valve, free = kernel(BASE, "force", data.catalogue), data.coordinates(BASE)
-    found = smoothed_starts(valve, free, with_smooth_force(data.experiments, data.fitted))
-    if not found:
+    """The base model by the position: what `fit` finds, refitted with the freedom of the paths that all models have.
+
+    What lacks an effect may have a mass of tons or a rigid stem swallow it. Beyond what is usual it is only free where
+    nothing but noise is left then.
+    """
+    found = fit(data.experiments, given=data.given, catalogue=data.catalogue, estimator="noise-aware")
+    if found.estimate is None or found.noise_aware is None:
         raise NegativeAnswer(Outcome.DIVERGED.value)
-    omega, first = quickest(free, found), free.values(found[-1])
-    data = replace(
-        data.resolving(omega),
-        max_mass=settings.MASS_BOUND * first["mass.m"],
-        max_stiffness=settings.STIFFNESS_BOUND * first["lugre.sigma0"],
-    )
-    work = NoiseAware(data.kernel(BASE), data.coordinates(BASE), data.fitted, settings.PATH_FREEDOM)
-    best = best_of_starts(on_chunks(work), found, most=settings.BASE_WAYS)
-    best = None if best is None else work.fit(best.theta, settings.REFIT_STEPS)
+    work = found.noise_aware
+    data = data.like(work.grids, work.freedom.h_max if work.kernel.damped else 0.0)
+    if found.outcome is not Outcome.CONVERGED:
+        data = _bounded(data, found.values)
+    theta = data.coordinates(BASE).bounds.nearest(found.estimate.theta)
+    best = data.estimator(BASE).fit(theta, settings.REFIT_STEPS)
     if best is None:
         raise NegativeAnswer(Outcome.DIVERGED.value)
     bound = polished(Model(BASE, data, lean(best)))
     return with_stiffness_growth(bound if is_white(bound) else _unbound(bound) or bound)
+
+
+def _bounded(data: TrialData, values: Mapping[str, float]) -> TrialData:
+    """The data with bounds on mass and stiffness of the bristles; values : of a fit, by full name, which are within the
+    bound on the stiffness where the sampling does not resolve it: a regression cannot see it there, either.
+    """
+    valve = kernel(BASE, "force", data.catalogue)
+    starts = starting_values(with_smooth_force(data.experiments, data.fitted), valve, data.coordinates(BASE))
+    if not starts:
+        return data
+    rough = data.coordinates(BASE).values(starts[0].theta)
+    stiffest = settings.STIFFNESS_BOUND * rough["lugre.sigma0"]
+    return replace(
+        data,
+        max_mass=settings.MASS_BOUND * rough["mass.m"],
+        max_stiffness=max(stiffest, values["lugre.sigma0"]) if data.sub_step else stiffest,
+    )
 
 
 def _unbound(model: Model) -> Model | None:

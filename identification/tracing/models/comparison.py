@@ -9,8 +9,7 @@ from scipy.stats import norm
 from scipy.stats import t as student
 
 from identification.data.grid import Grid
-from identification.estimators.estimate import OUTLIER, Estimate
-from identification.estimators.least_squares import cauchy
+from identification.estimators.estimate import OUTLIER, Estimate, costs
 from identification.tracing import settings
 from identification.tracing.models.model import Model
 from recordings import Array
@@ -40,10 +39,7 @@ def compare(before: Estimate, after: Estimate, grids: tuple[Grid, ...]) -> Compa
 def _costs(estimate: Estimate, i: int) -> Array:
     """Robust loss plus log variance of the innovations of one grid (n,)."""
     line = estimate.linearised[i]
-    seen = np.isfinite(line.variances)
-    variances = np.where(seen, line.variances, 1.0)
-    loss = cauchy(np.where(seen, line.innovations, 0.0) / np.sqrt(variances), estimate.tuning)
-    return np.asarray((loss + np.log(variances)).sum(axis=1), float)
+    return costs(line.innovations, line.variances, estimate.tuning)
 
 
 def _blocks(values: Array, grid: Grid) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -33,16 +34,18 @@ def free_run_experiments(data: TrialData) -> tuple[list[Experiment], list[Experi
 
 def as_fit(model: Model, experiments: Sequence[Experiment]) -> Fit:
     """The model as a fit to experiments, whose force is smoothed unless it is what the model predicts."""
-    valve = kernel(model.effects, "motion" if model.data.imposed else "force", model.data.catalogue)
+    h = model.data.sub_step
+    valve = kernel(model.effects, "motion" if model.data.imposed else "force", model.data.catalogue, damped=h > 0)
     problem, estimate = Problem(valve, model.coordinates, experiments), model.estimate
     if model.data.imposed:
         unknowns = problem.start(estimate.theta)
         minimum = Minimum(unknowns, estimate.normal, ResidualForm(0.0), 0, estimate.settled)
         return fit_of_free_runs(valve, model.coordinates, problem, minimum)
-    minimum = Minimum(problem.start(estimate.theta), estimate.normal, ResidualForm(FREE_STEP), 0, estimate.settled)
+    form = ResidualForm(h or FREE_STEP)
+    minimum = Minimum(problem.start(estimate.theta), estimate.normal, form, 0, estimate.settled)
     work = model.data.estimator(model.effects)
     assert isinstance(work, NoiseAware)
-    return fit_of(estimate, work, problem, minimum)
+    return replace(fit_of(estimate, work, problem, minimum), order="damped" if h else "full")
 
 
 def identification_of(

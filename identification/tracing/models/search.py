@@ -11,10 +11,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from identification.estimators.estimate import Estimate, lean
-from identification.estimators.noise_aware.search import usual_values
 from identification.estimators.path_estimator import PathEstimator
 from identification.tracing import settings
 from identification.tracing.models.model import Model
+from identification.tracing.models.usual_values import usual_values
 from recordings import Array
 
 

@@ -13,8 +13,8 @@ from identification.data.grid import Grid, grids
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.imposed_motion.estimator import ImposedMotion
 from identification.estimators.noise_aware.estimator import NoiseAware
+from identification.estimators.noise_aware.fit import DAMPED
 from identification.estimators.noise_aware.linearised_model import PathFreedom
-from identification.estimators.noise_aware.resolution import resolving
 from identification.estimators.path_estimator import PathEstimator
 from identification.tracing import settings
 from simulator import Catalogue, Kernel, kernel
@@ -31,7 +31,8 @@ class TrialData:
     segments; given : parameters that are held, by full name, SI units; travel : lowest and highest position seen [m];
     force_std : standard deviation of the force [N]; catalogue : the effects that exist; candidates : those of them that
     can show in what is predicted; imposed : whether the motion is, and the force is predicted; max_stiffness : bound on
-    the stiffness of the bristles [N/m], max_mass : on the mass [kg], since either can swallow what is missing.
+    the stiffness of the bristles [N/m], max_mass : on the mass [kg], since either can swallow what is missing; sub_step
+    : of models of damped order [s], 0 for full order.
     """
 
     experiments: tuple[Experiment, ...]
@@ -46,6 +47,7 @@ class TrialData:
     imposed: bool = False
     max_stiffness: float = float("inf")
     max_mass: float = float("inf")
+    sub_step: float = 0.0
 
     @property
     def stroke(self) -> float:
@@ -69,11 +71,13 @@ class TrialData:
         places = [(i, at) for i, grid in enumerate(self.fitted) for at in _chunks(grid)]
         return replace(self, fitted=tuple(self.fitted[i].part(at.start, at.stop) for i, at in places)), places
 
-    def resolving(self, omega: float) -> TrialData:
-        """The same with nodes close enough for a swing of omega [rad/s], within reason."""
-        return replace(
-            self, fitted=tuple(resolving(self.fitted, omega)), held_out=tuple(resolving(self.held_out, omega))
-        )
+    def like(self, others: Sequence[Grid], sub_step: float) -> TrialData:
+        """The same with the order of a fit and as many nodes as it has; others : the grids of it, of the fitted
+        recordings or replicates of them.
+        """
+        between = (len(others[0].t) - 1) // (len(self.fitted[0].t) - 1)
+        fitted, held_out = (tuple(g.divided(between) for g in some) for some in (self.fitted, self.held_out))
+        return replace(self, fitted=fitted, held_out=held_out, sub_step=sub_step)
 
     def in_order(self, *effects: str) -> tuple[str, ...]:
         """Effects in the order of the catalogue."""
@@ -89,7 +93,8 @@ class TrialData:
 
     def kernel(self, effects: tuple[str, ...]) -> Kernel:
         """The kernel of some effects by which they are fitted."""
-        return kernel(effects, "motion" if self.imposed else "force with error", self.catalogue)
+        damped = self.sub_step > 0
+        return kernel(effects, "motion" if self.imposed else "force with error", self.catalogue, damped=damped)
 
     def coordinates(self, effects: tuple[str, ...]) -> Coordinates:
         """The coordinates of some effects: known constants and given parameters are held."""
@@ -109,6 +114,8 @@ class TrialData:
         target, free = self.kernel(effects), self.coordinates(effects)
         if self.imposed:
             return ImposedMotion(target, free, self.fitted)
+        if self.sub_step:
+            freedom = replace(freedom, h_max=self.sub_step, bristle=max(freedom.bristle, DAMPED.bristle))
         return NoiseAware(target, free, self.fitted, freedom, worth)
 
 
