@@ -24,10 +24,13 @@ TOGETHER: Mapping[str, Sequence[str]] = {
 
 FIRST = (
     "tests/identification/test_trace.py",
-    "tests/command/test_demo_command.py",
     "tests/docs/test_pages.py",
+    "tests/command/test_demo_command.py",
     "tests/test_examples.py",
+    "tests/identification/test_order.py",
+    "tests/detector/test_evaluation_run.py",
     "tests/hil/test_monitor_served.py",
+    "tests/identification/test_fit_recovery.py",
 )
 """What takes longest, so that no worker still has one of them when the others are done."""
 

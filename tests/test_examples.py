@@ -25,6 +25,8 @@ SAID = {
     "record_and_watch": "0 alarms",
     "own_detector": "flow     found in 1 of 1",
 }
+SHOWN = {"own_detector": ("evaluation.html", "flow against position")}
+"""What a page must show besides."""
 
 
 def test_every_example_is_run():
@@ -40,3 +42,6 @@ def test_an_example_runs(name, tmp_path):
     assert SAID[name] in done.stdout
     for file in WRITTEN[name]:
         assert (tmp_path / file).stat().st_size > 0
+    if name in SHOWN:
+        page, words = SHOWN[name]
+        assert words in (tmp_path / page).read_text(encoding="utf-8")

@@ -81,10 +81,10 @@ def watch(recording: RecordingLike, detector_of_valve: Watch, *, progress: Progr
 
     >>> import bristle as br
     >>> model = br.fit(br.simulate("mixed:10", position_noise=2e-6, seed=3), crosscheck=False).model
-    >>> healthy = br.simulate("mixed:60", rate=100, position_noise=5e-6, seed=3)
+    >>> healthy = br.simulate("mixed:60", rate=50, position_noise=5e-6, seed=3)
     >>> found = br.learn(healthy, model, false_alarms=1000.0)
     >>> more = {"lugre.fc": 1.5 * model.values["lugre.fc"], "lugre.fs": 1.5 * model.values["lugre.fs"]}
-    >>> worn = br.simulate("mixed:20", given=more, rate=100, position_noise=5e-6, seed=3)
+    >>> worn = br.simulate("mixed:20", given=more, rate=50, position_noise=5e-6, seed=3)
     >>> len(br.watch(healthy, found).alarms), len(br.watch(worn, found).alarms) > 0
     (0, True)
     """

@@ -10,7 +10,6 @@ look by other means, reported beside the answer and never in its place.
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -67,8 +66,8 @@ class Windows:
 def second_opinion(base: Model) -> SecondOpinion | None:
     """Pysindy's choice for a base model; None where the valve hardly slides, or the model has no solution along its
     own motion."""
-    for distance, some in itertools.product(settings.SLIDING_DISTANCES, (base.on_chunks(), base)):
-        windows = _windows(some, distance)
+    for distance in settings.SLIDING_DISTANCES:
+        windows = _windows(base, distance)
         if windows is not None and len(windows.residual) >= settings.MIN_WINDOWS:
             break
     else:

@@ -7,6 +7,7 @@ compiles the same operations from Python (`numba_loop`). Both ways give the same
 from __future__ import annotations
 
 import ctypes
+import math
 import threading
 from dataclasses import dataclass
 
@@ -153,7 +154,7 @@ class Scanner:
         arrays = [t]
         for name, (array, shape) in shaped.items():
             array = np.ascontiguousarray(array, float)
-            if array.size != np.prod(shape):
+            if array.size != math.prod(shape):
                 raise ValueError(f"{name} has the shape {array.shape}, {shape} is needed")
             arrays.append(array.reshape(shape))
         if len(given) not in (0, len(t)):
@@ -163,7 +164,7 @@ class Scanner:
 
 def _check_steps(t: Array, h_max: float) -> None:
     """Times rise, and the sub-steps can be counted."""
-    if len(t) == 0 or not np.isfinite(t).all() or (np.diff(t) <= 0).any():
+    if len(t) == 0 or not np.isfinite(t).all() or (t[1:] <= t[:-1]).any():
         raise ValueError("the times must be finite and rise from sample to sample, and there must be one at least")
     if not (np.isfinite(h_max) and h_max >= 0) or (h_max and (t[-1] - t[0]) / h_max > MOST_SUB_STEPS):
         raise ValueError(f"h_max = {h_max} s gives no usable sub-steps; give 0, or more than a billionth of the record")

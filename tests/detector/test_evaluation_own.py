@@ -27,6 +27,7 @@ class FlowWatch:
         return lambda run: run.signals[:, [FLOW]] - np.polyval(usual, run.signals[:, [POSITION]])
 
 
+@pytest.mark.long  # `examples/own_detector.py` does the same
 def test_a_detector_of_ones_own_is_compared_beside_the_others(tmp_path):
     plan = smoke(("random",), ("f18-abrupt-big",))
     outcome = evaluate(plan, tmp_path, workers=2, detectors={"flow": FlowWatch()})

@@ -34,7 +34,7 @@ PULLED = {"magnet.G": 50.0, "magnet.D": 2e-2}
 
 def simulated(seconds: int, **given: float):
     return br.simulate(
-        f"mixed:{seconds}", effects=["magnet"], catalogue=OURS, given=PULLED | given, rate=100, seed=3,
+        f"mixed:{seconds}", effects=["magnet"], catalogue=OURS, given=PULLED | given, rate=50, seed=3,
         position_noise=5e-6,
     )  # fmt: skip
 

@@ -10,7 +10,7 @@ from identification import Crosscheck, Outcome, crosscheck, experiment, fit
 from simulator import BASE, CATALOGUE, Excitation, Sensors, random_valve, simulate
 
 SEEDS = range(12)
-LONG = "mixed:40"
+COURSE, LONG = "mixed:20", "mixed:40"
 
 
 def within_floor(seed: int, excite: str, rate: float) -> float:
@@ -18,18 +18,18 @@ def within_floor(seed: int, excite: str, rate: float) -> float:
     return floor_ratio(prepared, found, QUIET * random_valve(seed)[1])
 
 
-def all_scores(seeds: range) -> np.ndarray:
+def all_scores(seeds: range, excite: str) -> np.ndarray:
     """Errors in standard deviations, (n_seeds, n_parameters)."""
-    each = [scores(*fitted(seed, LONG)[1:], random_valve(seed)[0]) for seed in seeds]
+    each = [scores(*fitted(seed, excite)[1:], random_valve(seed)[0]) for seed in seeds]
     return np.array([list(one.values()) for one in each])
 
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_a_random_valve_is_recovered_at_the_noise_floor(seed):
-    prepared, found, known = fitted(seed, LONG)
+    prepared, found, known = fitted(seed, COURSE)
     assert found.outcome is Outcome.CONVERGED
     assert found.rms == pytest.approx(1.0, abs=0.05)
-    assert within_floor(seed, LONG, 500.0) == pytest.approx(1.0, abs=0.05)
+    assert within_floor(seed, COURSE, 500.0) == pytest.approx(1.0, abs=0.05)
     assert max(abs(z) for z in scores(found, known, random_valve(seed)[0]).values()) < 4.5
     assert set(known.status.values()) == {"identified"}
     assert prepared.causality == "force"
@@ -43,7 +43,7 @@ def test_a_fit_that_gets_lost_starts_again_with_loose_paths():
 
 
 def test_standard_deviations_say_how_far_off_the_parameters_are():
-    z = all_scores(SEEDS)
+    z = all_scores(SEEDS, COURSE)
     assert z.shape == (12, 9)
     assert 0.82 < np.mean(np.abs(z) < 1.645) < 0.99
     assert 0.6 < np.std(z) < 1.3
@@ -81,13 +81,13 @@ def test_a_hundred_random_valves_end_at_the_noise_floor_with_honest_intervals():
     ratio = np.array([within_floor(seed, LONG, 500.0) for seed in range(100)])
     right = np.flatnonzero(ratio < 1.05)
     assert len(right) >= 97
-    z = all_scores(range(100))[right]
+    z = all_scores(range(100), LONG)[right]
     assert 0.86 < np.mean(np.abs(z) < 1.645) < 0.96
     assert np.all(np.abs(np.mean(z, axis=0)) < 0.4)
 
 
 def checked(seed: int) -> Crosscheck:
-    prepared, found, known = fitted(seed, LONG)
+    prepared, found, known = fitted(seed, COURSE)
     return crosscheck(found, [prepared], known)
 
 

@@ -31,7 +31,7 @@ FORCE_NOISE = 1e-3 * TRUTH["spring.K"] * STROKE
 def noisy() -> tuple[Recording, Recording]:
     sensors = Sensors(500.0, position_noise=2e-4 * STROKE, force_noise=FORCE_NOISE)
     runs = [simulate(TRUTH, Excitation.parse(e), sensors, stroke=STROKE, seed=s)
-            for s, e in enumerate(("staircase:40", "sine:50"))]  # fmt: skip
+            for s, e in enumerate(("staircase:20", "sine:25"))]  # fmt: skip
     return runs[0][0], runs[1][0]
 
 

@@ -69,21 +69,19 @@ def counted() -> Iterator[Work]:
 
 
 @functools.cache
-def fitted(rate: float) -> tuple[Fit, Work]:
-    experiments = [experiment(recording) for recording in stem_test(rate)]
+def identified(rate: float) -> tuple[Identification, Work]:
+    recordings = stem_test(rate)
     with counted() as work:
-        return fit(experiments), work
+        return identify(recordings, check=False), work
 
 
-@functools.cache
-def identified() -> Identification:
-    """A minute of the same test at 50 Hz."""
-    return identify(stem_test(50.0, ("staircase:20", "sine:40")), check=False)
+def fitted(rate: float) -> Fit:
+    return identified(rate)[0].fit
 
 
 @pytest.mark.parametrize("rate", [200.0, 50.0])
 def test_a_stiff_valve_at_the_rates_of_a_plant_is_fitted_in_damped_order(rate):
-    found, _ = fitted(rate)
+    found = fitted(rate)
     assert found.order == "damped"
     assert found.kernel.damped
     assert found.outcome is Outcome.CONVERGED
@@ -94,18 +92,18 @@ def test_a_stiff_valve_at_the_rates_of_a_plant_is_fitted_in_damped_order(rate):
 def test_it_does_not_end_with_a_heavy_stem_on_overdamped_bristles():
     """There the robust loss has another minimum, a fifth higher: twice the mass, half the viscous friction."""
     for rate in (200.0, 50.0):
-        values = fitted(rate)[0].values
+        values = fitted(rate).values
         assert values["mass.m"] == pytest.approx(STIFF["mass.m"], rel=0.2)
         assert values["lugre.sigma2"] == pytest.approx(STIFF["lugre.sigma2"], rel=0.1)
 
 
 def test_fewer_samples_cost_less():
-    (_, often), (_, seldom) = fitted(200.0), fitted(50.0)
+    (_, often), (_, seldom) = identified(200.0), identified(50.0)
     assert seldom.samples < 0.5 * often.samples
 
 
 def test_what_the_sampling_does_not_tell_is_unresolved_and_has_no_interval():
-    found = identified()
+    found, _ = identified(50.0)
     assert found.fit.order == found.model.quality["order"] == "damped"
     assert found.uncertainty.status["lugre.sigma1"] == "unresolved"
     note = found.uncertainty.note["lugre.sigma1"]

@@ -55,7 +55,7 @@ def test_recordings_of_an_exact_force_lack_nothing(capsys: pytest.CaptureFixture
 
 
 def test_sparse_regression_chooses_the_stiffening_spring_too():
-    opinion = traced("hardening_spring", k3=3e6).second_opinion
+    opinion = traced_imposed("hardening_spring", k3=3e6).second_opinion
     assert opinion is not None
     assert (opinion.effect, opinion.share > 0.5) == ("hardening_spring", True)
 
