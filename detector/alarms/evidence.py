@@ -63,7 +63,7 @@ samples since a bet, and how many in a row are gross and sharp.
 N_DETECTORS = N_SCALES * N_STATISTICS * N_EACH + 2 * len(BETS)
 
 
-class Numbers(NamedTuple):
+class ResidualNumbers(NamedTuple):
     """A learned residual as the compiled step takes it, all floats: see `detector.alarms.healthy.Healthy`."""
 
     centre: float

@@ -30,7 +30,7 @@ from detector.alarms.evidence import (
     SIZE_WINSOR,
     STEP,
     WINSOR,
-    Numbers,
+    ResidualNumbers,
     advance,
 )
 from recordings import Array, BadInput
@@ -151,9 +151,9 @@ class Healthy:
         """Whether a residual is beyond what no margin explains."""
         return abs(residual - self.centre) > self.gross * self.size
 
-    def numbers(self, share: float) -> Numbers:
+    def numbers(self, share: float) -> ResidualNumbers:
         """As the compiled step takes it. share : of the allowed rate."""
-        return Numbers(
+        return ResidualNumbers(
             self.centre, self.size, float(self.block), float(self.thin), self.usual, self.dead, self.fair, self.gross,
             float(self.in_row), self.sharp, self.dt_s, share,
         )  # fmt: skip
