@@ -19,6 +19,7 @@ install: .venv/installed
 demo: install
 	$(BIN)/bristle demo --out demo-output
 
+# Bytecode is written even where the environment forbids it: the tests start many processes.
 test: install
 	PYTHONDONTWRITEBYTECODE= OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 

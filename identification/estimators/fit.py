@@ -111,13 +111,12 @@ def _force_driven(
     noisy = _noise_aware(estimator, coordinates, experiments)
     segment_grids = grids(experiments) if noisy else []
     driven = with_smooth_force(experiments, segment_grids) if noisy else experiments
-    told = order != "auto"
     if estimator != "auto" or integrates(coordinates):
-        told, order = True, "full"
+        order = "full"
+    told = order != "auto"
     progress("starting values", 0, 0)
-    ranked = (
-        [] if told and (noisy or order != "full") else starting_values(chunked(driven) or driven, valve, coordinates)
-    )
+    starts_tell = not told or (order == "full" and not noisy)
+    ranked = starting_values(chunked(driven) or driven, valve, coordinates) if starts_tell else []
     spacing = max(s.dt for e in experiments for s in e.segments)
     chosen: Order = _order(coordinates, ranked, spacing, noisy) if order == "auto" else order
     if chosen != "full":
