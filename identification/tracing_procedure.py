@@ -10,6 +10,7 @@ from typing import Any
 from identification.identified import Identification
 from identification.summary import trace_html, trace_text
 from identification.tracing.algorithm import select
+from identification.tracing.budget import Budget
 from identification.tracing.crosscheck import second_opinion
 from identification.tracing.models.free_runs import (
     free_run_errors,
@@ -31,10 +32,11 @@ class Trace(TraceResult):
     base, final : the models before and after, each with free runs, uncertainties and its `model.json`
     holdout_rmse : free-run error of the refitted candidates on the held-out recordings, by effect [`unit`]
     residual : what no candidate explains, in words; None where that is only noise
-    error : free-run errors ``before`` and ``after``, on the recordings ``fit`` and ``holdout``: ``rmse_m`` [m] and
-        ``nrmse`` [1], or ``rmse_N`` [N] and ``nrmse_N`` [1] where the force is predicted; with ``noise_floor_m`` [m]
-        and there ``noise_floor_N`` [N]
+    error : free-run errors ``before`` and ``after``, on the recordings ``fit``, ``holdout`` and ``report``, which
+        neither fitted nor chose anything: ``rmse_m`` [m] and ``nrmse`` [1], or ``rmse_N`` [N] and ``nrmse_N`` [1]
+        where the force is predicted; with ``noise_floor_m`` [m] and there ``noise_floor_N`` [N]
     second_opinion : what sparse regression chooses, or None where it can say nothing
+    seconds : that the trace took; complete : whether it tried all that it would without a budget
     """
 
     base: Identification
@@ -64,21 +66,28 @@ def trace(
     *,
     holdout: Sequence[Recording] = (),
     given: Mapping[str, float] | None = None,
+    report_on: Sequence[Recording] = (),
     hold: bool = False,
+    budget: float = float("inf"),
     catalogue: Catalogue = CATALOGUE,
     progress: Progress = silent,
 ) -> Trace:
     """Find what a model of the base effects lacks in recordings: fit, test, add, refit, judge on held-out data.
 
     recordings : those that are fitted, all of one valve; holdout : recordings that only judge, without any the last
-    quarter of each recording; given : parameters that are held, by full name, SI units; hold : the force is held
-    between samples; catalogue : the effects that are tried, `CATALOGUE.extended` has effects of your own as well;
-    progress : told the stage of the work.
+    quarter of each recording; report_on : recordings for the errors before and after that do neither, without any the
+    last part of what is held out; given : parameters that are held, by full name, SI units; hold : the force is held
+    between samples; budget : seconds after which the best answer so far is given; catalogue : the effects that are
+    tried, `CATALOGUE.extended` has effects of your own as well; progress : told the stage of the work.
 
     Raises BadInput for recordings that cannot be used, and NegativeAnswer, with the reason in words, when the base
     model cannot be fitted.
     """
-    found = select(recordings, holdout=holdout, given=given, hold=hold, catalogue=catalogue, progress=progress)
+    time = Budget(budget)
+    found = select(
+        recordings, holdout=holdout, report_on=report_on, budget=time, given=given, hold=hold, catalogue=catalogue,
+        progress=progress,
+    )  # fmt: skip
     fitted, held_out = free_run_experiments(found.base.data)
     models = [found.base] if found.final is found.base else [found.base, found.final]
     runs = [identification_of(m, recordings, fitted, held_out) for m in tracked(models, "free runs", progress)]
@@ -89,4 +98,5 @@ def trace(
     progress("cross-check", 0, 1)
     opinion = None if found.verdict == "none" else second_opinion(found.base)
     progress("cross-check", 1, 1)
-    return Trace(found, base, final, rmse, residual, free_run_errors(found.base, found.final, base, final), opinion)
+    error = free_run_errors(found.base, found.final, base, final, found.report_experiments)
+    return Trace(found, base, final, rmse, residual, error, opinion, time.spent)

@@ -46,7 +46,7 @@ OPTIONS = {
 }
 """How a message writes the option that stands for a parameter, where it is not the parameter's name alone."""
 
-SEVERAL = ("--holdout",)
+SEVERAL = ("--holdout", "--report-on")
 """Options that take all words up to the next option."""
 
 INTERRUPTED = 130

@@ -113,9 +113,11 @@ def trace(
     *,
     holdout: RecordingLike | Iterable[RecordingLike] = (),
     given: Mapping[str, float] | None = None,
+    report_on: RecordingLike | Iterable[RecordingLike] = (),
     without: Iterable[str] = (),
     area: float | None = None,
     hold: bool = False,
+    budget: float = float("inf"),
     catalogue: Catalogue = CATALOGUE,
     progress: Progress = silent,
 ) -> Trace:
@@ -130,6 +132,11 @@ def trace(
         The effects that are tried; ``br.CATALOGUE.extended(MyEffect())`` adds your own.
     holdout : recording, path or ``bundled:NAME``, or several of them
         Recordings that only judge; without any, the last quarter of each recording does.
+    report_on : recording, path or ``bundled:NAME``, or several of them
+        Recordings for the errors before and after, which neither fit nor judge; without any, the last 30 % of what is
+        held out.
+    budget : float, optional
+        Seconds after which the answer is the best so far; ``found.complete`` says whether all was tried.
 
     Returns
     -------
@@ -148,8 +155,11 @@ def trace(
     'none'
     """
     held = without_effects(without) | dict(given or {})
-    fitted, judging = (with_area(read_all(some), area) for some in (recordings, holdout))
-    return identification.trace(fitted, holdout=judging, given=held, hold=hold, catalogue=catalogue, progress=progress)
+    fitted, judging, reporting = (with_area(read_all(some), area) for some in (recordings, holdout, report_on))
+    return identification.trace(
+        fitted, holdout=judging, report_on=reporting, given=held, hold=hold, budget=budget, catalogue=catalogue,
+        progress=progress,
+    )  # fmt: skip
 
 
 def _check(parameter: str, value: object, allowed: tuple[object, ...]) -> None:

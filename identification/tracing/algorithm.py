@@ -10,14 +10,18 @@
         null test   ask whether as much is gained where nothing is missing                        null_bootstrap.py
     swap            try others in the place of each of several effects                            swap.py
     verdict         name the effect, if hardly anything is missing with it                        verdict.py
+    report          give the errors before and after on what neither fitted nor chose             tracing_procedure.py
 
 Nothing is accepted for fitting better: an effect has to explain recordings that were not fitted. Without a name the
-verdict is `none` (the residual is noise) or `unlisted` (it is not, and no candidate explains it).
+verdict is `none` (the residual is noise) or `unlisted` (it is not, and no candidate explains it). When the budget of
+time is over, the best answer so far is given, with what was not tried (budget.py).
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,8 +30,9 @@ from identification.estimators.coordinates import Coordinates
 from identification.estimators.feasibility import check_given, obstacle
 from identification.given import plant_constants
 from identification.tracing import settings
+from identification.tracing.budget import Budget
 from identification.tracing.classes import in_the_end, one_accepted, ranked
-from identification.tracing.judge import Candidate, judge, judged_by_chance, not_fitted, not_refitted
+from identification.tracing.judge import NO_TIME, Candidate, judge, judged_by_chance, not_fitted, not_refitted
 from identification.tracing.models.base import base_model, polished, with_stiffness_growth
 from identification.tracing.models.model import Model
 from identification.tracing.models.trial_data import divided
@@ -37,17 +42,27 @@ from identification.tracing.screen import screen
 from identification.tracing.shortlist import shortlisted_fits
 from identification.tracing.swap import swapped
 from identification.tracing.verdict import Selection, concluded
-from recordings import BadInput, NegativeAnswer, Progress, Recording, silent, tracked
+from recordings import BadInput, NegativeAnswer, Progress, Recording, silent
 from simulator import BASE, CATALOGUE, Catalogue, kernel
 
 Rounds = list[tuple[Candidate, ...]]
 """The candidates of every round, best first."""
 
 
+class Parts(NamedTuple):
+    """What is fitted, what chooses, and what neither does: the errors before and after are reported on it."""
+
+    fitted: list[Experiment]
+    held_out: list[Experiment]
+    report: list[Experiment]
+
+
 def select(
     recordings: Sequence[Recording],
     *,
     holdout: Sequence[Recording] = (),
+    report_on: Sequence[Recording] = (),
+    budget: Budget | None = None,
     given: Mapping[str, float] | None = None,
     hold: bool = False,
     catalogue: Catalogue = CATALOGUE,
@@ -56,18 +71,21 @@ def select(
     """Trace what a base model lacks. Raises BadInput for recordings that cannot be used, NegativeAnswer when the base
     model cannot be fitted at all.
     """
-    fitted, held_out = _experiments(recordings, holdout, hold)
-    known = plant_constants(fitted) | dict(given or {})
-    _check(fitted, known, catalogue)
+    parts, budget = _parts(recordings, holdout, report_on, hold), budget or Budget()
+    known, progress = plant_constants(parts.fitted) | dict(given or {}), budget.told(progress)
+    _check(parts.fitted, known, catalogue)
     progress("base model", 0, 1)
-    base = base_model(fitted, held_out, known, catalogue)
+    base = base_model(parts.fitted, parts.held_out, known, catalogue)
     progress("base model", 1, 1)
-    base, model, added, rounds = forward_selection(base, progress)
-    model, added, candidates, same_class = _reconsidered(model, added, rounds)
-    return concluded(base, model, added, candidates, same_class)
+    base, model, added, rounds = forward_selection(base, budget, progress)
+    model, added, candidates, same_class = _reconsidered(model, added, rounds, budget)
+    found = concluded(base, model, added, candidates, same_class)
+    return replace(found, report_experiments=tuple(parts.report), not_tried=tuple(dict.fromkeys(budget.not_tried)))
 
 
-def forward_selection(base: Model, progress: Progress = silent) -> tuple[Model, Model, tuple[str, ...], Rounds]:
+def forward_selection(
+    base: Model, budget: Budget, progress: Progress = silent
+) -> tuple[Model, Model, tuple[str, ...], Rounds]:
     """Effects added one by one: the base, the model, the effects in order of acceptance, and all rounds.
 
     An effect may only have shown the way to a better end of the base model; then everything begins again from there.
@@ -75,18 +93,21 @@ def forward_selection(base: Model, progress: Progress = silent) -> tuple[Model, 
     model, added, rounds = base, tuple[str, ...](), Rounds()
     while len(added) < settings.MAX_EFFECTS:
         watch = _of_round(len(rounds) + 1, progress)
-        rounds.append(candidates_of_round(model, watch))
+        if not budget.allows(f"round {len(rounds) + 1}"):
+            break
+        rounds.append(candidates_of_round(model, budget, watch))
         best = rounds[-1][0]
         if not best.accepted or best.refit is None:
             break
         before, earlier = model, added
-        model, added = _pruned(polished(with_stiffness_growth(best.refit)), (*added, best.effect))
+        grown = with_stiffness_growth(best.refit)
+        model, added = _pruned(grown if budget.over else polished(grown), (*added, best.effect))
         if not added:
             better = with_stiffness_growth(polished(model))
-            return forward_selection(better, progress) if better.cost < base.cost else (base, base, (), rounds)
+            return forward_selection(better, budget, progress) if better.cost < base.cost else (base, base, (), rounds)
         if set(added) <= set(earlier):
             break
-        p = null_probability(before, best.refit, best.effect, best.doubtful, watch)
+        p = null_probability(before, best.refit, best.effect, best.doubtful, budget, watch)
         if p is None:
             continue
         rounds[-1] = (judged_by_chance(best, p), *rounds[-1][1:])
@@ -96,16 +117,18 @@ def forward_selection(base: Model, progress: Progress = silent) -> tuple[Model, 
     return base, model, added, rounds
 
 
-def candidates_of_round(model: Model, progress: Progress = silent) -> tuple[Candidate, ...]:
+def candidates_of_round(model: Model, budget: Budget, progress: Progress = silent) -> tuple[Candidate, ...]:
     """All candidates beside a model, best first; at most the first is accepted."""
     scores = screen(model, progress)
-    fits = shortlisted_fits(model, scores, progress)
+    fits = shortlisted_fits(model, scores, budget, progress)
     fits.sort(key=lambda fit: -fit.gain if fit.chunk_fits else np.inf)
-    chosen = worth_refitting(model, fits)
-    refits = {e: judge(model, fit) for e, fit in tracked(list(chosen.items()), "refits and hold-out", progress)}
+    chosen = list(worth_refitting(model, fits).values())
+    shown = budget.within(chosen, "refits and hold-out", progress, lambda fit: fit.effect)
+    refits = {fit.effect: judge(model, fit) for fit in shown}
     judged = [refits.get(fit.effect) or not_refitted(fit) for fit in fits]
     others = [not_fitted(s) for s in scores if all(fit.score is not s for fit in fits)]
-    return (*ranked(judged, model.data.catalogue), *others)
+    found = (*ranked(judged, model.data.catalogue), *others)
+    return tuple(replace(c, why=NO_TIME) if c.effect in budget.not_tried else c for c in found)
 
 
 def _pruned(model: Model, added: tuple[str, ...]) -> tuple[Model, tuple[str, ...]]:
@@ -120,28 +143,38 @@ def _pruned(model: Model, added: tuple[str, ...]) -> tuple[Model, tuple[str, ...
 
 
 def _reconsidered(
-    model: Model, added: tuple[str, ...], rounds: Rounds
+    model: Model, added: tuple[str, ...], rounds: Rounds, budget: Budget
 ) -> tuple[Model, tuple[str, ...], tuple[Candidate, ...], tuple[str, ...]]:
     """The model and its effects once nothing is left to add, the candidates of the first round as that leaves them, and
     the effects that cannot be told from the first.
     """
     if not added:
-        return model, added, rounds[0], ()
+        return model, added, rounds[0] if rounds else (), ()
     if len(added) == 1:
         return model, added, *one_accepted(rounds[0], added[0])
+    if not budget.allows("other effects in the place of each"):
+        return model, added, in_the_end(rounds[0], added, added), ()
     rivals = {some[0].effect: [c for c in some[1:] if c.refit is not None] for some in rounds}
     model, final, alike = swapped(model, added, rivals, catalogue=model.data.catalogue)
     return model, final, in_the_end(rounds[0], added, final), alike
 
 
-def _experiments(
-    recordings: Sequence[Recording], holdout: Sequence[Recording], hold: bool
-) -> tuple[list[Experiment], list[Experiment]]:
-    """What is fitted and what is held out: recordings of their own, or the last part of each."""
-    fitted, held_out = ([experiment(r, hold=hold) for r in some] for some in (recordings, holdout))
-    if len({e.causality for e in (*fitted, *held_out)}) != 1:
+def _parts(
+    recordings: Sequence[Recording], holdout: Sequence[Recording], report_on: Sequence[Recording], hold: bool
+) -> Parts:
+    """What is fitted, what chooses and what the errors are reported on: recordings of their own, or a last part of
+    each. What is held out is divided, where nothing else reports.
+    """
+    fitted, held_out, report = ([experiment(r, hold=hold) for r in some] for some in (recordings, holdout, report_on))
+    if len({e.causality for e in (*fitted, *held_out, *report)}) != 1:
         raise BadInput("recordings", "in some the force drives and in some the motion", "trace them separately")
-    return (fitted, held_out) if held_out else divided(fitted)
+    if not held_out:
+        fitted, held_out = divided(fitted, settings.HELD_OUT_SHARE)
+    if not report:
+        first, last = divided(held_out, settings.REPORT_SHARE)
+        if all(e.segments for e in (*first, *last)):  # none of them is too short for both
+            held_out, report = first, last
+    return Parts(fitted, held_out, report)
 
 
 def _check(experiments: Sequence[Experiment], given: Mapping[str, float], catalogue: Catalogue) -> None:

@@ -18,7 +18,7 @@ from identification.tracing.verdict import Selection
 def sentences(
     found: Selection, residual: ResidualDescription | None, opinion: SecondOpinion | None, closed: float
 ) -> list[str]:
-    """The answer in words, one sentence each. closed : share of the held-out gap to the noise floor that was closed."""
+    """The answer in words, one sentence each. closed : share of the gap to the noise floor that was closed."""
     effects, out = found.base.data.catalogue, list[str]()
     if found.verdict == "none":
         out.append("Nothing is missing: what the model leaves is noise of the size the recordings have.")
@@ -36,8 +36,18 @@ def sentences(
     if residual is not None:
         out.append(f"Left: {residual.description}; {residual.where}.")
     if found.added and np.isfinite(closed):
-        out.append(f"{100 * closed:.0f} % of the held-out gap between the error and the noise floor is closed.")
+        out.append(f"{100 * closed:.0f} % of the gap between the error and the noise floor is closed {_where(found)}.")
+    if found.not_tried:
+        out.append(f"The budget of time was over before all was tried; left out: {', '.join(found.not_tried)}.")
     return out
+
+
+def _where(found: Selection) -> str:
+    """On which data the errors before and after are compared."""
+    if not found.report_experiments:
+        return "on the held-out data"
+    spans = sum(float(s.t[-1] - s.t[0]) for e in found.report_experiments for s in e.segments)
+    return f"on {spans:.3g} s of data that neither fitted nor chose the model"
 
 
 def _nearest(found: Selection) -> list[str]:

@@ -36,6 +36,7 @@ class Candidate:
 
 
 NO_SOLUTION = "the refit has no solution"
+NO_TIME = "the budget of time was over before it was fitted"
 
 
 def judge(base: Model, fit: CandidateFit) -> Candidate:

@@ -19,6 +19,7 @@ from identification.data.grid import with_smooth_force
 from identification.estimators.noise_aware.resolution import MOST_BETWEEN, SWING
 from identification.estimators.order import swing
 from identification.tracing import settings
+from identification.tracing.budget import Budget
 from identification.tracing.models.base import base_model, polished
 from identification.tracing.models.comparison import is_white
 from identification.tracing.models.free_runs import as_fit
@@ -33,11 +34,11 @@ from simulator import BASE
 
 
 def null_probability(
-    model: Model, refit: Model, effect: str, doubtful: bool, progress: Progress = silent
+    model: Model, refit: Model, effect: str, doubtful: bool, budget: Budget, progress: Progress = silent
 ) -> float | None:
     """The probability that some candidate gains on a null replicate of a model as much as a refit with an effect gains
-    on the recordings, from as few replicates as decide it; None where the gain is beyond doubt. doubtful : it is not,
-    however large.
+    on the recordings, from as few replicates as decide it; None where the gain is beyond doubt, and where there is no
+    time for any. doubtful : it is not, however large.
     """
     if model.data.imposed:
         return None
@@ -47,13 +48,17 @@ def null_probability(
     rng, gains, many = np.random.default_rng(settings.NULL_SEED), list[float](), len(model.data.candidates)
     replicates = settings.NULL_REPLICATES
     for done in range(1, replicates + 1):
-        progress("null replicates", done - 1, replicates)
+        if not budget.allows(f"null replicates of {effect}"):
+            break
+        progress(f"null replicates of {effect}, gain {gain:.0f}", done - 1, replicates)
         found = _gain_of_replicate(model, effect, values, rng)
         gains += [] if found is None else [max(settings.NULL_GAIN, found)]
         lowest = many * tail_probability(gain, gains + [settings.NULL_GAIN] * (replicates - done))
         if lowest > settings.NULL_LEVEL or many * tail_probability(gain, gains) < settings.NULL_LEVEL:
             break
     progress("null replicates", replicates, replicates)
+    if not gains and budget.over:
+        return None
     return min(1.0, many * tail_probability(gain, gains))
 
 

@@ -32,6 +32,7 @@ class TraceResult:
     residual: ResidualDescription | None
     error: Mapping[str, Any]
     second_opinion: SecondOpinion | None
+    seconds: float
 
     @property
     def unit(self) -> str:
@@ -74,9 +75,21 @@ class TraceResult:
         return self.model.values
 
     @property
+    def reported(self) -> str:
+        """Which part of the data the errors before and after are reported on: ``report``, where there is such a part,
+        or ``holdout``."""
+        return "report" if self.selection.report_experiments else "holdout"
+
+    @property
+    def complete(self) -> bool:
+        """Whether the trace tried all that it would without a budget of time."""
+        return not self.selection.not_tried
+
+    @property
     def closed(self) -> float:
-        """Share of the held-out gap between the base model's error and the noise floor that was closed [1]."""
-        errors = ((self.error[side]["holdout"] or {}).get(f"rmse_{self.unit}", np.nan) for side in ("before", "after"))
+        """Share of the gap between the base model's error and the noise floor that was closed [1], on `reported`."""
+        where = self.reported
+        errors = ((self.error[side][where] or {}).get(f"rmse_{self.unit}", np.nan) for side in ("before", "after"))
         before, after = errors
         gap = before - self.error[f"noise_floor_{self.unit}"]
         return float((before - after) / gap) if gap > 0 else 0.0
@@ -97,6 +110,7 @@ class TraceResult:
             },
             "candidates": [answer.candidate_row(c, self.holdout_rmse, self.unit) for c in found.candidates],
             "verdict": found.verdict, "effects_added": list(found.added), "same_class": list(found.same_class),
+            "complete": self.complete, "not_tried": list(found.not_tried), "seconds": self.seconds,
             "unlisted": None if self.residual is None else self.residual.as_json(),
             "error": dict(self.error),
             "residual_after": {"white": found.after.white, "p_value": found.after.p_value},

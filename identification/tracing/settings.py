@@ -56,6 +56,9 @@ END_SHARE: Final = 0.5
 
 HELD_OUT_SHARE: Final = 0.25
 """Share of each recording that is held out when no recording is: enough to judge, little to lose."""
+REPORT_SHARE: Final = 0.3
+"""Share of what is held out that judges nothing either, and gives the errors before and after: what chose an effect
+makes it look better than it is."""
 MIN_PART_SAMPLES: Final = 10
 """Samples that a part of a divided segment has more than, or it is dropped: its motion cannot be smoothed."""
 BASE_WAYS: Final = 4
@@ -171,7 +174,9 @@ block is far from noise there, and a gain says little."""
 COMPLETE_LOSS: Final = 1.05
 """Loss of a complete model at most: 1, and what linearisation leaves."""
 LOSS_SPREAD: Final = 1.264
-"""Standard deviation of the loss of one unit normal innovation, in means of it."""
+"""Standard deviation of Cauchy's loss of one unit normal innovation, in means of it."""
+SQUARE_SPREAD: Final = 2.0**0.5
+"""The same of its square."""
 MAX_OUTLIERS: Final = 1e-3
 """Share of outliers that a complete model has at most."""
 WHITE_LEVEL: Final = 0.01

@@ -6,28 +6,31 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from identification.tracing import settings
+from identification.tracing.budget import Budget
 from identification.tracing.models.comparison import fitted_whiteness, is_white
 from identification.tracing.models.model import Model
 from identification.tracing.models.search import best_model_on_chunks, imitations
 from identification.tracing.refine import CandidateFit, fit_on_chunks, gain_of, refit_on_base_paths
 from identification.tracing.screen import Score
-from recordings import Progress, silent, tracked
+from recordings import Progress, silent
 
 Refits = Mapping[str, Model | None]
 """Refits on the base model's paths, by effect."""
 
 
-def shortlisted_fits(base: Model, scores: Sequence[Score], progress: Progress = silent) -> list[CandidateFit]:
+def shortlisted_fits(
+    base: Model, scores: Sequence[Score], budget: Budget, progress: Progress = silent
+) -> list[CandidateFit]:
     """The candidates that are worth a fit, each fitted as far as it is worth. scores : best first."""
     few = [s for s in scores[: settings.BASE_PATH_REFITS] if s.gain > settings.BASE_PATH_SCORE]
     few = [] if base.data.imposed else few
-    refits, complete = _refits_on_base_paths(base, few, progress)
+    refits, complete = _refits_on_base_paths(base, few, budget, progress)
     shortlist = _shortlist(base, scores, refits, complete)
     base_on_chunks = best_model_on_chunks(base) if shortlist else None
     usual = [s.effect for s in scores[: settings.CHUNK_FITS]]
     fits = [
         fit_on_chunks(base, base_on_chunks, s, from_here=s.effect in usual or is_imitated(base, s))
-        for s in tracked(shortlist, "fits to chunks", progress)
+        for s in budget.within(shortlist, "fits to chunks", progress, _effect)
     ]
     fits += [CandidateFit(s, (), s.gain) for s in few if s not in shortlist]
     return [replace(fit, base_path_refit=refits.get(fit.effect)) for fit in fits]
@@ -38,14 +41,20 @@ def is_imitated(base: Model, score: Score) -> bool:
     return bool(imitations(base, score.effect))
 
 
-def _refits_on_base_paths(base: Model, few: Sequence[Score], progress: Progress) -> tuple[Refits, Model | None]:
+def _effect(score: Score) -> str:
+    return score.effect
+
+
+def _refits_on_base_paths(
+    base: Model, few: Sequence[Score], budget: Budget, progress: Progress
+) -> tuple[Refits, Model | None]:
     """Candidates refitted on the base model's paths, and the one of them that is complete, where it gains much.
 
     Others are then of interest only if they explain about as much: what it should not have explained shows in the next
     round. Effects that the base model imitates well also imitate each other, and none of them ends the search.
     """
     refits, complete = dict[str, Model | None](), None
-    for s in tracked(few, "refits on the base model's paths", progress):
+    for s in budget.within(few, "refits on the base model's paths", progress, _effect):
         best_gain = gain_of(base, complete)
         refits[s.effect] = refit = refit_on_base_paths(base, s, best_gain)
         if refit is None or gain_of(base, refit) < max(settings.CLEAR_GAIN, best_gain):

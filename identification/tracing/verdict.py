@@ -21,7 +21,8 @@ class Selection:
     base, final : models before and after; candidates : of the first round, best first; added : effects in the order of
     acceptance, empty where none is named; same_class : effects that these recordings cannot tell from the first;
     verdict : an effect id, ``none`` or ``unlisted``; before, after : whether the innovations of the two models are
-    noise, on the held-out recordings.
+    noise, on the held-out recordings; report_experiments : neither fitted nor held out; not_tried : what there was no
+    time for.
     """
 
     base: Model
@@ -32,6 +33,8 @@ class Selection:
     verdict: str
     before: Whiteness
     after: Whiteness
+    report_experiments: tuple[Experiment, ...] = ()
+    not_tried: tuple[str, ...] = ()
 
     @property
     def experiments(self) -> tuple[Experiment, ...]:

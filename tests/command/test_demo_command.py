@@ -54,7 +54,7 @@ def test_it_fits_records_traces_and_watches_and_leaves_nothing_running(console, 
         assert len(read(out / f"{name}.h5").time) >= 800
     found = json.loads((out / "trace.json").read_text())
     assert found["verdict"] == found["effects_added"][0] == "position_periodic_force"
-    before, after = (found["error"][side]["holdout"]["rmse_m"] for side in ("before", "after"))
+    before, after = (found["error"][side]["report"]["rmse_m"] for side in ("before", "after"))
     assert after < before
     assert f"{1e3 * before:.3f} mm before, {1e3 * after:.3f} mm after" in ending.out
     added = ValveModel.read(out / "traced.json").values

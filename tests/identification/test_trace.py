@@ -95,14 +95,19 @@ def test_the_files_follow_the_contract(tmp_path: Path):
     assert (content["format"], content["version"]) == ("valve-trace", 1)
     assert set(content) >= {
         "base", "residual", "candidates", "verdict", "effects_added", "unlisted", "error", "residual_after",
-        "crosscheck",
+        "crosscheck", "complete", "not_tried", "seconds",
     }  # fmt: skip
+    assert content["complete"]
+    assert content["not_tried"] == []
     assert content["effects_added"] == ["hardening_spring"]
     accepted = [c for c in content["candidates"] if c["accepted"]]
     assert [c["effect"] for c in accepted] == ["hardening_spring"]
     assert set(accepted[0]) >= {"effect", "gain", "p_value", "holdout_rmse_m", "accepted", "why"}
     assert {c["effect"] for c in content["candidates"]} <= set(CATALOGUE.ids) - set(BASE)
     assert set(content["error"]) == {"before", "after", "noise_floor_m"}
+    assert set(content["error"]["after"]) == {"fit", "holdout", "report"}
+    before, after = (content["error"][side]["report"]["rmse_m"] for side in ("before", "after"))
+    assert after < 0.2 * before
     model = ValveModel.read(tmp_path / "model.json")
     assert model.parameters["hardening_spring.k3"].std is not None
 
@@ -144,7 +149,7 @@ def test_what_is_held_out_of_a_recording_holds_positions():
     signals = [replace(whole[n], values=half) if n == "position" else whole[n] for n in whole]
     seen = experiment(Recording.of(signals, source="simulated", title="half"))
     for e in (experiment(whole), seen):
-        counts = [sum(int(s.seen.sum()) for one in part for s in one.segments) for part in divided([e])]
+        counts = [sum(int(s.seen.sum()) for one in part for s in one.segments) for part in divided([e], 0.25)]
         assert counts[1] / sum(counts) == pytest.approx(0.25, abs=0.01)
 
 

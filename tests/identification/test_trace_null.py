@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from traced_valves import screened, traced
 
+from identification.tracing.budget import Budget
 from identification.tracing.null_bootstrap import null_probability, tail_probability
 from identification.tracing.refine import refit_on_base_paths
 from identification.tracing.settings import NULL_GAIN, NULL_LEVEL
@@ -26,7 +27,7 @@ def test_what_an_effect_gains_of_a_complete_model_is_gained_on_null_replicates()
     drift = next(s for s in screened(None) if s.effect == "friction_drift")
     refit = refit_on_base_paths(base, drift)
     assert refit is not None
-    p = null_probability(base, refit, "friction_drift", doubtful=True)
+    p = null_probability(base, refit, "friction_drift", doubtful=True, budget=Budget())
     assert p is not None
     assert p > NULL_LEVEL
 
@@ -34,7 +35,7 @@ def test_what_an_effect_gains_of_a_complete_model_is_gained_on_null_replicates()
 def test_a_gain_beyond_doubt_needs_no_null_replicates():
     base = traced(None).selection.base
     better = replace(base, estimate=replace(base.estimate, cost=base.estimate.cost - 1e4))
-    assert null_probability(base, better, "hardening_spring", doubtful=False) is None
+    assert null_probability(base, better, "hardening_spring", doubtful=False, budget=Budget()) is None
 
 
 def test_the_probability_of_a_gain_holds_for_gains_of_one_distribution():

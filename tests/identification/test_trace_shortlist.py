@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from traced_valves import screened, traced
 
+from identification.tracing.budget import Budget
 from identification.tracing.refine import CandidateFit, gain_of, refit_on_base_paths, refitted
 from identification.tracing.settings import GAIN_SHARE
 from identification.tracing.shortlist import is_imitated, shortlisted_fits
@@ -11,13 +12,13 @@ from identification.tracing.shortlist import is_imitated, shortlisted_fits
 
 def test_beside_a_complete_base_model_only_imitated_effects_are_fitted_to_chunks():
     base = traced(None).selection.base
-    fits = shortlisted_fits(base, screened(None))
+    fits = shortlisted_fits(base, screened(None), Budget())
     assert all(is_imitated(base, fit.score) for fit in fits if fit.chunk_fits)
 
 
 def test_beside_a_complete_candidate_only_those_are_fitted_to_chunks_that_gain_about_as_much():
     base = traced("hardening_spring", k3=3e6).selection.base
-    fits = shortlisted_fits(base, screened("hardening_spring", k3=3e6))
+    fits = shortlisted_fits(base, screened("hardening_spring", k3=3e6), Budget())
     best = max(gain_of(base, fit.base_path_refit) for fit in fits)
     on_chunks = [fit for fit in fits if fit.chunk_fits]
     assert "hardening_spring" in [fit.effect for fit in on_chunks]

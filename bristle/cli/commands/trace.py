@@ -15,6 +15,11 @@ def command(
     holdout: Annotated[
         list[str] | None, typer.Option(help="Recording that only judges; without any, the last quarter of each does.")
     ] = None,
+    report_on: Annotated[
+        list[str] | None,
+        typer.Option(help="Recording for the errors before and after; without any, the last 30 % of what judges."),
+    ] = None,
+    budget: Annotated[float, typer.Option(help="Answer with the best so far after so many seconds.")] = 120.0,
     report: Annotated[Path | None, typer.Option(help="Write a self-contained HTML page here.")] = None,
     given: Annotated[list[str] | None, typer.Option(help="Hold a parameter: spring.F0=310 (SI units).")] = None,
     without: Annotated[list[str] | None, typer.Option(help="Leave out: 'spring' for a plant without one.")] = None,
@@ -36,6 +41,8 @@ def command(
         found = br.trace(
             recordings,
             holdout=holdout or (),
+            report_on=report_on or (),
+            budget=budget,
             given=held,
             without=without or (),
             area=area,

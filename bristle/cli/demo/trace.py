@@ -17,7 +17,7 @@ from recordings import NegativeAnswer, Recording, read
 def trace_stage(recorded: Sequence[Path], out: Path, console: Console) -> Path:
     """Trace the effect that the model does not have; the last recording judges. The file of the traced model.
 
-    Raises NegativeAnswer when none is found, or it does not explain the held-out recording better.
+    Raises NegativeAnswer when none is found, or it does not explain the data set aside better.
     """
     *fitted, held = [_to_the_nanosecond(one) for one in map(read, recorded)]
     console.print("Tracing: the model of spring and friction is fitted, and what it leaves is tested for every effect.")
@@ -30,10 +30,10 @@ def trace_stage(recorded: Sequence[Path], out: Path, console: Console) -> Path:
     found.report(out / "trace.html")
     if not found.effects_added:
         raise NegativeAnswer(f"tracing ended with '{found.verdict}': no effect was named")
-    before, after = (held_out_mm(found, side) for side in ("before", "after"))
-    console.print(f"Held-out error: {before:.3f} mm before, {after:.3f} mm after {found.verdict} was added.")
+    before, after = (error_mm(found, side) for side in ("before", "after"))
+    console.print(f"Error on data set aside: {before:.3f} mm before, {after:.3f} mm after {found.verdict} was added.")
     if not after < before:
-        raise NegativeAnswer("the traced effect does not explain the held-out recording better")
+        raise NegativeAnswer("the traced effect does not explain the data set aside better")
     return out / "traced.json"
 
 
@@ -43,6 +43,6 @@ def _to_the_nanosecond(recording: Recording) -> Recording:
     return replace(recording, signals={**recording.signals, "time": time})
 
 
-def held_out_mm(found: Trace, side: str) -> float:
-    """Free-run error on the held-out recording [mm]."""
-    return 1e3 * float(found.error[side]["holdout"]["rmse_m"])
+def error_mm(found: Trace, side: str) -> float:
+    """Free-run error on data that neither fitted nor judged [mm]."""
+    return 1e3 * float(found.error[side][found.reported]["rmse_m"])

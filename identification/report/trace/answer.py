@@ -38,8 +38,8 @@ def error_at(trace: TraceResult, side: str, where: str) -> float | None:
 
 def _cards(trace: TraceResult) -> list[Card]:
     factor, unit = error_scale(trace)
-    where = "holdout" if trace.base.holdout else "fit"
-    on = "held-out recordings" if trace.base.holdout else "fitted recordings"
+    where = trace.reported if trace.base.holdout else "fit"
+    on = {"report": "data set aside", "holdout": "held-out recordings", "fit": "fitted recordings"}[where]
 
     def sized(value: float | None) -> str:
         return "unknown" if value is None else f"{number(factor * value)} {unit}"

@@ -21,7 +21,8 @@ def candidates(trace: TraceResult) -> Section:
         "unit": unit,
         "errors": [
             {"model": name, "fit": _sized(error_at(trace, side, "fit"), factor),
-             "holdout": _sized(error_at(trace, side, "holdout"), factor)}
+             "holdout": _sized(error_at(trace, side, "holdout"), factor),
+             "report": _sized(error_at(trace, side, "report"), factor)}
             for side, name in models
         ],
         "floor": _sized(trace.error[f"noise_floor_{trace.unit}"], factor),

@@ -73,7 +73,8 @@ def whiteness(estimate: Estimate) -> Whiteness:
     """Test of the position's innovations: their mean loss, of independent samples if the model is complete, and their
     outliers.
     """
-    spread = settings.LOSS_SPREAD / np.sqrt(estimate.samples)
+    of_one = settings.LOSS_SPREAD if np.isfinite(estimate.tuning) else settings.SQUARE_SPREAD
+    spread = of_one / np.sqrt(estimate.samples)
     p_value = float(norm.sf((estimate.loss - settings.COMPLETE_LOSS) / spread))
     if estimate.outliers > settings.MAX_OUTLIERS:
         p_value = min(p_value, float(norm.sf(OUTLIER)))

@@ -64,13 +64,19 @@ def holdout_rmse(model: Model, experiments: Sequence[Experiment], held_out: Sequ
     return error.get("rmse_N" if model.data.imposed else "rmse_m", float("nan"))
 
 
-def free_run_errors(base: Model, final: Model, before: Identification, after: Identification) -> dict[str, Any]:
-    """The free-run errors of two models with their identifications, and the noise floors, as `trace.json` has them."""
+def free_run_errors(
+    base: Model, final: Model, before: Identification, after: Identification, report: Sequence[Experiment]
+) -> dict[str, Any]:
+    """The free-run errors of two models with their identifications, and the noise floors, as `trace.json` has them.
+    report : experiments that neither fitted nor chose a model.
+    """
     data, errors = base.data, dict[str, Any]()
+    driven = [imposed(e) for e in report] if data.imposed else with_smooth_force(report)
     for side, model, found in (("before", base, before), ("after", final, after)):
         errors[side] = {
             "fit": _error(model, error_of(found.trajectories), data.experiments),
             "holdout": _error(model, error_of(found.holdout), data.held_out_experiments),
+            "report": _error(model, error_of(free_runs(found.fit, driven, fitted=False)) if driven else None, report),
         }
     errors["noise_floor_m"] = float(np.sqrt(np.mean([e.noise_position**2 for e in data.experiments])))
     if data.imposed:

@@ -128,16 +128,16 @@ def trial_data(
     )  # fmt: skip
 
 
-def divided(experiments: Sequence[Experiment]) -> tuple[list[Experiment], list[Experiment]]:
-    """The first part of every experiment to fit, the last to hold out, by the positions that they hold."""
-    pairs = [_divided(e) for e in experiments]
+def divided(experiments: Sequence[Experiment], share: float) -> tuple[list[Experiment], list[Experiment]]:
+    """The first part of every experiment and the last, which has such a share of the positions that they hold."""
+    pairs = [_divided(e, share) for e in experiments]
     return [first for first, _ in pairs], [last for _, last in pairs]
 
 
-def _divided(e: Experiment) -> tuple[Experiment, Experiment]:
+def _divided(e: Experiment, share: float) -> tuple[Experiment, Experiment]:
     """The two parts of one experiment; segments too short to be smoothed are dropped."""
     first, last = list[Segment](), list[Segment]()
-    wanted = (1 - settings.HELD_OUT_SHARE) * sum(int(s.seen.sum()) for s in e.segments)
+    wanted = (1 - share) * sum(int(s.seen.sum()) for s in e.segments)
     for s in e.segments:
         edge = int(np.searchsorted(np.cumsum(s.seen), wanted, side="right"))
         wanted -= int(s.seen.sum())

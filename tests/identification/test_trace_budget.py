@@ -1,0 +1,62 @@
+"""A trace within a budget of time, and its three uses of data."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import count
+
+import numpy as np
+import pytest
+from traced_valves import recorded, traced
+
+from identification import trace
+from identification.tracing import settings
+from identification.tracing.algorithm import candidates_of_round, forward_selection
+from identification.tracing.budget import Budget
+from identification.tracing.judge import NO_TIME
+from recordings import BadParameter
+
+
+def ticking(calls: int) -> Iterator[float]:
+    """A clock [s] that is past any budget after so many looks at it."""
+    yield from (0.0 for _ in range(calls))
+    yield from (1e6 for _ in count())
+
+
+def budget_of(calls: int) -> Budget:
+    """A budget that is over after so many looks at the time."""
+    looks = ticking(calls)
+    return Budget(100.0, clock=lambda: next(looks))
+
+
+def test_with_no_time_left_the_base_model_is_the_answer():
+    base, spent = traced("hardening_spring", k3=3e6).selection.base, budget_of(1)
+    _, model, added, rounds = forward_selection(base, spent)
+    assert (model, added, rounds) == (base, (), [])
+    assert spent.not_tried == ["round 1"]
+
+
+def test_candidates_that_there_was_no_time_for_say_so_and_none_is_lost():
+    base, spent = traced("hardening_spring", k3=3e6).selection.base, budget_of(3)
+    found = candidates_of_round(base, spent)
+    late = {c.effect for c in found if c.why == NO_TIME}
+    assert late
+    assert late == {name for name in spent.not_tried if name in base.data.catalogue.ids}
+    assert not any(c.accepted and c.effect in late for c in found)
+    assert {c.effect for c in found} == {c.effect for c in candidates_of_round(base, Budget())}
+
+
+def test_the_errors_are_reported_on_what_neither_fitted_nor_judged():
+    found = traced("hardening_spring", k3=3e6)
+    held, report = found.selection.held_out_experiments, found.selection.report_experiments
+    (judged,), (reported,) = ([s for e in some for s in e.segments] for some in (held, report))
+    seen = [int(s.seen.sum()) for s in (judged, reported)]
+    assert seen[1] / sum(seen) == pytest.approx(settings.REPORT_SHARE, abs=0.01)
+    assert not np.intersect1d(judged.y, reported.y).size
+
+
+def test_less_than_a_second_is_no_budget():
+    with pytest.raises(BadParameter, match="budget"):
+        trace(recorded()[:1], budget=0.0)
+    with pytest.raises(BadParameter, match="budget"):
+        Budget(float("nan"))
