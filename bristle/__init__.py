@@ -13,6 +13,7 @@ Arrays in, arrays out; a path or ``bundled:NAME`` stands for a recording whereve
 `simulate`              a recording of a simulated valve
 `fit`                   friction and spring of a valve, from recordings
 `trace`                 the effect that a valve shows and the model of friction and spring lacks
+`compare`               what changed between two recordings or two models of a valve
 `learn`, `watch`        a fault detector for one valve, and what it sees in a recording
 `record`, `serve`       live recording, and a simulated valve behind Modbus: both are context managers
 `Fault`                 a fault of the DAMADICS benchmark, for `serve`
@@ -44,6 +45,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from bristle.door.comparisons import compare as compare
     from bristle.door.detectors import learn as learn
     from bristle.door.detectors import watch as watch
     from bristle.door.links import record as record
@@ -76,6 +78,7 @@ if TYPE_CHECKING:
     __version__: str
 
 PLACES = {
+    "bristle.door.comparisons": ("compare",),
     "bristle.door.detectors": ("learn", "watch"),
     "bristle.door.links": ("record", "serve"),
     "bristle.door.models": ("fit", "trace"),

@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from identification.budget import Budget
 from identification.identified import Identification
 from identification.summary import trace_html, trace_text
 from identification.tracing.algorithm import select
-from identification.tracing.budget import Budget
 from identification.tracing.crosscheck import second_opinion
 from identification.tracing.models.free_runs import (
     free_run_errors,

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from recordings.errors import BadInput
 
 COMMANDS = {
+    "compare": "compare",
     "demo": "demo",
     "evaluate": "evaluate",
     "fit": "fit",

@@ -1,7 +1,8 @@
-"""The report of a fit or a trace: one self-contained HTML page that opens without a network; the figures of it."""
+"""Reports of fits, traces and comparisons: self-contained HTML pages that open without a network; their figures."""
 
+from identification.report.comparison_page import write_comparison_report
 from identification.report.fit_page import page, write_report
 from identification.report.notebook import figures, stacked
 from identification.report.trace_page import write_trace_report
 
-__all__ = ["figures", "page", "stacked", "write_report", "write_trace_report"]
+__all__ = ["figures", "page", "stacked", "write_comparison_report", "write_report", "write_trace_report"]

@@ -14,7 +14,7 @@
 
 Nothing is accepted for fitting better: an effect has to explain recordings that were not fitted. Without a name the
 verdict is `none` (the residual is noise) or `unlisted` (it is not, and no candidate explains it). When the budget of
-time is over, the best answer so far is given, with what was not tried (budget.py).
+time is over, the best answer so far is given, with what was not tried (`identification/budget.py`).
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from identification.budget import Budget
 from identification.data.experiment import Experiment, experiment
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.feasibility import check_given, obstacle
 from identification.given import plant_constants
 from identification.tracing import settings
-from identification.tracing.budget import Budget
 from identification.tracing.classes import in_the_end, one_accepted, ranked
 from identification.tracing.judge import NO_TIME, Candidate, judge, judged_by_chance, not_fitted, not_refitted
 from identification.tracing.models.base import base_model, polished, with_stiffness_growth

@@ -14,12 +14,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from identification.budget import Budget
 from identification.data.experiment import Experiment
 from identification.data.grid import with_smooth_force
 from identification.estimators.noise_aware.resolution import MOST_BETWEEN, SWING
 from identification.estimators.order import swing
 from identification.tracing import settings
-from identification.tracing.budget import Budget
 from identification.tracing.models.base import base_model, polished
 from identification.tracing.models.comparison import is_white
 from identification.tracing.models.free_runs import as_fit

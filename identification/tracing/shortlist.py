@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from identification.budget import Budget
 from identification.tracing import settings
-from identification.tracing.budget import Budget
 from identification.tracing.models.comparison import fitted_whiteness, is_white
 from identification.tracing.models.model import Model
 from identification.tracing.models.search import best_model_on_chunks, imitations

@@ -65,7 +65,7 @@ def test_errors_before_and_after_have_their_unit(name, page_of):
     for side in sides:
         value, unit = re.search(rf"{label.format(side)} ([\d.×⁻⁰-⁹]+) (µm|mm|N)", said).groups()
         factor = {"µm": 1e6, "mm": 1e3, "N": 1.0}[unit]
-        error = found.error[side]["holdout"][f"rmse_{found.unit}"]
+        error = found.error[side][found.reported][f"rmse_{found.unit}"]
         assert as_number(value) / factor == pytest.approx(error, rel=0.01)
 
 

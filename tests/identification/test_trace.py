@@ -130,13 +130,16 @@ def test_a_missing_recording_is_refused_in_words(tmp_path: Path, capsys: pytest.
 
 @pytest.mark.long
 def test_the_command_says_what_it_found(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
-    paths = [tmp_path / f"{i}.h5" for i in range(3)]
+    paths = [tmp_path / f"{i}.h5" for i in range(4)]
     for path, recording in zip(paths, recorded("hardening_spring", {"hardening_spring.k3": 3e6}), strict=True):
         write(path, recording)
     out, model = tmp_path / "trace.json", tmp_path / "model.json"
     code = run(
-        ["trace", *map(str, paths[:2]), "--holdout", str(paths[2]), "--out", str(out), "--model-out", str(model)]
-    )
+        [
+            "trace", *map(str, paths[:2]), "--holdout", str(paths[2]), "--report-on", str(paths[3]),
+            "--out", str(out), "--model-out", str(model),
+        ]
+    )  # fmt: skip
     assert code == 0
     assert "verdict: hardening_spring" in capsys.readouterr().out
     assert json.loads(out.read_text())["verdict"] == "hardening_spring"

@@ -7,12 +7,12 @@ from itertools import count
 
 import numpy as np
 import pytest
-from traced_valves import recorded, traced
+from traced_valves import recorded, traced, traced_imposed
 
 from identification import trace
+from identification.budget import Budget
 from identification.tracing import settings
 from identification.tracing.algorithm import candidates_of_round, forward_selection
-from identification.tracing.budget import Budget
 from identification.tracing.judge import NO_TIME
 from recordings import BadParameter
 
@@ -47,7 +47,7 @@ def test_candidates_that_there_was_no_time_for_say_so_and_none_is_lost():
 
 
 def test_the_errors_are_reported_on_what_neither_fitted_nor_judged():
-    found = traced("hardening_spring", k3=3e6)
+    found = traced_imposed("hardening_spring", k3=3e6)
     held, report = found.selection.held_out_experiments, found.selection.report_experiments
     (judged,), (reported,) = ([s for e in some for s in e.segments] for some in (held, report))
     seen = [int(s.seen.sum()) for s in (judged, reported)]

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from traced_valves import screened, traced
 
-from identification.tracing.budget import Budget
+from identification.budget import Budget
 from identification.tracing.null_bootstrap import null_probability, tail_probability
 from identification.tracing.refine import refit_on_base_paths
 from identification.tracing.settings import NULL_GAIN, NULL_LEVEL

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from traced_valves import screened, traced
 
-from identification.tracing.budget import Budget
+from identification.budget import Budget
 from identification.tracing.refine import CandidateFit, gain_of, refit_on_base_paths, refitted
 from identification.tracing.settings import GAIN_SHARE
 from identification.tracing.shortlist import is_imitated, shortlisted_fits

@@ -11,11 +11,11 @@ from recordings import Recording, Signal
 from simulator import BASE, CATALOGUE, Excitation, Sensors, random_valve, simulate
 
 SEED, RATE = 3, 250.0
-COURSES = ("staircase:14", "sine:14", "multisine:12")
+COURSES = ("staircase:14", "sine:14", "multisine:12", "multisine:6")
 
 
 def recorded(effect: str | None = None, values: Mapping[str, float] | None = None) -> list[Recording]:
-    """Two recordings to fit and one to judge of a valve with force noise of 0.1 % of span."""
+    """Two recordings to fit, one to judge and one to report on, of a valve with force noise of 0.1 % of span."""
     valve, stroke = random_valve(SEED)
     effects = tuple(e for e in CATALOGUE.ids if e in (*BASE, effect))
     span = valve["spring.K"] * stroke
@@ -30,9 +30,9 @@ def recorded(effect: str | None = None, values: Mapping[str, float] | None = Non
 
 @cache
 def traced(effect: str | None, **values: float) -> Trace:
-    """A trace of recordings with an effect."""
-    first, second, held = recorded(effect, {f"{effect}.{k}": v for k, v in values.items()})
-    return trace([first, second], holdout=[held])
+    """A trace of recordings with an effect; the last reports."""
+    first, second, held, last = recorded(effect, {f"{effect}.{k}": v for k, v in values.items()})
+    return trace([first, second], holdout=[held], report_on=[last])
 
 
 @cache
@@ -51,5 +51,5 @@ def imposed(recording: Recording) -> Recording:
 @cache
 def traced_imposed(effect: str | None, **values: float) -> Trace:
     """A trace of the same recordings, as those of such a rig."""
-    first, second, held = (imposed(r) for r in recorded(effect, {f"{effect}.{k}": v for k, v in values.items()}))
+    first, second, held, _ = (imposed(r) for r in recorded(effect, {f"{effect}.{k}": v for k, v in values.items()}))
     return trace([first, second], holdout=[held])
