@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from recordings import Array
 from simulator.compile import c_loop
+from simulator.compile.c_compiler import compiler
 from simulator.compile.recurrence import Loops, Recurrence
 
 MOST_SUB_STEPS = 10**9
@@ -67,9 +68,10 @@ class Scanner:
     def __init__(self, recurrence: Recurrence) -> None:
         self.recurrence = recurrence
         self.sizes = recurrence.sizes
-        plain = c_loop.loops(recurrence, sensitive=False)
-        self._compiled = plain is not None
-        self._loops = {False: plain} if plain else dict.fromkeys((False, True), self._without_compiler())
+        self._loops: dict[bool, Loops] = {}
+        self._compiled = compiler() is not None
+        if not self._compiled:
+            self._loops = dict.fromkeys((False, True), self._without_compiler())
         self._libraries: dict[tuple[str, tuple[int, ...]], ctypes.CDLL | None] = {}
         self._lock = threading.Lock()
 
@@ -82,11 +84,19 @@ class Scanner:
                 self._libraries[text, columns] = c_loop.with_shots(self.recurrence, columns, text)
             return self._libraries.get((text, columns))
 
+    @property
+    def compiled(self) -> bool:
+        """Whether a C compiler makes the machine code (True) or numba."""
+        self._loops_for(False)
+        return self._compiled
+
     def _loops_for(self, sensitive: bool) -> Loops:
-        """The loops with derivatives or without; many kernels are never asked for one of them."""
+        """The loops with derivatives or without, compiled when first asked for: many kernels need one of them."""
         with self._lock:
             if sensitive not in self._loops:
-                self._loops[sensitive] = c_loop.loops(self.recurrence, sensitive) or self._without_compiler()
+                made = c_loop.loops(self.recurrence, sensitive) if self._compiled else None
+                self._compiled = made is not None
+                self._loops[sensitive] = made or self._without_compiler()
             return self._loops[sensitive]
 
     def _without_compiler(self) -> Loops:
@@ -94,11 +104,6 @@ class Scanner:
 
         of = self.recurrence
         return numba_loop.loops(of.functions(), self.sizes.exo, of.scale, of.ahead)
-
-    @property
-    def compiled(self) -> bool:
-        """Whether a C compiler made the machine code (True) or numba."""
-        return self._compiled
 
     def run(
         self,
