@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import ndtri
 
 from recordings import Array, BadInput, Integers
 
@@ -67,8 +68,6 @@ def normal(seed: int, channel: int, steps: Integers) -> Array:
     """Standard normal numbers, shape (n,), one for each step number of a channel of a seed."""
     key = np.random.SeedSequence([seed, channel]).generate_state(1, np.uint64)[0]
     bits = _mixed(key + steps.astype(np.uint64) * _GOLDEN)
-    from scipy.special import ndtri  # slow to import
-
     return ndtri(((bits >> np.uint64(11)).astype(np.float64) + 0.5) * 2.0**-53)
 
 
