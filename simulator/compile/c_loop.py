@@ -33,8 +33,10 @@ def loops(recurrence: Recurrence, sensitive: bool) -> Loops | None:
     library = _library("\n".join((*texts, _text("loop.c"))))
     if library is None:
         return None
-    library.scan.restype = ctypes.c_long
-    library.shoot.restype = ctypes.c_long
+    vector, number, whole = ctypes.c_void_p, ctypes.c_double, ctypes.c_long
+    library.scan.argtypes = (whole, vector, vector, ctypes.c_int, number, *(vector,) * 6)
+    library.shoot.argtypes = (whole, whole, whole, vector, vector, number, *(vector,) * 7)
+    library.scan.restype = library.shoot.restype = whole
     return Loops(functools.partial(_call, library), functools.partial(_call_shoot, library))
 
 
@@ -87,29 +89,21 @@ def _call(
     library: Any, t: Array, u: Array, hold: bool, h_max: float, p: Array, s: Array, y: Array, S: Array, Y: Array,
     resets: Array,
 ) -> int:  # fmt: skip
-    return int(
-        library.scan(
-            ctypes.c_long(len(t)), _pointer(t), _pointer(u), ctypes.c_int(hold), ctypes.c_double(h_max), _pointer(p),
-            _pointer(s), _pointer(y), _pointer(S), _pointer(Y), _pointer(resets),
-        )
-    )  # fmt: skip
+    vectors = map(_pointer, (p, s, y, S, Y, resets))
+    return library.scan(len(t), _pointer(t), _pointer(u), hold, h_max, *vectors)
 
 
 def _call_shoot(
     library: Any, first: int, last: int, t: Array, u: Array, h_max: float, p: Array, z: Array, f: Array, T: Array,
     y: Array, Y: Array, carried: NDArray[np.uint8],
 ) -> int:  # fmt: skip
-    return int(
-        library.shoot(
-            ctypes.c_long(first), ctypes.c_long(last), ctypes.c_long(len(t)), _pointer(t), _pointer(u),
-            ctypes.c_double(h_max), _pointer(p), _pointer(z), _pointer(f), _pointer(T), _pointer(y), _pointer(Y),
-            ctypes.c_void_p(carried.ctypes.data),
-        )
-    )  # fmt: skip
+    vectors = map(_pointer, (p, z, f, T, y, Y))
+    return library.shoot(first, last, len(t), _pointer(t), _pointer(u), h_max, *vectors, carried.ctypes.data)
 
 
-def _pointer(array: Array) -> ctypes.c_void_p:
-    return ctypes.c_void_p(array.ctypes.data if len(array) else None)
+def _pointer(array: Array) -> int | None:
+    address: int = array.__array_interface__["data"][0]  # twice as fast as by way of its `ctypes`
+    return address if len(array) else None
 
 
 def _generated(functions: Iterable[ca.Function]) -> str:

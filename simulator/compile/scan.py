@@ -92,6 +92,8 @@ class Scanner:
 
     def _loops_for(self, sensitive: bool) -> Loops:
         """The loops with derivatives or without, compiled when first asked for: many kernels need one of them."""
+        if loops := self._loops.get(sensitive):
+            return loops
         with self._lock:
             if sensitive not in self._loops:
                 made = c_loop.loops(self.recurrence, sensitive) if self._compiled else None
@@ -177,7 +179,7 @@ class Scanner:
 
 def _check_steps(t: Array, h_max: float) -> None:
     """Times rise, and the sub-steps can be counted."""
-    if len(t) == 0 or not np.isfinite(t).all() or (t[1:] <= t[:-1]).any():
+    if len(t) == 0 or not (t[1:] > t[:-1]).all() or not (math.isfinite(t[0]) and math.isfinite(t[-1])):
         raise ValueError("the times must be finite and rise from sample to sample, and there must be one at least")
-    if not (np.isfinite(h_max) and h_max >= 0) or (h_max and (t[-1] - t[0]) / h_max > MOST_SUB_STEPS):
+    if not (math.isfinite(h_max) and h_max >= 0) or (h_max and (t[-1] - t[0]) / h_max > MOST_SUB_STEPS):
         raise ValueError(f"h_max = {h_max} s gives no usable sub-steps; give 0, or more than a billionth of the record")
