@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import functools
+import os
+import threading
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from typing import TypeVar
 
 T = TypeVar("T")
@@ -12,10 +15,28 @@ S = TypeVar("S")
 WORKERS = 2
 """Threads at most."""
 
+NAME = "segment"
+"""What the names of the threads begin with."""
+
 
 def each(work: Callable[[S], T], items: Sequence[S]) -> list[T]:
-    """The results of some work on every item, in their order."""
-    if len(items) <= 1:
+    """The results of some work on every item, in their order; all of it has ended when the first error is raised.
+
+    Work that asks for the same is done by its own thread: all others may be waiting for it.
+    """
+    if len(items) <= 1 or threading.current_thread().name.startswith(NAME):
         return [work(item) for item in items]
-    with ThreadPoolExecutor(WORKERS) as pool:
-        return list(pool.map(work, items))
+    pool = _pool(os.getpid())
+    futures = [pool.submit(work, item) for item in items]
+    try:
+        wait(futures)
+    finally:  # what has not begun is of no use to anybody after an interrupt
+        for future in futures:
+            future.cancel()
+    return [future.result() for future in futures]
+
+
+@functools.cache
+def _pool(process: int) -> ThreadPoolExecutor:
+    """The threads of a process, kept: an identification asks for them thousands of times. A forked one has none yet."""
+    return ThreadPoolExecutor(WORKERS, NAME)

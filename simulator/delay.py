@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline
 
 from recordings import Array
 
@@ -30,6 +29,8 @@ def delay_columns(t: Array, u: Array, tau: float, hold: bool) -> Array:
         into = np.clip(np.searchsorted(t, then), 1, len(t) - 1) - 1
         value, slope = np.interp(then, t, u), (np.diff(u) / np.diff(t))[into]
     else:
+        from scipy.interpolate import CubicHermiteSpline  # half of what a command's start would take, for one effect
+
         curve = CubicHermiteSpline(t, u, np.gradient(u, t))
         value, slope = curve(then), curve(then, 1)
     slope = np.where(then > t[0], slope, 0.0)

@@ -50,17 +50,22 @@ def _words(text: str) -> list[str]:
         return []
 
 
-def shared_library(command: tuple[str, ...], source: str, native: bool = False) -> ctypes.CDLL:
-    """Compile C source with a command as `compiler` gives it, or find it compiled in the cache, and load it.
+def shared_library(command: tuple[str, ...], *sources: str, native: bool = False) -> ctypes.CDLL:
+    """Compile C sources with a command as `compiler` gives it, or find them compiled in the cache, and load them.
 
-    native : for all that this processor can do, which another one may not. Raises BuildFailed when it cannot be
-    compiled, kept or loaded.
+    Of several sources each is compiled apart and kept, for libraries that share one. native : for all that this
+    processor can do, which another one may not. Raises BuildFailed when they cannot be compiled, kept or loaded.
     """
     flags = (*FLAGS, "-march=native") if native else FLAGS
-    here = machine() if native else (platform.machine(),)
-    key = "\0".join((source, *flags, *command, _version(command), *here))
+    here = (*command, _version(command), *(machine() if native else (platform.machine(),)))
     try:
-        folder = artefact(key, functools.partial(_compile, (*command, *flags), source))
+        if len(sources) == 1:
+            folder = _kept("kernel.so", (*command, *flags), here, sources[0])
+        else:
+            objects = [_kept("part.o", (*command, *flags, "-c"), here, source) for source in sources]
+            key = "\0".join((*(folder.name for folder in objects), *flags, *here))
+            parts = [str(folder / "part.o") for folder in objects]
+            folder = artefact(key, lambda folder: _make((*command, *flags), folder / "kernel.so", parts))
         return ctypes.CDLL(str(folder / "kernel.so"))
     except OSError as error:
         raise BuildFailed(f"the compiled physics cannot be loaded ({error})") from error
@@ -71,12 +76,21 @@ def _version(command: tuple[str, ...]) -> str:
     return _run((*command, "--version")).stdout
 
 
-def _compile(command: tuple[str, ...], source: str, folder: Path) -> None:
+def _kept(name: str, command: tuple[str, ...], here: tuple[str, ...], source: str) -> Path:
+    """The folder with a file that the compiler makes of a source."""
+    return artefact("\0".join((source, *command, *here)), functools.partial(_compile, command, source, name))
+
+
+def _compile(command: tuple[str, ...], source: str, name: str, folder: Path) -> None:
     unit = folder / "kernel.c"
     unit.write_text(source, encoding="utf-8")
-    done = _run((*command, "-o", str(folder / "kernel.so"), str(unit), "-lm"))
+    _make(command, folder / name, [str(unit)])
     unit.unlink()
-    if done.returncode != 0 or not (folder / "kernel.so").is_file():
+
+
+def _make(command: tuple[str, ...], target: Path, inputs: list[str]) -> None:
+    done = _run((*command, "-o", str(target), *inputs, "-lm"))
+    if done.returncode != 0 or not target.is_file():
         said = (done.stderr.strip() or f"exit code {done.returncode}, no message").splitlines()[0]
         raise BuildFailed(f"the C compiler {command[0]} failed ({said})")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 import functools
 import logging
-from collections.abc import Mapping
+from collections.abc import Iterable
 from importlib import resources
 from typing import Any
 
@@ -18,39 +18,48 @@ from simulator.compile.c_compiler import BuildFailed, compiler, shared_library
 from simulator.compile.casadi_to_lanes import lanes_source
 from simulator.compile.recurrence import GAMMA, Loops, Recurrence, Sizes
 
+CALLED = {
+    False: ("guess", "residual", "step", "output"),
+    True: ("guess", "residual", "step_jac", "output_jac"),
+}
+"""The functions that the loops call without derivatives and with them."""
 
-def loops(
-    functions: Mapping[str, ca.Function], sizes: Sizes, scale: float, ahead: tuple[float, ...] = ()
-) -> Loops | None:
-    """The compiled loops, or None when no compiler works here."""
-    library = with_sub_steps(functions, sizes, scale, ahead, _text("loop.c"))
+
+def loops(recurrence: Recurrence, sensitive: bool) -> Loops | None:
+    """The compiled loops with derivatives or without, or None when no compiler works here."""
+    numbers = _about(recurrence) + f"#define DERIVATIVES {int(sensitive)}\n"
+    functions = recurrence.functions(names=CALLED[sensitive]).values()
+    texts = _sizes(recurrence.sizes), _text("parts.h"), _generated(functions), numbers, _text("sub_step.c")
+    library = _library("\n".join((*texts, _text("loop.c"))))
     if library is None:
         return None
-    library.scan.restype = ctypes.c_long
-    library.shoot.restype = ctypes.c_long
+    vector, number, whole = ctypes.c_void_p, ctypes.c_double, ctypes.c_long
+    library.scan.argtypes = (whole, vector, vector, ctypes.c_int, number, *(vector,) * 6)
+    library.shoot.argtypes = (whole, whole, whole, vector, vector, number, *(vector,) * 7)
+    library.scan.restype = library.shoot.restype = whole
     return Loops(functools.partial(_call, library), functools.partial(_call_shoot, library))
 
 
-def with_sub_steps(
-    functions: Mapping[str, ca.Function], sizes: Sizes, scale: float, ahead: tuple[float, ...], text: str,
-    native: bool = False,
-) -> ctypes.CDLL | None:  # fmt: skip
-    """C text compiled behind the sub-steps of a recurrence (`sub_step.c`), or None when no compiler works here."""
-    command = compiler()
-    if command is None:
-        return None
-    try:
-        return shared_library(command, _source(functions, sizes, scale, ahead) + text, native)
-    except BuildFailed as failure:
-        logging.getLogger(__name__).warning("%s; going on without a C compiler", failure)
-        return None
-
-
 def with_shots(recurrence: Recurrence, columns: tuple[int, ...], text: str) -> ctypes.CDLL | None:
-    """C text compiled behind `sub_step.c` and `shoot_lanes.c`, which take derivatives by these of the parameters, for
-    the vectors of this processor. None when no compiler works here, or an operation has no translation.
+    """C text linked to `shoot_lanes.c`, which takes derivatives by these of the parameters, for the vectors of this
+    processor. None when no compiler works here, or an operation has no translation.
+
+    The text is compiled apart, behind `shots.h`: it is often the larger part, and depends on the sizes alone.
     """
-    functions, carry = recurrence.functions(columns), recurrence.carried(columns)
+    sizes = _sizes(recurrence.sizes._replace(parameters=len(columns)))
+    shots = _shots(recurrence, columns)
+    if shots is None:
+        return None
+    shared = sizes, _text("lanes.c"), _text("parts.h")
+    return _library("\n".join((*shared, shots)), "\n".join((*shared, _text("shots.h"), text)), native=True)
+
+
+def _shots(recurrence: Recurrence, columns: tuple[int, ...]) -> str | None:
+    """`shoot_lanes.c` behind the functions of a recurrence, or None when an operation has no translation."""
+    functions, carry = (
+        recurrence.functions(columns, ("guess", "residual", "step", "output_jac")),
+        recurrence.carried(columns),
+    )
     lanes = [lanes_source(f, ("p",)) for f in (functions["guess"], functions["residual"], functions["step"], carry)]
     rows, places = carry.sparsity_out(1).row(), carry.sparsity_out(1).get_col()
     tables = "".join(
@@ -59,55 +68,69 @@ def with_shots(recurrence: Recurrence, columns: tuple[int, ...], text: str) -> c
     )
     if None in lanes:
         return None
-    parts = (_text("lanes.c"), *map(str, lanes), f"#define NZ {len(rows)}", tables, _text("shoot_lanes.c"), text)
-    sizes = recurrence.sizes._replace(parameters=len(columns))
-    return with_sub_steps(functions, sizes, recurrence.scale, recurrence.ahead, "\n".join(parts), native=True)
+    output = _generated([functions["output_jac"]])
+    parts = (output, *map(str, lanes), _about(recurrence), f"#define NZ {len(rows)}", tables, _text("shoot_lanes.c"))
+    return "\n".join(parts)
+
+
+def _library(*sources: str, native: bool = False) -> ctypes.CDLL | None:
+    """The library of some C sources, or None when no compiler works here."""
+    command = compiler()
+    if command is None:
+        return None
+    try:
+        return shared_library(command, *sources, native=native)
+    except BuildFailed as failure:
+        logging.getLogger(__name__).warning("%s; going on without a C compiler", failure)
+        return None
 
 
 def _call(
     library: Any, t: Array, u: Array, hold: bool, h_max: float, p: Array, s: Array, y: Array, S: Array, Y: Array,
     resets: Array,
 ) -> int:  # fmt: skip
-    return int(
-        library.scan(
-            ctypes.c_long(len(t)), _pointer(t), _pointer(u), ctypes.c_int(hold), ctypes.c_double(h_max), _pointer(p),
-            _pointer(s), _pointer(y), _pointer(S), _pointer(Y), _pointer(resets),
-        )
-    )  # fmt: skip
+    vectors = map(_pointer, (p, s, y, S, Y, resets))
+    return library.scan(len(t), _pointer(t), _pointer(u), hold, h_max, *vectors)
 
 
 def _call_shoot(
     library: Any, first: int, last: int, t: Array, u: Array, h_max: float, p: Array, z: Array, f: Array, T: Array,
     y: Array, Y: Array, carried: NDArray[np.uint8],
 ) -> int:  # fmt: skip
-    return int(
-        library.shoot(
-            ctypes.c_long(first), ctypes.c_long(last), ctypes.c_long(len(t)), _pointer(t), _pointer(u),
-            ctypes.c_double(h_max), _pointer(p), _pointer(z), _pointer(f), _pointer(T), _pointer(y), _pointer(Y),
-            ctypes.c_void_p(carried.ctypes.data),
-        )
-    )  # fmt: skip
+    vectors = map(_pointer, (p, z, f, T, y, Y))
+    return library.shoot(first, last, len(t), _pointer(t), _pointer(u), h_max, *vectors, carried.ctypes.data)
 
 
-def _pointer(array: Array) -> ctypes.c_void_p:
-    return ctypes.c_void_p(array.ctypes.data if len(array) else None)
+def _pointer(array: Array) -> int | None:
+    address: int = array.__array_interface__["data"][0]  # twice as fast as by way of its `ctypes`
+    return address if len(array) else None
 
 
-def _source(functions: Mapping[str, ca.Function], sizes: Sizes, scale: float, ahead: tuple[float, ...]) -> str:
+def _generated(functions: Iterable[ca.Function]) -> str:
+    """The C code of functions, static: so they can be inlined, and never meet a symbol of the C library."""
     generator = ca.CodeGenerator("kernel", {"with_header": False, "cpp": False})
-    for function in functions.values():
+    for function in functions:
         generator.add(function)
+    return "#define CASADI_SYMBOL_EXPORT static\n" + str(generator.dump())
+
+
+def _sizes(sizes: Sizes) -> str:
+    """The sizes as `parts.h` needs them."""
     numbers = {
         "NS": sizes.states, "NE": sizes.exo, "NU": sizes.inputs, "NP": sizes.parameters, "NY": sizes.outputs,
-        "NC": sizes.parameters + sizes.states, "SCALE": repr(float(scale)), "STAGES": 2 if ahead else 1,
-        "GAMMA": repr(GAMMA),
+        "NC": sizes.parameters + sizes.states,
     }  # fmt: skip
-    definitions = "".join(f"#define {name} {value}\n" for name, value in numbers.items())
-    definitions += f"static const double AHEAD[] = {{{', '.join(map(repr, ahead or (0.0,)))}}};\n"
-    # Static functions can be inlined, and never meet a symbol of the C library that has the same name.
-    return "#define CASADI_SYMBOL_EXPORT static\n" + generator.dump() + definitions + _text("sub_step.c")
+    return "".join(f"#define {name} {value}\n" for name, value in numbers.items())
+
+
+def _about(recurrence: Recurrence) -> str:
+    """What a sub-step needs to know of a recurrence besides its functions."""
+    ahead = recurrence.ahead
+    numbers = {"SCALE": float(recurrence.scale), "STAGES": 2 if ahead else 1, "GAMMA": GAMMA}
+    definitions = "".join(f"#define {name} {value!r}\n" for name, value in numbers.items())
+    return definitions + f"static const double AHEAD[] = {{{', '.join(map(repr, ahead or (0.0,)))}}};\n"
 
 
 @functools.cache
 def _text(name: str) -> str:
-    return resources.files("simulator.compile").joinpath(name).read_text(encoding="utf-8")
+    return resources.files("simulator.compile").joinpath("c", name).read_text(encoding="utf-8")

@@ -67,35 +67,33 @@ class Recurrence:
         )
         return Sizes(state, exo, parameters, output, (exo - 2) // (2 if self.ends else 1))
 
-    def functions(self, columns: Sequence[int] | None = None) -> dict[str, ca.Function]:
+    def functions(
+        self, columns: Sequence[int] | None = None, names: Sequence[str] | None = None
+    ) -> dict[str, ca.Function]:
         """The functions a loop needs, with the implicit scalar differentiated through its equation.
 
-        columns : which parameters derivatives are taken by, in this order; all where None. Without an implicit scalar
-        the equation is w = 0, so that one loop serves all.
+        columns : which parameters derivatives are taken by, in this order; all where None; names : which functions, all
+        where None. Without an implicit scalar the equation is w = 0, so that one loop serves all.
         """
         by = self.parameters if columns is None else self.parameters[list(columns)]
         w = ca.SX.sym("w") if self.implicit is None else self.implicit
         residual = w if self.residual is None else self.residual
-        by_output = [ca.jacobian(self.output, z) for z in (self.state, by)]
         arguments = {"w": w, "s": self.state, "e": self.exo, "p": self.parameters}
-        whole = {
-            "step": ("wsep", [self.step]),
-            "step_jac": ("wsep", [self.step, *self._jacobian(w, residual, by)]),
-            "output": ("sep", [self.output]),
-            "output_jac": ("sep", [self.output, *by_output]),
-            "residual": ("wsep", [residual, ca.jacobian(residual, w)]),
-            "guess": ("sep", [ca.SX(0.0) if self.guess is None else self.guess]),
+        whole: dict[str, tuple[str, Callable[[], list[Expression]]]] = {
+            "step": ("wsep", lambda: [self.step]),
+            "step_jac": ("wsep", lambda: [self.step, *self._jacobian(w, residual, by)]),
+            "output": ("sep", lambda: [self.output]),
+            "output_jac": ("sep", lambda: [self.output, *(ca.jacobian(self.output, z) for z in (self.state, by))]),
+            "residual": ("wsep", lambda: [residual, ca.jacobian(residual, w)]),
+            "guess": ("sep", lambda: [ca.SX(0.0) if self.guess is None else self.guess]),
         }
-        return {
-            name: ca.Function(
-                name,
-                [arguments[letter] for letter in letters],
-                [ca.densify(output) for output in ca.cse(outputs)],
-                list(letters),
-                [f"o{i}" for i in range(len(outputs))],
-            )
-            for name, (letters, outputs) in whole.items()
-        }
+        made = {}
+        for name in whole if names is None else names:
+            letters, expressions = whole[name]
+            outputs = [ca.densify(output) for output in ca.cse(expressions())]
+            given = [arguments[letter] for letter in letters]
+            made[name] = ca.Function(name, given, outputs, list(letters), [f"o{i}" for i in range(len(outputs))])
+        return made
 
     def carried(self, columns: Sequence[int]) -> ca.Function:
         """carried(w, s, e, p, S): the next state and its derivatives by some parameters and by the state of the start,

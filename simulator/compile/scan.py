@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from recordings import Array
 from simulator.compile import c_loop
-from simulator.compile.recurrence import Recurrence
+from simulator.compile.c_compiler import compiler
+from simulator.compile.recurrence import Loops, Recurrence
 
 MOST_SUB_STEPS = 10**9
 """A run that needs more is refused: it would take the better part of an hour."""
@@ -67,19 +68,15 @@ class Scanner:
     def __init__(self, recurrence: Recurrence) -> None:
         self.recurrence = recurrence
         self.sizes = recurrence.sizes
-        functions = recurrence.functions()
-        loops = c_loop.loops(functions, self.sizes, recurrence.scale, recurrence.ahead)
-        self._compiled = loops is not None
-        if loops is None:
-            from simulator.compile import numba_loop  # numba is slow to import and most machines have a compiler
-
-            loops = numba_loop.loops(functions, self.sizes.exo, recurrence.scale, recurrence.ahead)
-        self._loop, self._shoot = loops
+        self._loops: dict[bool, Loops] = {}
+        self._compiled = compiler() is not None
+        if not self._compiled:
+            self._loops = dict.fromkeys((False, True), self._without_compiler())
         self._libraries: dict[tuple[str, tuple[int, ...]], ctypes.CDLL | None] = {}
         self._lock = threading.Lock()
 
     def compiled_with(self, text: str, columns: tuple[int, ...]) -> ctypes.CDLL | None:
-        """A library of C text that calls `sub_step.c` and `shoot_lanes.c`, with derivatives by these of the parameters;
+        """A library of C text that calls what `parts.h` and `shots.h` have, with derivatives by some of the parameters;
         None where it cannot be compiled. Kept for this process.
         """
         with self._lock:
@@ -89,8 +86,26 @@ class Scanner:
 
     @property
     def compiled(self) -> bool:
-        """Whether a C compiler made the machine code (True) or numba."""
+        """Whether a C compiler makes the machine code (True) or numba."""
+        self._loops_for(False)
         return self._compiled
+
+    def _loops_for(self, sensitive: bool) -> Loops:
+        """The loops with derivatives or without, compiled when first asked for: many kernels need one of them."""
+        if loops := self._loops.get(sensitive):
+            return loops
+        with self._lock:
+            if sensitive not in self._loops:
+                made = c_loop.loops(self.recurrence, sensitive) if self._compiled else None
+                self._compiled = made is not None
+                self._loops[sensitive] = made or self._without_compiler()
+            return self._loops[sensitive]
+
+    def _without_compiler(self) -> Loops:
+        from simulator.compile import numba_loop  # numba is slow to import and most machines have a compiler
+
+        of = self.recurrence
+        return numba_loop.loops(of.functions(), self.sizes.exo, of.scale, of.ahead)
 
     def run(
         self,
@@ -119,7 +134,7 @@ class Scanner:
         columns = np.zeros((ns, np_ + ns))
         columns[:, np_:] = np.eye(ns)
         y, jacobian = np.zeros((len(t), ny)), np.zeros((len(t) if sensitivities else 0, ny, np_ + ns))
-        failed = self._loop(t, u, hold, h_max, p, s, y, columns, jacobian, given)
+        failed = self._loops_for(sensitivities).scan(t, u, hold, h_max, p, s, y, columns, jacobian, given)
         if failed >= 0:
             y[failed:], jacobian[failed:], s[:], columns[:] = np.nan, np.nan, np.nan, np.nan
         derivatives = (jacobian, columns) if sensitivities else (None, None)
@@ -139,7 +154,7 @@ class Scanner:
         ends, by = np.empty((n - 1, ns)), np.empty((n - 1 if carried is None else 0, ns, columns))
         y, y_by = np.empty((n, ny)), np.empty((n if carried is None else 0, ny, columns))
         mask = np.zeros(ns, np.uint8) if carried is None else carried.astype(np.uint8)
-        failed = self._shoot(0, n, t, u, h_max, p, path, ends, by, y, y_by, mask)
+        failed = self._loops_for(carried is None).shoot(0, n, t, u, h_max, p, path, ends, by, y, y_by, mask)
         return Shots(ends, by, y, y_by, failed if failed >= 0 else None)
 
     def _checked(self, t: Array, u: Array, p: Array, s0: Array, resets: Array | None) -> tuple[Array, ...]:
@@ -164,7 +179,7 @@ class Scanner:
 
 def _check_steps(t: Array, h_max: float) -> None:
     """Times rise, and the sub-steps can be counted."""
-    if len(t) == 0 or not np.isfinite(t).all() or (t[1:] <= t[:-1]).any():
+    if len(t) == 0 or not (t[1:] > t[:-1]).all() or not (math.isfinite(t[0]) and math.isfinite(t[-1])):
         raise ValueError("the times must be finite and rise from sample to sample, and there must be one at least")
-    if not (np.isfinite(h_max) and h_max >= 0) or (h_max and (t[-1] - t[0]) / h_max > MOST_SUB_STEPS):
+    if not (math.isfinite(h_max) and h_max >= 0) or (h_max and (t[-1] - t[0]) / h_max > MOST_SUB_STEPS):
         raise ValueError(f"h_max = {h_max} s gives no usable sub-steps; give 0, or more than a billionth of the record")

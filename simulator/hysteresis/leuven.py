@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from scipy.optimize import brentq
-
 SLIDING = 0.999
 """Share of the level from which on the contact counts as sliding and forgets its reversals."""
 
@@ -78,4 +76,6 @@ class LeuvenStack:
         wanted = force - self._base
         while abs(self._curve(math.copysign(reach, wanted))) < abs(wanted):
             reach *= 2
+        from scipy.optimize import brentq  # slow to import
+
         self._z = brentq(lambda z: self._curve(z) - wanted, -reach, reach)

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from simulator import Recurrence, Scanner
+from simulator.compile import c_compiler
 from simulator.compile.c_compiler import FLAGS, BuildFailed, compiler, shared_library
 from simulator.compile.cache import artefact, directory
 
@@ -143,6 +144,24 @@ class TestCompiler:
         assert sorted(cache.rglob("*.so")) == before
         assert len(before) == 1
 
+    def test_sources_become_one_library_and_one_that_libraries_share_is_compiled_once(self, cache, monkeypatch):
+        compiled, compile_ = [], c_compiler._compile
+
+        def noted(command, source, *more):
+            compiled.append(source)
+            compile_(command, source, *more)
+
+        monkeypatch.setattr(c_compiler, "_compile", noted)
+        shared = "int part(void); int twice(void) { return 2 * part(); }"
+        parts = [f"int part(void) {{ return {number}; }}" for number in (21, 4)]
+        assert [shared_library(compiler(), part, shared).twice() for part in parts] == [42, 8]
+        assert [shared_library(compiler(), part, shared).twice() for part in parts] == [42, 8]
+        assert compiled == [parts[0], shared, parts[1]]
+
+    def test_parts_that_do_not_fit_are_a_failed_build(self, cache):
+        with pytest.raises(BuildFailed, match="failed"):
+            shared_library(compiler(), "int part(void) { return 1; }", "int part(void) { return 2; }")
+
     def test_the_flags_and_the_compiler_are_part_of_the_key(self, cache, monkeypatch):
         command = compiler()
         shared_library(command, SOURCE)
@@ -204,6 +223,16 @@ class TestCompiler:
         assert works(made)
         assert "cannot be run" in caplog.text
         assert "going on without a C compiler" in caplog.text
+
+    def test_only_what_is_run_is_compiled(self, cache):
+        made = scanner()
+        assert not list(cache.glob("*/kernel.so"))
+        assert works(made)
+        assert len(list(cache.glob("*/kernel.so"))) == 1
+        scan = made.run(np.arange(4.0), np.ones(4), np.array([2.0]), np.zeros(1), sensitivities=True)
+        assert scan.jacobian[:, 0].tolist() == [[0, 1], [1, 1], [2, 1], [3, 1]]
+        assert works(made)
+        assert len(list(cache.glob("*/kernel.so"))) == 2
 
     def test_a_library_lives_in_a_folder_of_the_process_when_home_is_read_only(self, monkeypatch):
         monkeypatch.setenv("BRISTLE_CACHE", "/dev/null/cache")

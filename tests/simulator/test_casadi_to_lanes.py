@@ -37,7 +37,7 @@ def computed(expressions: list[ca.SX], symbols: list[ca.SX], values: np.ndarray,
     sizes = f"#define INPUTS {len(symbols)}\n#define OUTPUTS {len(expressions)}\n"
     source = lanes_source(function)
     assert source is not None
-    library = shared_library(command, sizes + c_loop._text("lanes.c") + source + EVERY, native)
+    library = shared_library(command, sizes + c_loop._text("lanes.c") + source + EVERY, native=native)
     x, y = np.ascontiguousarray(values), np.zeros((len(expressions), values.shape[1]))
     library.every(ctypes.c_long(x.shape[1]), ctypes.c_void_p(x.ctypes.data), ctypes.c_void_p(y.ctypes.data))
     return y

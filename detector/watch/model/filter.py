@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from detector.arithmetic.native import native
 from detector.measurements import Measurement
 from recordings import Array, BadInput
 from simulator import CATALOGUE, Catalogue, Kernel, Site, kernel
@@ -126,7 +127,7 @@ class ModelFilter:
         return FilterState(
             state,
             np.diag(self._unsure),
-            np.zeros((n, self._ways(load).shape[1])),
+            np.zeros((n, self._fixed.shape[1] + len(load))),
             moment.time_s,
             force,
             load,
@@ -135,7 +136,8 @@ class ModelFilter:
 
     def step(self, before: FilterState, moment: Measurement) -> tuple[FilterState, PredictionError]:
         """One sample. The filter restarts where the model has no solution."""
-        load, force = self._shares(moment), self.net_force(moment)
+        load = self._shares(moment)
+        force = self.force(moment) - float(load @ self._gains)
         run = self._kernel.run(
             np.array([before.time_s, moment.time_s]), np.array([before.force, force]), self._p, before.state,
             h_max=SUBSTEP, sensitivities=True,
@@ -143,36 +145,28 @@ class ModelFilter:
         if run.failed is not None or run.final_jacobian is None:
             state = self.start(moment)
             return state, PredictionError(0.0, self.position_noise**2, np.zeros(state.slope.shape[1]))
-        n_p = len(self._p)
-        by_p, by_state = run.final_jacobian[:, :n_p], run.final_jacobian[:, n_p:]
-        pushed = -by_p[:, self._place["spring.F0"]]
-        covariance = by_state @ before.covariance @ by_state.T + np.outer(pushed, pushed) * self.force_noise**2
-        covariance[0, 0] += self.drift**2
-        slope = by_state @ before.slope + by_p @ self._ways(0.5 * (load + before.load))
-        after, seen = self._corrected(moment, run.final, covariance, slope, float(run.outputs[1, 0]), force, load)
-        means = before.means + self._pace * (np.array([moment.values["position"]] * 2 + [force] * 2) - before.means)
-        return after._replace(means=means), seen._replace(resting=self._rests(means))
+        position = moment.values["position"]
+        value = position - float(run.outputs[1, 0])
+        covariance, slope = _predicted(
+            run.final_jacobian, before.covariance, before.slope, self._fixed, 0.5 * (load + before.load),
+            self._place["spring.F0"], self.force_noise, self.drift,
+        )  # fmt: skip
+        seen = self._seen(run.final, moment.time_s, force)
+        variance, shows = _corrected(run.final, covariance, slope, seen, value, self.position_noise)
+        means = _followed(before.means, self._pace, position, force)
+        after = FilterState(run.final, covariance, slope, moment.time_s, force, load, means)
+        return after, PredictionError(value, variance, shows, self._rests(means))
 
     def _rests(self, means: Array) -> bool:
         """Whether fast and slow means agree within the noise of the fast ones."""
-        left = RESTING * sqrt(min(0.5 * self.dt_s / self.smoothing_s, 1.0))
-        position, force = abs(float(means[0] - means[1])), abs(float(means[2] - means[3]))
-        return position < left * self.position_noise and force < left * self.force_noise
+        fast_x, slow_x, fast_f, slow_f = means.tolist()
+        left = self._left
+        return abs(fast_x - slow_x) < left * self.position_noise and abs(fast_f - slow_f) < left * self.force_noise
 
-    def _corrected(
-        self, moment: Measurement, state: Array, covariance: Array, slope: Array, expected: float, force: float,
-        load: Array,
-    ) -> tuple[FilterState, PredictionError]:  # fmt: skip
-        """The measurement's part of the step."""
-        seen = self._seen(state, moment.time_s, force)
-        variance = float(seen @ covariance @ seen) + self.position_noise**2
-        gain = covariance @ seen / variance
-        value, shows = moment.values["position"] - expected, seen @ slope
-        after = FilterState(
-            state + gain * value, covariance - np.outer(gain, seen @ covariance), slope - np.outer(gain, shows),
-            moment.time_s, force, load, np.zeros(4),
-        )  # fmt: skip
-        return after, PredictionError(value, variance, shows)
+    @cached_property
+    def _left(self) -> float:
+        """How far the means of a resting valve are apart, in units of its noise."""
+        return RESTING * sqrt(min(0.5 * self.dt_s / self.smoothing_s, 1.0))
 
     def as_dict(self) -> dict[str, Any]:
         """Plain numbers, for JSON. The effects are named, and looked up again by `from_dict`."""
@@ -209,16 +203,12 @@ class ModelFilter:
     def _shares(self, moment: Measurement) -> Array:
         return np.array([value for load in self.loads for value in load.shares(moment)])
 
-    def _ways(self, load: Array) -> Array:
-        """Derivatives of the parameters by the directions, (n_parameters, n_directions): those named, then loads."""
-        ways = np.zeros((len(self._p), len(DIRECTIONS) + 1 + len(load)))
-        ways[:, : len(DIRECTIONS) + 1] = self._fixed
-        ways[self._place["spring.F0"], len(DIRECTIONS) + 1 :] = load
-        return ways
-
     @cached_property
     def _fixed(self) -> Array:
-        """The columns of `DIRECTIONS`, and one of the spring's stiffness alone."""
+        """Derivatives of the parameters by the directions (n_parameters, 4): `DIRECTIONS`, and the spring's stiffness.
+
+        Those by the loads, which follow, are of the spring's constant force alone.
+        """
         fixed, place = np.zeros((len(self._p), len(DIRECTIONS) + 1)), self._place
         for name in ("lugre.fc", "lugre.fs"):
             fixed[place[name], 0] = self.values[name]
@@ -240,9 +230,84 @@ class ModelFilter:
         """Whether an effect stands between the stem and what is measured."""
         return any(self.catalogue[effect].site is Site.OUTPUT for effect in self.effects)
 
+    @cached_property
+    def _stem(self) -> Array:
+        return np.eye(1, len(self._kernel.states))[0]
+
     def _seen(self, state: Array, time_s: float, force: float) -> Array:
         """Derivatives of what is measured by the state."""
         if not self._bent:
-            return np.eye(1, len(state))[0]
+            return self._stem
         run = self._kernel.run(np.array([time_s]), np.array([force]), self._p, state, sensitivities=True)
         return np.zeros(len(state)) if run.jacobian is None else run.jacobian[0, 0, len(self._p) :]
+
+
+@native
+def _predicted(
+    by: Array, covariance: Array, slope: Array, fixed: Array, load: Array, pushed: int, force_noise: float, drift: float
+) -> tuple[Array, Array]:
+    """Covariance and slope of the state after a step, whose derivatives `by` are (n_states, n_parameters + n_states).
+
+    fixed (n_parameters, 4) and load (n_loads,): derivatives of the parameters by the directions, those by the loads
+    only of the parameter `pushed`, a constant force, through which the noise of the force acts as well.
+    """
+    n, ways = covariance.shape[0], fixed.shape[1]
+    first = by.shape[1] - n
+    half, after, moved = np.zeros((n, n)), np.empty((n, n)), np.zeros(slope.shape)
+    for i in range(n):
+        for k in range(n):
+            for j in range(n):
+                half[i, j] += by[i, first + k] * covariance[k, j]
+            for j in range(slope.shape[1]):
+                moved[i, j] += by[i, first + k] * slope[k, j]
+        for k in range(first):
+            for j in range(ways):
+                moved[i, j] += by[i, k] * fixed[k, j]
+        for j in range(load.shape[0]):
+            moved[i, ways + j] += by[i, pushed] * load[j]
+    for i in range(n):
+        for j in range(n):
+            value = by[i, pushed] * by[j, pushed] * force_noise**2
+            for k in range(n):
+                value += half[i, k] * by[j, first + k]
+            after[i, j] = value
+    after[0, 0] += drift**2
+    return after, moved
+
+
+@native
+def _corrected(
+    state: Array, covariance: Array, slope: Array, seen: Array, value: float, noise: float
+) -> tuple[float, Array]:
+    """Takes a measurement that is off by a value into state, covariance and slope; its variance and slope.
+
+    seen (n_states,): derivatives of what is measured by the state.
+    """
+    n = state.shape[0]
+    along, shows = np.zeros(n), np.zeros(slope.shape[1])
+    across, variance = np.zeros(n), noise**2
+    for k in range(n):
+        for j in range(n):
+            along[j] += seen[k] * covariance[k, j]
+            across[j] += covariance[j, k] * seen[k]
+        for j in range(slope.shape[1]):
+            shows[j] += seen[k] * slope[k, j]
+    for k in range(n):
+        variance += along[k] * seen[k]
+    for i in range(n):
+        gain = across[i] / variance
+        state[i] += gain * value
+        for j in range(n):
+            covariance[i, j] -= gain * along[j]
+        for j in range(slope.shape[1]):
+            slope[i, j] -= gain * shows[j]
+    return variance, shows
+
+
+@native
+def _followed(means: Array, pace: Array, position: float, force: float) -> Array:
+    """The fast and slow means of position and force after a sample."""
+    after = np.empty(4)
+    for i in range(4):
+        after[i] = means[i] + pace[i] * ((position if i < 2 else force) - means[i])
+    return after

@@ -1,5 +1,5 @@
-/* Shots of LANES intervals at once, behind `lanes.c` and the functions of one recurrence on lanes: what `shoot` of
-   `loop.c` does, interval by interval.
+/* Shots of LANES intervals at once, behind `lanes.c`, `parts.h` and the functions of one recurrence, on lanes but for
+   the output: what `shoot` of `loop.c` does, interval by interval. `shots.h` declares what others call.
 
    The derivatives S of the state have only NZ entries that can differ from zero; entry i is of state ROW[i] by column
    COLUMN[i], in the order of `sub_step.c`: NP parameters, then NS states of the start. */
@@ -119,7 +119,7 @@ static void run_lanes(const Block *b, Lanes steps, const double *p, Lanes *s, La
 
 /* Shoots a block of intervals from the path z (n, NS): their ends, and the derivatives of these, of which only the NZ
    entries are written. Returns 0 where there is no solution. */
-static int shoot_lanes(long first, long count, const double *t, const double *u, double h_max, const double *p,
+HIDDEN int shoot_lanes(long first, long count, const double *t, const double *u, double h_max, const double *p,
                        const double *z, double ends[LANES][NS], double by[LANES][NS][NC]) {
   Lanes s[NS], S[NZ];
   const Block b = block_of(first, count, t, u, z, s);
@@ -132,3 +132,6 @@ static int shoot_lanes(long first, long count, const double *t, const double *u,
   }
   return 1;
 }
+
+/* The output at a sample, with its derivatives. */
+HIDDEN int output_jac_apart(const double **in, double **out) { return output_jac(in, out, 0, 0, 0); }

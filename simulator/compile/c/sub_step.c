@@ -1,11 +1,5 @@
-/* A sub-step and the output around the generated functions of one recurrence, with derivatives; `loop.py` has the same
-   in Python. Sizes NS (states), NE (t, h, inputs, and inputs at the end of a sub-step where the recurrence asks for
-   them), NU (inputs), NP (parameters that derivatives are taken by), NY, NC = NP + NS and SCALE (a small w) come as
-   definitions. */
-#include <math.h>
-
-#define DIM(n) ((n) > 0 ? (n) : 1)
-#define CALL(f, ...) { const double *in[] = __VA_ARGS__; f(in, out, 0, 0, 0); }
+/* A sub-step and the output around the generated functions of one recurrence, behind `parts.h`; `loop.py` has the same in
+   Python. DERIVATIVES: whether they are wanted; SCALE: a small w; both come as definitions. */
 
 /* Newton inside a bracket that the signs of the residual tighten; NaN when there is no root to be found.
    The residual rises through its root. After 40 rounds only halving is left, and that always ends. */
@@ -48,31 +42,20 @@ static int chain(int rows, const double *A, const double *B, const double *S, do
   return fine;
 }
 
-static int finite_all(int n, const double *values) {
-  for (int i = 0; i < n; ++i) if (!isfinite(values[i])) return 0;
-  return 1;
-}
-
-/* The inputs of exo: at a part of the way from u0 to u1, and at its end where there is room for them. */
-static void fill(double *e, const double *u0, const double *u1, double part, double end) {
-  for (int i = 0; i < NE - 2; ++i) {
-    const double way = i < NU ? part : end;
-    const int column = i < NU ? i : i - NU;
-    e[2 + i] = u0[column] + way * (u1[column] - u0[column]);
-  }
-}
-
-/* One sub-step of the state, and of its derivatives S unless that is null; 0 when no implicit root was found. */
+/* One sub-step of the state, and of its derivatives S where they are wanted; 0 when no implicit root was found. */
 static int advance(const double *e, const double *p, double *s, double *S) {
-  double next[DIM(NS)], A[DIM(NS * NS)], B[DIM(NS * NP)], T[DIM(NS * NC)];
-  double *out[3] = {next, A, B};
+  double next[DIM(NS)];
   const double w = solve(s, e, p);
   if (!isfinite(w)) return 0;
-  if (S) {
-    CALL(step_jac, {&w, s, e, p})
-    chain(NS, A, B, S, T);
-    for (int i = 0; i < NS * NC; ++i) S[i] = T[i];
-  } else CALL(step, {&w, s, e, p})
+#if DERIVATIVES
+  double A[DIM(NS * NS)], B[DIM(NS * NP)], T[DIM(NS * NC)], *out[3] = {next, A, B};
+  CALL(step_jac, {&w, s, e, p})
+  chain(NS, A, B, S, T);
+  for (int i = 0; i < NS * NC; ++i) S[i] = T[i];
+#else
+  double *out[1] = {next};
+  CALL(step, {&w, s, e, p})
+#endif
   for (int i = 0; i < NS; ++i) s[i] = next[i];
   return 1;
 }
@@ -84,13 +67,13 @@ static int sub_step(const double t, const double dt, long j, long steps, const d
 #if STAGES == 2
   double s0[DIM(NS)], S0[DIM(NS * NC)];
   for (int i = 0; i < NS; ++i) s0[i] = s[i];
-  if (S) for (int i = 0; i < NS * NC; ++i) S0[i] = S[i];
+  if (DERIVATIVES) for (int i = 0; i < NS * NC; ++i) S0[i] = S[i];
   e[0] = t + (j + GAMMA) / steps * dt; e[1] = GAMMA * dt / steps;
   fill(e, u0, end, (j + GAMMA) / steps, (j + GAMMA) / steps);
   if (!advance(e, p, s, S)) return 0;
   for (int i = 0; i < NS; ++i) {
     s[i] = s0[i] + AHEAD[i] * (s[i] - s0[i]);
-    if (S) for (int c = i * NC; c < (i + 1) * NC; ++c) S[c] = S0[c] + AHEAD[i] * (S[c] - S0[c]);
+    if (DERIVATIVES) for (int c = i * NC; c < (i + 1) * NC; ++c) S[c] = S0[c] + AHEAD[i] * (S[c] - S0[c]);
   }
   e[0] = t + (j + 1.0) / steps * dt;
   fill(e, u0, end, (j + 1.0) / steps, (j + 1.0) / steps);
@@ -101,10 +84,16 @@ static int sub_step(const double t, const double dt, long j, long steps, const d
   return advance(e, p, s, S);
 }
 
-/* The output at a sample, with its derivatives Y unless that is null; whether it and the state are finite. */
-static int sample(const double *e, const double *p, const double *s, const double *S, double *y, double *Y) {
-  double C[DIM(NY * NS)], D[DIM(NY * NP)];
-  double *out[3] = {y, C, D};
-  if (Y) CALL(output_jac, {s, e, p}) else CALL(output, {s, e, p})
-  return finite_all(NS, s) && finite_all(NY, y) && (!Y || chain(NY, C, D, S, Y));
+/* The output at sample k, with its derivatives where they are wanted; whether it and the state are finite. */
+static int sample(long k, const double *e, const double *p, const double *s, const double *S, double *y, double *Y) {
+  y += k * NY;
+#if DERIVATIVES
+  double C[DIM(NY * NS)], D[DIM(NY * NP)], *out[3] = {y, C, D};
+  CALL(output_jac, {s, e, p})
+  return finite_all(NS, s) && finite_all(NY, y) && chain(NY, C, D, S, Y + k * NY * NC);
+#else
+  double *out[1] = {y};
+  CALL(output, {s, e, p})
+  return finite_all(NS, s) && finite_all(NY, y);
+#endif
 }
