@@ -5,9 +5,9 @@ fits are the effects `actuator_hysteresis` and `nonlocal_presliding`, in which a
 their place.
 """
 
-from simulator.hysteresis.leuven import LeuvenStack
+from simulator.hysteresis.leuven import LeuvenStack, transition_curve
 from simulator.hysteresis.maxwell_slip import MaxwellSlip
 from simulator.hysteresis.preisach import Preisach
 from simulator.hysteresis.quadrilateral import Quadrilateral, QuadrilateralInverse
 
-__all__ = ["LeuvenStack", "MaxwellSlip", "Preisach", "Quadrilateral", "QuadrilateralInverse"]
+__all__ = ["LeuvenStack", "MaxwellSlip", "Preisach", "Quadrilateral", "QuadrilateralInverse", "transition_curve"]
