@@ -5,6 +5,7 @@ fits are the effects `actuator_hysteresis` and `nonlocal_presliding`, in which a
 their place.
 """
 
+from simulator.hysteresis.adaptive_quadrilateral import AdaptiveQuadrilateralInverse
 from simulator.hysteresis.chua_stromsmoe import ChuaStromsmoe
 from simulator.hysteresis.everett import Everett
 from simulator.hysteresis.leuven import LeuvenStack, transition_curve
@@ -13,9 +14,11 @@ from simulator.hysteresis.moving_preisach import MovingPreisach
 from simulator.hysteresis.nonlinear_preisach import NonlinearPreisach, second_order_curves
 from simulator.hysteresis.preisach import Preisach
 from simulator.hysteresis.quadrilateral import Quadrilateral, QuadrilateralInverse
+from simulator.hysteresis.quadrilateral_fit import QuadrilateralFit, fit_quadrilateral
 from simulator.hysteresis.reversal_curves import ReversalCurve, first_order_curves
 
 __all__ = [
+    "AdaptiveQuadrilateralInverse",
     "ChuaStromsmoe",
     "Everett",
     "LeuvenStack",
@@ -24,9 +27,11 @@ __all__ = [
     "NonlinearPreisach",
     "Preisach",
     "Quadrilateral",
+    "QuadrilateralFit",
     "QuadrilateralInverse",
     "ReversalCurve",
     "first_order_curves",
+    "fit_quadrilateral",
     "second_order_curves",
     "transition_curve",
 ]
