@@ -37,6 +37,7 @@ bench: install
 	$(BIN)/python -m benchmarks.fit
 	$(BIN)/python -m benchmarks.pass
 	$(BIN)/python -m benchmarks.simulator
+	$(BIN)/python -m benchmarks.catalogue
 	$(BIN)/python -m benchmarks.link
 	$(BIN)/python -m benchmarks.detector
 

@@ -88,7 +88,10 @@ def _along(x, p):
 @compiled
 def _level(t, x, v, s, u, read, closed, p):
     """Friction level [N]: Stribeck's curve at the velocity `read`, times everything that makes it vary."""
-    away = math.exp(-((read / p.vs) ** 2))
+    steep = (read / p.vs) ** 2
+    if p.curve != 0.0 and read != 0.0:
+        steep *= (abs(read) / 5e-3) ** -p.curve
+    away = math.exp(-steep)
     way = (v > 0.0) - (v < 0.0)
     g = p.fc * (1.0 + p.asym_coulomb * way) + (p.fs - p.fc) * away
     if p.spot != 0.0 or p.slope != 0.0 or p.wave != 0.0:

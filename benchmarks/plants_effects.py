@@ -90,6 +90,7 @@ SAME: dict[str, Law] = {
     "dwell_stiction": lambda s, v: {
         "dwell": s, "dwell_t": v.draw("dwell", 0.3, 2.0), "dwell_d": v.draw("wipe", 2e-4, 1e-3)},
     "frictional_memory": lambda s, v: {"late_lag": 0.05 * s},
+    "stribeck_exponent": lambda s, v: {"curve": s},
     "nonlocal_presliding": lambda s, v: {
         "slip_f": s * v.friction,
         "slip_d": max(v.draw("slip", 3e-4, 8e-4), 2.0 * v.friction / v.values["lugre.sigma0"]),

@@ -35,6 +35,7 @@ class Physics(NamedTuple):
     dwell_hyperbola: float = 0.0  # 1: t/(t + T) instead of 1 - exp(-t/T)
     late: float = 0.0  # s, pure delay of the velocity in the level
     late_lag: float = 0.0  # s, first-order lag of it
+    curve: float = 0.0  # by which the exponent of the Stribeck curve is less than 2
     drift: float = 0.0  # share per s
     drift_end: float = 0.0  # share, reached exponentially
     drift_T: float = 1.0

@@ -6,8 +6,8 @@ import numpy as np
 
 from recordings import Array
 
-LONGEST = 0.1
-"""Longest dead time [s]."""
+LONGEST = 10.0
+"""Longest dead time [s]: positioners with a slow supply or a long signal line take seconds."""
 
 
 def delay_columns(t: Array, u: Array, tau: float, hold: bool) -> Array:

@@ -10,7 +10,6 @@ import numpy as np
 
 from recordings import Array, BadInput, Plant, Recording, Signal
 from simulator.compile.kernel import Kernel, kernel
-from simulator.delay import LONGEST
 from simulator.effect import Catalogue
 from simulator.effects import BASE, CATALOGUE
 from simulator.excitation import HIGH, LOW, Excitation, force_demand, staircase
@@ -148,7 +147,8 @@ def _closed_loop(
     """
     demand = staircase(t, excitation.duration, np.random.default_rng(seed)) * stroke
     spring = values.get("spring.K", 0.0) or values.get("lugre.fs", 100.0) / (0.05 * stroke)
-    period, memory = max(1, round(0.02 / (t[1] - t[0]))), math.ceil(LONGEST / (t[1] - t[0])) + 1
+    period, delay = max(1, round(0.02 / (t[1] - t[0]))), values.get(valve.layout.delay, 0.0)
+    memory = math.ceil(delay / (t[1] - t[0])) + 1
     force, position = np.empty(len(t)), np.empty(len(t))
     integral = values.get("spring.F0", 0.0) + spring * LOW * stroke
     state, seen = valve.start(LOW * stroke, force=integral), LOW * stroke

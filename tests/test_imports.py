@@ -33,6 +33,7 @@ DOORS = {
     "simulator.backlash",
     "simulator.damadics",
     "simulator.damadics.stimuli",
+    "simulator.friction",
     "simulator.hysteresis",
     "identification.estimators",
     "identification.report",

@@ -5,9 +5,33 @@ fits are the effects `actuator_hysteresis` and `nonlocal_presliding`, in which a
 their place.
 """
 
-from simulator.hysteresis.leuven import LeuvenStack
+from simulator.hysteresis.adaptive_quadrilateral import AdaptiveQuadrilateralInverse
+from simulator.hysteresis.chua_stromsmoe import ChuaStromsmoe
+from simulator.hysteresis.everett import Everett
+from simulator.hysteresis.leuven import LeuvenStack, transition_curve
 from simulator.hysteresis.maxwell_slip import MaxwellSlip
+from simulator.hysteresis.moving_preisach import MovingPreisach
+from simulator.hysteresis.nonlinear_preisach import NonlinearPreisach, second_order_curves
 from simulator.hysteresis.preisach import Preisach
 from simulator.hysteresis.quadrilateral import Quadrilateral, QuadrilateralInverse
+from simulator.hysteresis.quadrilateral_fit import QuadrilateralFit, fit_quadrilateral
+from simulator.hysteresis.reversal_curves import ReversalCurve, first_order_curves
 
-__all__ = ["LeuvenStack", "MaxwellSlip", "Preisach", "Quadrilateral", "QuadrilateralInverse"]
+__all__ = [
+    "AdaptiveQuadrilateralInverse",
+    "ChuaStromsmoe",
+    "Everett",
+    "LeuvenStack",
+    "MaxwellSlip",
+    "MovingPreisach",
+    "NonlinearPreisach",
+    "Preisach",
+    "Quadrilateral",
+    "QuadrilateralFit",
+    "QuadrilateralInverse",
+    "ReversalCurve",
+    "first_order_curves",
+    "fit_quadrilateral",
+    "second_order_curves",
+    "transition_curve",
+]

@@ -22,6 +22,7 @@ CATALOGUE_PARAMETERS = {
     "position_dependent_friction": lambda f: {"a": f["spot"], "x0": f["spot_x"], "w": f["spot_w"], "b": 0.0},
     "load_dependent_friction": lambda f: {"c": f["load"]},
     "frictional_memory": lambda f: {"tau": f["late_lag"]},
+    "stribeck_exponent": lambda f: {"e": 2.0 - f["curve"]},
     "nonlocal_presliding": lambda f: {"f": f["slip_f"], "d": f["slip_d"]},
     "friction_drift": lambda f: {"r": f["drift"]},
     "quadratic_drag": lambda f: {"c": f["drag"]},

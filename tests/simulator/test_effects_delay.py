@@ -10,7 +10,7 @@ import pytest
 from lugre_reference import STROKE, Valve, slow_force
 
 from recordings import BadInput
-from simulator import BASE, CATALOGUE, Effect, Parameter, Site, kernel
+from simulator import BASE, CATALOGUE, Effect, Excitation, Parameter, Sensors, Site, kernel, simulate
 from simulator.damadics import COLUMN, Actuator
 from simulator.damadics.actuator import past as recall
 from simulator.damadics.actuator.parameters import STEP
@@ -61,6 +61,28 @@ def test_a_delay_of_whole_samples_is_a_shift_of_them():
     for hold in (False, True):
         moved = PLAIN.run(t, shifted, PLAIN.vector(VALVE.values()), PLAIN.start(REST), hold=hold).outputs
         assert late(t, u, 0.01, hold=hold).outputs == pytest.approx(moved, abs=1e-9 * STROKE)
+
+
+@pytest.mark.parametrize("hold", [False, True])
+def test_it_may_take_seconds(hold):
+    t = np.arange(3001) / 500.0
+    u = slow_force(t)
+    shifted = np.concatenate([np.full(1000, u[0]), u[:-1000]])
+    moved = PLAIN.run(t, shifted, PLAIN.vector(VALVE.values()), PLAIN.start(REST), hold=hold).outputs
+    assert late(t, u, 2.0, hold=hold).outputs == pytest.approx(moved, abs=1e-9 * STROKE)
+
+
+def test_a_positioner_that_waits_for_seconds_is_simulated_as_a_whole():
+    values = VALVE.values() | {"dead_time.tau": 1.5}
+    sensors, positioner = Sensors(rate=100.0), Excitation((("positioner", 6.0),))
+    effects = (*BASE, "dead_time")
+    _, truth = simulate(values, positioner, sensors, stroke=STROKE, effects=effects)
+    force, t = truth["force"], np.arange(601) / 100.0
+    start = LATE.start(truth["position"][0], force=force[0])
+    whole = LATE.run(t, force, LATE.vector(values), start, hold=True, h_max=5e-5).outputs[:, 0]
+    assert np.abs(np.diff(force[:140])).max() > 0
+    assert truth["position"][:150] == pytest.approx(np.full(150, truth["position"][0]), abs=0.01 * STROKE)
+    assert truth["position"] == pytest.approx(whole, abs=1e-9)
 
 
 def test_blocks_with_their_past_are_the_whole():
@@ -129,3 +151,5 @@ def test_the_actuator_takes_a_dead_time_as_hidden_effect():
     assert np.array_equal(plain, neutral)
     assert valve.values["dead_time.tau"] == 0.0
     assert abs(slow - plain).max() > 1e-4
+    with pytest.raises(BadInput, match=r"tau is 2 s; in the actuator a dead time is 0\.1 s at most"):
+        Actuator("lugre", effects={"dead_time": {"tau": 2.0}})

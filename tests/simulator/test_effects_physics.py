@@ -82,6 +82,15 @@ def test_friction_follows_velocity_late_as_in_equation_2_9():
     assert abs(late[middle] - on_time[middle]).max() > 5.0
 
 
+@pytest.mark.parametrize("exponent", [0.5, 1.0, 2.0, 3.0])
+@pytest.mark.parametrize("speed", [1e-3, 5e-3, 8e-3])
+def test_the_stribeck_curve_has_an_exponent_as_in_equation_2_5(exponent, speed):
+    t = np.linspace(0, 0.01 / speed, 2001)
+    changes = {"lugre__sigma1": 0.0, "lugre__sigma2": 0.0, "lugre__vs": 5e-3, "stribeck_exponent__e": exponent}
+    _, force = pushed(("stribeck_exponent", "lugre"), np.full(2001, speed), t, **changes)
+    assert force[-1] == pytest.approx(150 + 50 * np.exp(-((speed / 5e-3) ** exponent)), rel=1e-6)
+
+
 def test_forces_are_what_their_equations_say():
     t, still = np.linspace(0, 1, 101), np.zeros(101)
     slide = np.full(101, 0.02)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from simulator.backlash import Backlash, BacklashInverse, GeneralisedPlay, SmoothBacklash
-from simulator.hysteresis import LeuvenStack, MaxwellSlip, Preisach, Quadrilateral, QuadrilateralInverse
+from simulator.hysteresis import MaxwellSlip, Preisach, Quadrilateral, QuadrilateralInverse
 
 LINES = {"mt": 0.2, "ct": 1.0, "mb": 0.3, "cb": -1.2, "mr": 2.0, "cr": 1.0, "ml": 1.6, "cl": -1.1}
 
@@ -108,35 +108,6 @@ def test_maxwell_slip_remembers_more_than_its_force():
 def test_maxwell_slip_refuses_what_is_no_element(stiffness):
     with pytest.raises(ValueError, match="one positive number each"):
         MaxwellSlip(stiffness, [1.0, 1.0])
-
-
-def leuven():
-    return LeuvenStack(lambda z: 100 * np.tanh(z / 1e-4), level=100.0, n=20.0, step=2e-7)
-
-
-def test_leuven_closes_inner_loops():
-    plain, looped = leuven(), leuven()
-    before = follow(plain, route([0, 6e-5]))[-1]
-    follow(looped, route([0, 6e-5, 3e-5]))
-    assert looped.memory == 1
-    closed = follow(looped, route([3e-5, 6.2e-5]))
-    assert looped.memory == 0
-    outer = follow(plain, route([6e-5, 6.2e-5]))
-    assert closed[-1] == pytest.approx(outer[-1], abs=0.02 * before)
-    # After the closing the outer curve goes on, with its slope and not that of a reversal.
-    path = np.linspace(6.2e-5, 8e-5, 200)
-    assert np.diff(follow(looped, path)) == pytest.approx(np.diff(follow(plain, path)), rel=0.02)
-
-
-def test_leuven_slides_at_its_level_and_forgets():
-    model = LeuvenStack(lambda z: 2e6 * z, level=100.0, step=2e-7)
-    follow(model, route([0, 5e-5, 2e-5, 4e-5]))
-    assert model.memory == 2
-    assert follow(model, route([4e-5, 4e-3]))[-1] == pytest.approx(100.0, rel=0.01)
-    assert model.memory == 0
-    assert follow(model, route([4e-3, 0.0]))[-1] == pytest.approx(-100.0, rel=0.01)
-    with pytest.raises(ValueError, match="all three are positive"):
-        LeuvenStack(np.tanh, 0.0)
 
 
 def test_the_quadrilateral_runs_along_its_lines():

@@ -13,7 +13,7 @@ import numpy as np
 from recordings import Array, BadInput
 from simulator.compile.c_compiler import compiler
 from simulator.compile.scan import Scanner
-from simulator.damadics.actuator import force_form, play_form, servomotor
+from simulator.damadics.actuator import force_form, past, play_form, servomotor
 from simulator.damadics.actuator.inputs import INPUTS
 from simulator.damadics.actuator.outputs import SIGNALS
 from simulator.damadics.actuator.parameters import Parameters
@@ -200,6 +200,9 @@ def _check_effect(catalogue: Catalogue, name: str, values: Mapping[str, float]) 
         if not (math.isfinite(value) and known[symbol].allows(value)):
             found = f"{symbol} is {value:g} {known[symbol].unit}"
             raise BadInput(where, found, f"it is a number {known[symbol].bounds}")
+        if symbol == catalogue[name].delay and value > past.LONGEST:
+            found = f"{symbol} is {value:g} {known[symbol].unit}"
+            raise BadInput(where, found, f"in the actuator a dead time is {past.LONGEST:g} s at most")
 
 
 def _checked(inputs: Array, more: int) -> Array:

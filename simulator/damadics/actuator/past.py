@@ -11,10 +11,11 @@ import casadi as ca
 
 from simulator.compile.step import VectorLayout
 from simulator.damadics.actuator.parameters import STEP
-from simulator.delay import LONGEST
 from simulator.effect import Expression
 
 Expressions = list[Expression]
+LONGEST = 0.1
+"""Longest dead time in the actuator [s]: each step of it is a state."""
 
 
 def names(layout: VectorLayout) -> tuple[str, ...]:

@@ -1,0 +1,101 @@
+"""The nonlinear (input-dependent) Preisach model, of first- and second-order curves (equation 2.64-2.69)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.interpolate import RegularGridInterpolator
+
+from recordings import Array, BadParameter
+from simulator.hysteresis.extrema import DominantExtrema
+
+
+class NonlinearPreisach:
+    """f by a weight mu(alpha, beta, u) (2.64), as f_u- and the second-order increments P(alpha, beta, u) (2.66, 2.69).
+
+    descending : the limiting descending branch f_u-; increments : P(alpha, beta, u), by which the second-order curve
+    from alpha over beta lies below the first-order curve from alpha at u, beta <= u <= alpha; P(alpha, u, u) and
+    P(u, beta, u) are 0. It starts in negative saturation.
+
+    The sum (2.69) is over the strips from M_0 = alpha0 and m_0 = beta0 on; as printed it begins with k = 1, which holds
+    for an input that came from positive saturation, M_1 = alpha0.
+    Raises BadParameter unless low < high.
+    """
+
+    def __init__(
+        self,
+        descending: Callable[[float], float],
+        increments: Callable[[float, float, float], float],
+        low: float,
+        high: float,
+    ) -> None:
+        if not low < high:
+            raise BadParameter("low", f"{low:g}", f"it is not below high, {high:g}", "low is less than high")
+        self._descending, self._increments = descending, increments
+        self._past = DominantExtrema(low, high)
+
+    @classmethod
+    def learned(cls, levels: ArrayLike, first: ArrayLike, second: ArrayLike) -> NonlinearPreisach:
+        """The model of measured curves at rising levels (n).
+
+        first (n, n) : output at input level k on the first-order curve from level i >= k; second (n, n, n) : the same
+        on the second-order curve from i down to j and up again, j <= k <= i. Others are not read.
+        Raises BadParameter for tables of other shapes, with a gap (a value that is not finite), and for second-order
+        curves that cross the first-order one.
+        """
+        u, f1, f2 = (np.asarray(table, dtype=float) for table in (levels, first, second))
+        n = len(u)
+        if u.ndim != 1 or n < 2 or not (np.diff(u) > 0).all():
+            raise BadParameter("levels", u.shape, "they do not rise", "give two or more rising inputs")
+        if f1.shape != (n, n) or f2.shape != (n, n, n):
+            raise BadParameter("second", f2.shape, f"beside first {f1.shape}", f"give ({n}, {n}) and ({n}, {n}, {n})")
+        i, j, k = np.meshgrid(*[np.arange(n)] * 3, indexing="ij")
+        inside = (j <= k) & (k <= i)
+        P = np.where(inside, f1[:, None, :] - f2, 0.0)
+        if not np.isfinite(P).all():
+            raise BadParameter("second", "", "a value is not finite", "measure every j <= k <= i: curves have no gaps")
+        if P.min() < -1e-9 * np.abs(f1[np.tril_indices(n)]).max():
+            raise BadParameter("second", f"{P.min():g}", "a second-order curve lies above its first-order one",
+                               "a branch that rises lies below the one that falls")  # fmt: skip
+        at = RegularGridInterpolator((u, u, u), _odd(P), bounds_error=False, fill_value=None)
+        return cls(
+            lambda v: float(np.interp(v, u, f1[-1])), lambda a, b, v: float(at((a, b, v))), float(u[0]), float(u[-1])
+        )
+
+    def update(self, value: float) -> float:
+        """The output after the input moved one way to a value."""
+        self._past.move(value)
+        u, P = self._past.now, self._increments
+        return self._descending(u) + sum(P(low, m, u) - P(high, m, u) for low, high, m in self._past.strips())
+
+    @property
+    def memory(self) -> tuple[float, ...]:
+        """The dominant extrema, oldest first."""
+        return self._past.memory
+
+
+def _odd(P: Array) -> Array:
+    """P carried on oddly beyond alpha = u and beta = u, so that it is 0 there between the levels, too."""
+    n = len(P)
+    i, j, k = np.meshgrid(*[np.arange(n)] * 3, indexing="ij")
+    over, under = np.where(k > i, k, i), np.where(k > i, i, k)
+    sign = np.where(k > i, -1.0, 1.0)
+    upper, lower = np.where(j > under, under, j), np.where(j > under, j, under)
+    return sign * np.where(j > under, -1.0, 1.0) * P[over, upper, np.minimum(lower, over)]
+
+
+def second_order_curves(operator: Callable[[float], float], levels: ArrayLike) -> tuple[Array, Array]:
+    """first (n, n) and second (n, n, n) of an operator (update) at rising levels (n), as a rig measures them."""
+    u = np.asarray(levels, dtype=float)
+    n = len(u)
+    first, second = np.full((n, n), np.nan), np.full((n, n, n), np.nan)
+    for i in range(n):
+        for j in range(i + 1):
+            operator(u[0])
+            up = operator(u[i])
+            down = [operator(u[k]) for k in range(i - 1, j - 1, -1)]
+            first[i, j : i + 1] = [up, *down][::-1]
+            second[i, j, j : i + 1] = [first[i, j], *(operator(u[k]) for k in range(j + 1, i + 1))]
+    return first, second
