@@ -7,6 +7,18 @@ and is dropped for that. Whenever the step itself is in doubt the connection is 
 - a reply stopped half way, and what comes next would be taken for its end;
 - bytes lie behind a reply that are no whole frame: its end may belong to another one;
 - the end of a reply is itself a whole reply to an earlier request: its own end is missing.
+
+Where a reply ends is said by its length field alone. When its last bytes are lost, the first bytes of whatever comes
+next stand in for them, and the rest may come at any later time: no silence, however long, proves that it will not. What
+proves it is the answer to a request that was sent afterwards, in its place in the stream: a new transaction id directly
+behind the reply. So a reply is believed only behind such a proof, for which one item is read again, unless
+
+- twenty replies in a row were clean: nothing repeated, late, foreign, broken, or cut into pieces; and
+- this one came in one piece; and
+- its last bytes are not how a frame with an id of late would begin.
+
+What remains is a reply on a connection without a blemish that lost its last bytes to a frame which answers no request
+of ours, cut into pieces exactly there. A heartbeat register as the last point of a read shows even that.
 """
 
 from __future__ import annotations
@@ -21,12 +33,15 @@ from typing import ClassVar, Self, cast
 from hil.client.transport import LinkSide, LiveAddress, Opening, timeout_of
 from hil.client.wire import GONE, Lost, Wire
 from hil.modbus.addresses import AddressParts, host_and_port
-from hil.modbus.checks import check_tcp, ends_in_frame
+from hil.modbus.checks import check_tcp, ends_in_frame, ends_like_frame
 from hil.modbus.framing import Frame, split_frames
 from hil.modbus.messages import Reply, ReplyFault, Request
 
 RECENT = 32
 """Transaction ids that are remembered."""
+CLEAN_REPLIES = 20
+PROOFS = 2
+"""How often the proof of one reply is asked for: it may be lost as any other reply."""
 
 
 @dataclass(frozen=True)
@@ -80,14 +95,36 @@ class TcpWire(asyncio.Protocol):
         self._request: Request | None = None
         self._answer: asyncio.Future[Reply]
         self._deadline, self._timer = 0.0, cast("asyncio.TimerHandle | None", None)
+        self._clean = 0  # replies since anything on the stream was odd; nothing is trusted at first
+        self._doubtful = False  # whether the reply under way needs a proof of its own
 
     async def exchange(self, request: Request) -> Reply:
-        """Send one request and return the verdict on its reply."""
+        """Send one request and return the verdict on its reply, once it is certain where the reply ends."""
+        reply = await self._ask(request)
+        if reply.fault is not None or request.writes:  # the echo of a write is compared with it, byte by byte
+            return reply
+        if self._doubtful or self._clean < CLEAN_REPLIES:
+            reply = await self._proven(reply, request)
+        self._clean += reply.fault is None
+        return reply
+
+    async def _proven(self, reply: Reply, request: Request) -> Reply:
+        """The reply itself when the answer to one more request follows it in the stream."""
+        proof = Request(request.unit, request.function, request.address, 1)
+        for _ in range(PROOFS):
+            answer = await self._ask(proof)
+            if answer.fault in (ReplyFault.LOST, ReplyFault.FRAMING):
+                return answer
+            if answer.fault is not ReplyFault.SILENCE:  # whatever it says, its id stands where it must
+                return reply
+        return Reply(fault=ReplyFault.SILENCE, text="no answer behind the reply shows where the reply ends")
+
+    async def _ask(self, request: Request) -> Reply:
         if self._transport is None:
             return GONE
         self._transaction = next(self._transactions)
         self._recent.append(self._transaction)
-        self._request, self._answer = request, self._loop.create_future()
+        self._request, self._answer, self._doubtful = request, self._loop.create_future(), bool(self._stream)
         self._deadline = self._loop.time() + self._timeout
         if self._timer is None:
             self._timer = self._loop.call_at(self._deadline, self._on_time)
@@ -113,7 +150,10 @@ class TcpWire(asyncio.Protocol):
 
     def data_received(self, data: bytes) -> None:
         """Called by the event loop."""
+        whole = not self._stream
         frames, self._stream, broken = split_frames(self._stream + data)
+        if not (whole and len(frames) == 1 and self._request):
+            self._doubtful, self._clean = True, 0  # in pieces, or with something else
         if broken:
             self._doubt(f"the stream is not Modbus any more: {broken}")
         for frame in frames:
@@ -123,11 +163,13 @@ class TcpWire(asyncio.Protocol):
         reply = check_tcp(self._request, self._transaction, frame) if self._request else None
         if reply is None or reply.fault is ReplyFault.TRANSACTION:
             self._tally["dropped frame: late, repeated or unasked"] += 1
+            self._doubtful, self._clean = True, 0
         elif self._stream:
             self._doubt("bytes behind the reply")
         elif ends_in_frame(frame.pdu, self._recent):
             self._doubt("an earlier reply inside the reply")
         else:
+            self._doubtful = self._doubtful or ends_like_frame(frame.pdu, self._recent)
             self._settle(reply)
 
     def _on_time(self) -> None:
@@ -141,6 +183,7 @@ class TcpWire(asyncio.Protocol):
         if self._stream:
             self._doubt(f"the reply stopped half way for {self._timeout:g} s")
         else:
+            self._clean = 0
             self._settle(Reply(fault=ReplyFault.SILENCE, text=f"no reply within {self._timeout:g} s"))
 
     def _doubt(self, text: str) -> None:
