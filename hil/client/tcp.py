@@ -17,8 +17,9 @@ behind the reply. So a reply is believed only behind such a proof, for which one
 - this one came in one piece; and
 - its last bytes are not how a frame with an id of late would begin.
 
-What remains is a reply on a connection without a blemish that lost its last bytes to a frame which answers no request
-of ours, cut into pieces exactly there. A heartbeat register as the last point of a read shows even that.
+What remains is a reply whose last bytes are replaced by exactly as many others, for there is no checksum, and one on a
+connection without a blemish that lost them to a frame which answers no request of ours and is cut into pieces exactly
+there. A heartbeat register as the last point of a read shows even that.
 """
 
 from __future__ import annotations
@@ -133,6 +134,10 @@ class TcpWire(asyncio.Protocol):
             return await self._answer
         finally:
             self._request = None
+
+    def listens(self, unit: int) -> bool:
+        """Never: a late reply has an id of its own."""
+        return False
 
     def close(self) -> None:
         """Close the connection."""

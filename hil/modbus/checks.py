@@ -134,6 +134,8 @@ def check_pdu(request: Request, pdu: bytes) -> Reply:
     if function == bytes([request.function | 0x80]) and len(pdu) == 2:
         words = EXCEPTIONS.get(pdu[1], "not in the standard")
         return Reply(fault=ReplyFault.EXCEPTION, text=f"exception {pdu[1]}: {words}", exception=pdu[1])
+    if pdu == request.pdu and not request.writes:
+        return Reply(fault=ReplyFault.ECHO, text="the reply is the request itself: an echo on the line, not the device")
     if function != right:
         return Reply(
             fault=ReplyFault.FUNCTION, text=f"a reply to function {function.hex() or 'none'}, not {right.hex()}"

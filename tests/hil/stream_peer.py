@@ -16,6 +16,11 @@ from typing import NamedTuple
 
 FAULTS = ("lose", "cut off", "repeat", "repeat the one before", "foreign frame", "noise", "delay")
 
+MOST_LOST = 36
+"""Bytes that three faults may take off the end of a reply. Noise and foreign frames are longer: exactly as many other
+bytes in the place of those that were lost are what nobody could tell on TCP, which has no checksum.
+"""
+
 
 class Piece(NamedTuple):
     """Bytes of the stream, `pause` seconds after the piece before them."""
@@ -130,7 +135,7 @@ class Faults:
             case "lose":
                 return b""
             case "cut off":
-                return stream[: -self._random.randint(1, 12)]
+                return stream[: -self._random.randint(1, MOST_LOST // 3)]
             case "repeat":
                 return stream + reply
             case "repeat the one before":
@@ -139,7 +144,7 @@ class Faults:
                 frame = self._foreign(self._random)
                 return stream + frame if self._random.random() < 0.5 else frame + stream
             case _:
-                return stream + self._random.randbytes(self._random.randint(1, 20))
+                return stream + self._random.randbytes(self._random.randint(MOST_LOST + 1, 60))
 
     def _cut(self, stream: bytes) -> list[Piece]:
         """At a few places or at every byte, with pauses of every length."""

@@ -5,6 +5,7 @@ Development seeds: 1 to 4.
 
 from __future__ import annotations
 
+import asyncio
 from collections import Counter
 from collections.abc import Callable, Sequence
 from itertools import count, product
@@ -14,7 +15,8 @@ import pytest
 from link_peers import in_virtual_time
 from stream_peer import Faults, Piece, StreamPeer, rtu_frame, tcp_frame, words_of
 
-from hil.client.rtu import RtuWire
+from hil import parse_address
+from hil.client.rtu import RtuAddress, RtuWire
 from hil.client.tcp import CLEAN_REPLIES, TcpWire
 from hil.modbus.checks import transactions
 from hil.modbus.messages import Reply, ReplyFault, Request
@@ -48,7 +50,7 @@ async def asked(wire: TcpWire | RtuWire, peer: StreamPeer, address: int, count: 
 
 
 def foreign_tcp(random: Random) -> bytes:
-    return tcp_frame(random.randrange(1 << 16), 1, 3, words_of(random.randrange(1 << 20), random.randint(1, 6)))
+    return tcp_frame(random.randrange(1 << 16), 1, 3, words_of(random.randrange(1 << 20), random.randint(15, 25)))
 
 
 def foreign_rtu(random: Random) -> bytes:
@@ -142,6 +144,57 @@ def test_three_faults_at_once_and_any_cut_give_no_wrong_value(serial, share):
     good, wrong = in_virtual_time(harmed_replies(serial, 700, share, seed=1))
     assert not wrong
     assert good > 70
+
+
+# Devices that answer late
+
+
+def default_line(stream: Stream) -> tuple[RtuWire, StreamPeer]:
+    """A serial line with the default options."""
+    address = parse_address("rtu:/dev/ttyS0")
+    assert isinstance(address, RtuAddress)
+    wire = RtuWire(address.timeout, address.quiet, address.line.gap, Counter(), lambda error: None, address.late)
+    peer = StreamPeer(wire, True, stream)
+    wire.connection_made(peer)
+    return wire, peer
+
+
+@pytest.mark.parametrize("lateness", [0.0, 0.45, 0.6, 1.2, 2.4, 4.9])
+def test_a_slow_device_on_a_serial_line_is_given_more_time(lateness):
+    """All reads have one form, so that each reply could pass for the next one's."""
+
+    async def story() -> tuple[list[bool], list[bool]]:
+        wire, peer = default_line(lambda reply, before, number: [Piece(lateness, reply)])
+        found = [await asked(wire, peer, 10 * k) for k in range(40)]
+        return [wrong for _, wrong in found], [reply.fault is None for reply, _ in found]
+
+    wrong, good = in_virtual_time(story())
+    assert not any(wrong)
+    assert sum(good) >= 38
+
+
+def test_a_device_that_is_late_now_and_then_never_gives_a_wrong_value():
+    async def story(seed: int) -> tuple[bool, int]:
+        random = Random(seed)
+        lateness = [random.choice((0.0, 0.0, 0.02, random.uniform(0.3, 4.9))) for _ in range(500)]
+        wire, peer = default_line(lambda reply, before, number: [Piece(lateness[number % 500], reply)])
+        found = [await asked(wire, peer, 10 * k) for k in range(100)]
+        return any(wrong for _, wrong in found), sum(reply.fault is None for reply, _ in found)
+
+    for seed in range(20):
+        wrong, good = in_virtual_time(story(seed))
+        assert not wrong
+        assert good > 60
+
+
+def test_what_was_asked_before_the_line_was_opened_is_never_an_answer():
+    async def story() -> list[bool]:
+        wire, peer = default_line(lambda reply, before, number: [Piece(0.3, reply)])
+        loop = asyncio.get_running_loop()
+        loop.call_later(4.5, wire.data_received, rtu_frame(1, 3, words_of(9999, 3)))
+        return [(await asked(wire, peer, 10 * k))[1] for k in range(5)]
+
+    assert not any(in_virtual_time(story()))
 
 
 @pytest.mark.long
