@@ -15,7 +15,7 @@ behind the reply. So a reply is believed only behind such a proof, for which one
 
 - twenty replies in a row were clean: nothing repeated, late, foreign, broken, or cut into pieces; and
 - this one came in one piece; and
-- its last bytes are not how a frame with an id of late would begin.
+- its last bytes are not how the reply to a request of late would begin. A few bytes are so by chance, more are refused.
 
 What remains is a reply whose last bytes are replaced by exactly as many others, for there is no checksum, and one on a
 connection without a blemish that lost them to a frame which answers no request of ours and is cut into pieces exactly
@@ -35,7 +35,7 @@ from hil.client.transport import LinkSide, LiveAddress, Opening, timeout_of
 from hil.client.wire import GONE, Lost, Wire
 from hil.modbus.addresses import AddressParts, host_and_port
 from hil.modbus.checks import check_tcp, ends_in_frame, ends_like_frame
-from hil.modbus.framing import Frame, split_frames
+from hil.modbus.framing import MBAP, Frame, split_frames
 from hil.modbus.messages import Reply, ReplyFault, Request
 
 RECENT = 32
@@ -43,6 +43,8 @@ RECENT = 32
 CLEAN_REPLIES = 20
 PROOFS = 2
 """How often the proof of one reply is asked for: it may be lost as any other reply."""
+CHANCE = 4
+"""So many bytes may look like the beginning of another reply by chance: a transaction id and a zero or two."""
 
 
 @dataclass(frozen=True)
@@ -71,6 +73,11 @@ class TcpAddress(LiveAddress):
         return opened
 
 
+def reply_head(transaction: int, request: Request) -> bytes:
+    """The first bytes of the reply to a request, up to its unit."""
+    return Frame(transaction, request.unit, bytes(request.reply_length)).tcp()[:MBAP]
+
+
 async def open_stream(
     host: str, port: int, timeout: float, side: LinkSide, context: ssl.SSLContext | None = None, name: str | None = None
 ) -> TcpWire:
@@ -93,6 +100,7 @@ class TcpWire(asyncio.Protocol):
         self._transport: asyncio.Transport | None = None
         self._stream, self._transaction = b"", 0
         self._recent: deque[int] = deque(maxlen=RECENT)
+        self._heads: deque[bytes] = deque(maxlen=RECENT)  # how the replies to these begin
         self._request: Request | None = None
         self._answer: asyncio.Future[Reply]
         self._deadline, self._timer = 0.0, cast("asyncio.TimerHandle | None", None)
@@ -125,6 +133,7 @@ class TcpWire(asyncio.Protocol):
             return GONE
         self._transaction = next(self._transactions)
         self._recent.append(self._transaction)
+        self._heads.append(reply_head(self._transaction, request))
         self._request, self._answer, self._doubtful = request, self._loop.create_future(), bool(self._stream)
         self._deadline = self._loop.time() + self._timeout
         if self._timer is None:
@@ -174,7 +183,10 @@ class TcpWire(asyncio.Protocol):
         elif ends_in_frame(frame.pdu, self._recent):
             self._doubt("an earlier reply inside the reply")
         else:
-            self._doubtful = self._doubtful or ends_like_frame(frame.pdu, self._recent)
+            alike = ends_like_frame(frame.pdu, self._heads)
+            self._doubtful = self._doubtful or alike > 0
+            if alike > CHANCE:
+                reply = Reply(fault=ReplyFault.LENGTH, text="the end of the reply is how another one begins")
             self._settle(reply)
 
     def _on_time(self) -> None:

@@ -71,25 +71,24 @@ def ends_in_frame(pdu: bytes, transactions: Collection[int]) -> bool:
     return False
 
 
-def ends_like_frame(pdu: bytes, transactions: Collection[int]) -> bool:
-    """Whether the last bytes of a reply could be the first ones of a message with one of these transaction ids.
+def ends_like_frame(pdu: bytes, heads: Collection[bytes]) -> int:
+    """How many bytes of a reply, from some place to its end, are how another message would begin; 0 for none.
 
-    >>> recent = [0x9E37]
-    >>> [ends_like_frame(bytes.fromhex(pdu), recent) for pdu in ("0302 009e", "0304 00009e37", "0306 019e37000000")]
-    [True, True, True]
-    >>> ends_like_frame(bytes.fromhex("0304 9e37 0001"), recent)
-    False
+    heads : the first bytes, up to the unit, of the messages that are possible.
+
+    >>> heads = [bytes.fromhex("9e37 0000 0007 01")]
+    >>> [ends_like_frame(bytes.fromhex(pdu), heads) for pdu in ("0302 009e", "0304 00009e37", "0306 019e37000000")]
+    [1, 2, 5]
+    >>> ends_like_frame(bytes.fromhex("0308 9e37 0000 0007 0103"), heads)
+    8
+    >>> ends_like_frame(bytes.fromhex("0304 9e37 0001"), heads)
+    0
     """
-    ids = {inner.to_bytes(2, "big") for inner in transactions}
-    if pdu[-1:] in {inner[:1] for inner in ids} or pdu[-2:] in ids:
-        return True
-    places = (place for place in range(2, len(pdu) - 2) if pdu[place + 2] == 0 and pdu[place : place + 2] in ids)
-    return any(_begins_message(pdu[place + 2 :]) for place in places)
-
-
-def _begins_message(behind: bytes) -> bool:
-    """Whether bytes go on like a header behind its transaction id: protocol 0, and a length that is not over yet."""
-    return behind[:3] == bytes(min(len(behind), 3)) and (len(behind) < 4 or len(behind) - 4 <= behind[3])
+    places = [place for head in heads if (place := pdu.find(head, 2)) >= 0]
+    if places:
+        return len(pdu) - min(places)
+    longest = len(next(iter(heads), b""))
+    return next((n for n in range(longest - 1, 0, -1) if any(pdu.endswith(head[:n]) for head in heads)), 0)
 
 
 def check_rtu(request: Request, line: bytes) -> Reply | None:
