@@ -250,7 +250,7 @@ def test_a_reply_that_is_the_request_itself_is_an_echo_and_no_value(function, ad
     """Where the byte count, the data and the checksum of a reply are those of its request, nothing else can tell."""
     request = Request(unit=1, function=function, address=address, count=count)
     echo = bytes([1]) + request.pdu
-    assert (check_pdu(request, request.pdu).fault is None) is False
+    assert check_pdu(request, request.pdu).fault is not None
     if function < 3:
         verdict = check_rtu(request, echo + crc(echo))
         assert (verdict.fault, verdict.words) == (ReplyFault.ECHO, ())
