@@ -32,6 +32,7 @@ import numpy as np
 from recordings.arrays import Array
 from recordings.atomic_files import appearing
 from recordings.errors import BadInput
+from recordings.hdf5.disk import check_same
 from recordings.hdf5.header import Header
 from recordings.hdf5.opening import journal_path
 from recordings.plant import Event, Plant
@@ -80,13 +81,17 @@ class Journal:
     def __init__(self, path: Path, run: str, chunk_rows: int, header: Header) -> None:
         self._path = journal_path(path)
         head = {"run": run, "chunk_rows": chunk_rows} | _plain(header)
-        self._kept = [_frame(HEAD, json.dumps(head).encode())]
-        self._file = self._start([])
+        self._file = self._start([_frame(HEAD, json.dumps(head).encode())])
+        self._n_kept = self._file.tell()
 
     @property
     def oversize(self) -> bool:
         """Whether it has outgrown what it must keep, so that `restart` is worth it."""
-        return self._file.tell() > 2 * sum(map(len, self._kept)) + _LIMIT_BYTES
+        return self._file.tell() > 2 * self._n_kept + _LIMIT_BYTES
+
+    def check_in_place(self) -> None:
+        """Raise `BadInput` when it was removed, moved or replaced."""
+        check_same(self._path, os.fstat(self._file.fileno()))
 
     def rows(self, first_row: int, columns: Array) -> None:
         """Add a batch, shape (n_signals, n_rows)."""
@@ -95,18 +100,19 @@ class Journal:
 
     def event(self, event: Event) -> None:
         """Add an event."""
-        self._kept.append(_frame(EVENT, json.dumps(asdict(event)).encode()))
-        self._append(self._kept[-1])
+        self._keep(_frame(EVENT, json.dumps(asdict(event)).encode()))
         os.fsync(self._file.fileno())
 
     def chunk(self, chunk: Chunk) -> None:
         """Note that a chunk is on the disk; not forced there, because its rows are still in the journal."""
-        self._kept.append(_frame(CHUNK, json.dumps([chunk.first_row, *chunk.places]).encode()))
-        self._append(self._kept[-1])
+        self._keep(_frame(CHUNK, json.dumps([chunk.first_row, *chunk.places]).encode()))
 
     def restart(self, first_row: int, columns: Array) -> None:
         """Forget every batch but the rows behind the last full chunk, shape (n_signals, n_rows)."""
-        old, self._file = self._file, self._start([_rows_frame(first_row, columns)])
+        data = self._path.read_bytes()[len(_MAGIC) :]  # not held in memory: a long run has many events
+        kept = [_frame(*frame) for frame in _frames(data) if frame[0] != ROWS]
+        self._n_kept = len(_MAGIC) + sum(map(len, kept))
+        old, self._file = self._file, self._start([*kept, _rows_frame(first_row, columns)])
         old.close()
 
     def remove(self) -> None:
@@ -118,10 +124,14 @@ class Journal:
         """Stop writing and leave it where it is."""
         self._file.close()
 
-    def _start(self, rows: list[bytes]) -> BinaryIO:
+    def _start(self, frames: list[bytes]) -> BinaryIO:
         with appearing(self._path) as draft:
-            draft.write_bytes(_MAGIC + b"".join(self._kept + rows))
+            draft.write_bytes(_MAGIC + b"".join(frames))
         return self._path.open("ab", buffering=0)
+
+    def _keep(self, frame: bytes) -> None:
+        self._append(frame)
+        self._n_kept += len(frame)
 
     def _append(self, frame: bytes) -> None:
         left = memoryview(frame)

@@ -111,10 +111,8 @@ def _finished(path: Path, contents: Contents, stored: RecordedFile | None) -> in
 
 def _agree(path: Path, contents: Contents, stored: RecordedFile) -> bool:
     """Whether a closed file holds what its journal says, sample by sample."""
-    return not any(
-        lost or stored.rows(block[0], block[0] + block[1].shape[1]) is None or not stored.same(*block)
-        for *block, lost in _blocks(path, contents, None)
-    )
+    blocks = _blocks(path, contents, None)
+    return all(not lost and stored.same(first_row, columns) for first_row, columns, lost in blocks)
 
 
 def _rebuild(path: Path, contents: Contents, stored: RecordedFile | None) -> tuple[int, tuple[str, ...]]:
