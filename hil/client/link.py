@@ -68,6 +68,10 @@ class Link:
         finally:
             self._close()
 
+    def listens(self, unit: int) -> bool:
+        """Whether a unit cannot be asked for a while, because its reply to an earlier request may still come."""
+        return self._wire is not None and self._wire.listens(unit)
+
     async def exchange(self, request: Request) -> Reply:
         """Send a request and return the verdict on its reply; `ReplyFault.LOST` at once when there is no connection.
 

@@ -25,5 +25,8 @@ class Wire(Protocol):
     async def exchange(self, request: Request) -> Reply:
         """Send one request and return the verdict on its reply. Raises nothing, whatever the peer does."""
 
+    def listens(self, unit: int) -> bool:
+        """Whether a unit cannot be asked for a while, because its reply to an earlier request may still come."""
+
     def close(self) -> None:
         """Close the connection; `Lost` is not called."""

@@ -71,6 +71,26 @@ def ends_in_frame(pdu: bytes, transactions: Collection[int]) -> bool:
     return False
 
 
+def ends_like_frame(pdu: bytes, heads: Collection[bytes]) -> int:
+    """How many bytes of a reply, from some place to its end, are how another message would begin; 0 for none.
+
+    heads : the first bytes, up to the unit, of the messages that are possible.
+
+    >>> heads = [bytes.fromhex("9e37 0000 0007 01")]
+    >>> [ends_like_frame(bytes.fromhex(pdu), heads) for pdu in ("0302 009e", "0304 00009e37", "0306 019e37000000")]
+    [1, 2, 5]
+    >>> ends_like_frame(bytes.fromhex("0308 9e37 0000 0007 0103"), heads)
+    8
+    >>> ends_like_frame(bytes.fromhex("0304 9e37 0001"), heads)
+    0
+    """
+    places = [place for head in heads if (place := pdu.find(head, 2)) >= 0]
+    if places:
+        return len(pdu) - min(places)
+    longest = len(next(iter(heads), b""))
+    return next((n for n in range(longest - 1, 0, -1) if any(pdu.endswith(head[:n]) for head in heads)), 0)
+
+
 def check_rtu(request: Request, line: bytes) -> Reply | None:
     """The verdict on all bytes that came since the request; None while they may still become the reply.
 
@@ -113,6 +133,8 @@ def check_pdu(request: Request, pdu: bytes) -> Reply:
     if function == bytes([request.function | 0x80]) and len(pdu) == 2:
         words = EXCEPTIONS.get(pdu[1], "not in the standard")
         return Reply(fault=ReplyFault.EXCEPTION, text=f"exception {pdu[1]}: {words}", exception=pdu[1])
+    if pdu == request.pdu and not request.writes:
+        return Reply(fault=ReplyFault.ECHO, text="the reply is the request itself: an echo on the line, not the device")
     if function != right:
         return Reply(
             fault=ReplyFault.FUNCTION, text=f"a reply to function {function.hex() or 'none'}, not {right.hex()}"

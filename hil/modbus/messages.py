@@ -44,6 +44,7 @@ class ReplyFault(StrEnum):
     CHECKSUM = "wrong checksum"
     FRAMING = "not Modbus"
     SURPLUS = "stray bytes"
+    ECHO = "echo of the request"
 
 
 class Reply(NamedTuple):

@@ -13,6 +13,8 @@ from hil.modbus.messages import Reply, ReplyFault, Request
 from hil.source.sample import EventKind
 from hil.source.valve import Valve
 
+LISTENING = "not asked while a late reply may still come"
+
 Announce = Callable[[str, EventKind, str], None]
 """Told of every event: the valve, the kind, and the text."""
 
@@ -51,7 +53,13 @@ class DeviceLine:
     def rests(self, number: int) -> str | None:
         """Why a device is not to be asked now; None when it may be."""
         unit = self._units[number]
+        if self.listens(number):
+            return LISTENING
         return unit.reason if asyncio.get_running_loop().time() < unit.rests_until else None
+
+    def listens(self, number: int) -> bool:
+        """Whether a device cannot be asked for a while, because a late reply of its own may still come."""
+        return self.link.listens(number)
 
     async def ask(self, request: Request) -> Reply:
         """Send a request, and draw the conclusions from its reply."""

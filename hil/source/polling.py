@@ -121,11 +121,11 @@ class _Round:
         if not self._line.link.open:
             return False
         started = asyncio.get_running_loop().time()
-        readings = await self._readings()
+        readings, asked = await self._readings()
         if readings is None:
             return False
         if not self._line.reachable(self._valve):
-            return True
+            return asked
         moment = (started + asyncio.get_running_loop().time()) / 2
         checked = self._heartbeat.check(moment, readings) if self._heartbeat else readings
         sample = Sample(moment, wall_at(moment), self._valve.name, checked)
@@ -133,20 +133,23 @@ class _Round:
             channel.put(event)
         channel.put(sample)
         statistics.samples += 1
-        return True
+        return asked
 
-    async def _readings(self) -> Mapping[str, Reading] | None:
-        """Every point's reading; None when no device of the valve could be asked or the connection broke."""
+    async def _readings(self) -> tuple[Mapping[str, Reading] | None, bool]:
+        """Every point's reading, and whether anything was asked; None when no device of the valve is listened to or the
+        connection broke.
+        """
         readings: dict[str, Reading] = {}
-        asked = False
+        asked = listening = False
         for read in self._valve.reads:
+            listening |= self._line.listens(read.request.unit)
             resting = self._line.rests(read.request.unit)
             if resting is not None:
                 readings.update(read.bad(resting))
                 continue
             reply = await self._line.ask(read.request)
             if reply.fault is ReplyFault.LOST:
-                return None
+                return None, False
             asked = True
             readings.update(read.readings(reply))
-        return readings if asked else None
+        return (readings if asked or listening else None), asked

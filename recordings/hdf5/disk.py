@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import fcntl
 import os
+import shutil
 import signal
 import threading
 from collections.abc import Iterator
@@ -17,6 +18,10 @@ from pathlib import Path
 from typing import Any
 
 import h5py
+
+from recordings.errors import BadInput
+
+_LEAVE_ALONE = "leave a recording and its journal alone until it is closed"
 
 
 class Disk:
@@ -27,7 +32,7 @@ class Disk:
 
     def __init__(self, path: Path) -> None:
         self._descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)
-        self._place = 0
+        self._place = self._end = 0
         self._error: OSError | None = None
         fcntl.flock(self._descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
@@ -35,6 +40,20 @@ class Disk:
         """Raise the first failure, if there was one."""
         if self._error:
             raise self._error
+
+    def check_in_place(self, path: Path) -> None:
+        """Raise `BadInput` when `path` is no longer this file, or something has shortened it."""
+        own = os.fstat(self._descriptor)
+        if own.st_size < self._end:
+            raise BadInput(str(path), "it was truncated while it was being recorded", _LEAVE_ALONE)
+        check_same(path, own)
+
+    def put_back(self, path: Path) -> None:
+        """Write the file again under its name, where nothing has that name: it was removed or moved."""
+        if not path.exists():
+            with path.open("xb") as copy, open(self._descriptor, "rb", closefd=False) as own:
+                own.seek(0)
+                shutil.copyfileobj(own, copy)
 
     def sync(self) -> None:
         """Force what was written onto the disk; raises the first failure."""
@@ -63,6 +82,7 @@ class Disk:
             while left and not self._error:
                 done = os.pwrite(self._descriptor, left, self._place)
                 self._place, left = self._place + done, left[done:]
+                self._end = max(self._end, self._place)
         except OSError as error:
             self._error = error
         return len(data)
@@ -71,12 +91,23 @@ class Disk:
         try:
             if not self._error:
                 os.ftruncate(self._descriptor, size)
+                self._end = size
         except OSError as error:
             self._error = error
         return size
 
     def flush(self) -> None:
         """Nothing is held back here."""
+
+
+def check_same(path: Path, own: os.stat_result) -> None:
+    """Raise `BadInput` when a name does not lead to an open file any more."""
+    try:
+        there = path.stat()
+    except FileNotFoundError:
+        raise BadInput(str(path), "it was removed or moved while it was being recorded", _LEAVE_ALONE) from None
+    if not os.path.samestat(own, there):
+        raise BadInput(str(path), "another file took its place while it was being recorded", _LEAVE_ALONE)
 
 
 @contextmanager

@@ -32,6 +32,7 @@ import numpy as np
 from recordings.arrays import Array
 from recordings.atomic_files import appearing
 from recordings.errors import BadInput
+from recordings.hdf5.disk import check_same
 from recordings.hdf5.header import Header
 from recordings.hdf5.opening import journal_path
 from recordings.plant import Event, Plant
@@ -41,7 +42,10 @@ _MAGIC = b"bristle journal 1\n"
 _FRAME = struct.Struct("<cII")  # kind, length, checksum
 _ROW = struct.Struct("<Q")
 _LIMIT_BYTES = 1 << 20
-HEAD, EVENT, CHUNK, ROWS = b"H", b"E", b"C", b"R"
+_MOST_CHUNK_ROWS = 1 << 24
+_MOST_CHECKED = 64
+"""How often its own size a damaged journal is summed over in the search for the next whole frame."""
+HEAD, EVENT, CHUNK, ROWS = KINDS = b"H", b"E", b"C", b"R"
 
 
 @dataclass(frozen=True)
@@ -54,7 +58,10 @@ class Chunk:
 
 @dataclass
 class Contents:
-    """What a journal says. rows : batches as (first row, array of shape (n_signals, n_rows)), without gaps."""
+    """What a journal says. rows : batches as (first row, array of shape (n_signals, n_rows)); a damaged one is missing.
+
+    damaged : whether there were bytes that are no whole frame, be it only a last one that was torn.
+    """
 
     run: str
     chunk_rows: int
@@ -62,6 +69,7 @@ class Contents:
     events: list[Event] = field(default_factory=list)
     chunks: list[Chunk] = field(default_factory=list)
     rows: list[tuple[int, Array]] = field(default_factory=list)
+    damaged: bool = False
 
 
 class Journal:
@@ -73,13 +81,17 @@ class Journal:
     def __init__(self, path: Path, run: str, chunk_rows: int, header: Header) -> None:
         self._path = journal_path(path)
         head = {"run": run, "chunk_rows": chunk_rows} | _plain(header)
-        self._kept = [_frame(HEAD, json.dumps(head).encode())]
-        self._file = self._start([])
+        self._file = self._start([_frame(HEAD, json.dumps(head).encode())])
+        self._n_kept = self._file.tell()
 
     @property
     def oversize(self) -> bool:
         """Whether it has outgrown what it must keep, so that `restart` is worth it."""
-        return self._file.tell() > 2 * sum(map(len, self._kept)) + _LIMIT_BYTES
+        return self._file.tell() > 2 * self._n_kept + _LIMIT_BYTES
+
+    def check_in_place(self) -> None:
+        """Raise `BadInput` when it was removed, moved or replaced."""
+        check_same(self._path, os.fstat(self._file.fileno()))
 
     def rows(self, first_row: int, columns: Array) -> None:
         """Add a batch, shape (n_signals, n_rows)."""
@@ -88,18 +100,19 @@ class Journal:
 
     def event(self, event: Event) -> None:
         """Add an event."""
-        self._kept.append(_frame(EVENT, json.dumps(asdict(event)).encode()))
-        self._append(self._kept[-1])
+        self._keep(_frame(EVENT, json.dumps(asdict(event)).encode()))
         os.fsync(self._file.fileno())
 
     def chunk(self, chunk: Chunk) -> None:
         """Note that a chunk is on the disk; not forced there, because its rows are still in the journal."""
-        self._kept.append(_frame(CHUNK, json.dumps([chunk.first_row, *chunk.places]).encode()))
-        self._append(self._kept[-1])
+        self._keep(_frame(CHUNK, json.dumps([chunk.first_row, *chunk.places]).encode()))
 
     def restart(self, first_row: int, columns: Array) -> None:
         """Forget every batch but the rows behind the last full chunk, shape (n_signals, n_rows)."""
-        old, self._file = self._file, self._start([_rows_frame(first_row, columns)])
+        data = self._path.read_bytes()[len(_MAGIC) :]  # not held in memory: a long run has many events
+        kept = [_frame(*frame) for frame in _frames(data) if frame[0] != ROWS]
+        self._n_kept = len(_MAGIC) + sum(map(len, kept))
+        old, self._file = self._file, self._start([*kept, _rows_frame(first_row, columns)])
         old.close()
 
     def remove(self) -> None:
@@ -111,10 +124,14 @@ class Journal:
         """Stop writing and leave it where it is."""
         self._file.close()
 
-    def _start(self, rows: list[bytes]) -> BinaryIO:
+    def _start(self, frames: list[bytes]) -> BinaryIO:
         with appearing(self._path) as draft:
-            draft.write_bytes(_MAGIC + b"".join(self._kept + rows))
+            draft.write_bytes(_MAGIC + b"".join(frames))
         return self._path.open("ab", buffering=0)
+
+    def _keep(self, frame: bytes) -> None:
+        self._append(frame)
+        self._n_kept += len(frame)
 
     def _append(self, frame: bytes) -> None:
         left = memoryview(frame)
@@ -123,25 +140,36 @@ class Journal:
 
 
 def read_journal(path: Path) -> Contents:
-    """What the journal of a recording says, up to the first torn frame.
+    """What the journal of a recording says: every frame that is whole, also behind a damaged one.
 
     Raises
     ------
     BadInput
-        It is no journal or its head is damaged.
+        It is no journal, its head is damaged, or what it says cannot be.
     """
     where = journal_path(path)
     data = where.read_bytes()
     frames = _frames(data[len(_MAGIC) :]) if data.startswith(_MAGIC) else iter(())
     try:
-        _, head = next(frames)
+        kind, head = next(frames)
+        if kind != HEAD:
+            raise ValueError("the head is damaged")
         contents = _contents(json.loads(head))
+        n_bytes = len(_MAGIC) + _FRAME.size + len(head)
         for kind, payload in frames:
             _take(contents, kind, payload)
-    except (StopIteration, KeyError, TypeError, ValueError, struct.error) as error:
-        remedy = "delete it if the recording beside it can be read without"
-        raise BadInput(str(where), "the journal is damaged from its start", remedy) from error
+            n_bytes += _FRAME.size + len(payload)
+        contents.damaged = n_bytes != len(data)
+    except (LookupError, TypeError, ValueError, AttributeError, OverflowError, RecursionError, struct.error) as error:
+        raise _damaged(where) from error
+    except StopIteration as error:
+        raise _damaged(where) from error
     return contents
+
+
+def _damaged(where: Path) -> BadInput:
+    remedy = "delete it if the recording beside it can be read without"
+    return BadInput(str(where), "the journal is damaged from its start", remedy)
 
 
 def _take(contents: Contents, kind: bytes, payload: bytes) -> None:
@@ -149,11 +177,19 @@ def _take(contents: Contents, kind: bytes, payload: bytes) -> None:
         contents.events.append(Event(**json.loads(payload)))
     elif kind == CHUNK:
         first_row, *places = json.loads(payload)
-        contents.chunks.append(Chunk(first_row, tuple((offset, crc) for offset, crc in places)))
+        contents.chunks.append(Chunk(_whole(first_row), tuple((_whole(offset), _whole(crc)) for offset, crc in places)))
+        if len(places) != len(contents.header.signals):
+            raise ValueError("a chunk has other signals than the head")
     elif kind == ROWS:
         (first_row,) = _ROW.unpack_from(payload)
         columns = np.frombuffer(payload, "<f8", offset=_ROW.size)
-        contents.rows.append((first_row, columns.reshape(len(contents.header.signals), -1)))
+        contents.rows.append((_whole(first_row), columns.reshape(len(contents.header.signals), -1)))
+
+
+def _whole(number: Any, most: int = (1 << 62) - 1) -> int:
+    if isinstance(number, bool) or not isinstance(number, int) or not 0 <= number <= most:
+        raise ValueError(f"{number} is no place in a file")
+    return number
 
 
 def _rows_frame(first_row: int, columns: Array) -> bytes:
@@ -165,14 +201,19 @@ def _frame(kind: bytes, payload: bytes) -> bytes:
 
 
 def _frames(data: bytes) -> Iterator[tuple[bytes, bytes]]:
-    place = 0
-    while place + _FRAME.size <= len(data):
+    """The frames that are whole. A damaged one is passed over; a torn last one was never acknowledged."""
+    place, budget = 0, _MOST_CHECKED * len(data)
+    while place + _FRAME.size <= len(data) and budget > 0:
         kind, length, checksum = _FRAME.unpack_from(data, place)
-        payload = data[place + _FRAME.size : place + _FRAME.size + length]
-        if len(payload) < length or zlib.crc32(kind + payload) != checksum:
-            return  # torn by the cut: it was never acknowledged
-        yield kind, payload
-        place += _FRAME.size + length
+        end = place + _FRAME.size + length
+        if kind in KINDS and end <= len(data):
+            payload = data[place + _FRAME.size : end]
+            budget -= length
+            if zlib.crc32(kind + payload) == checksum:
+                yield kind, payload
+                place, budget = end, budget + length
+                continue
+        place += 1
 
 
 def _plain(header: Header) -> dict[str, Any]:
@@ -196,4 +237,6 @@ def _contents(head: dict[str, Any]) -> Contents:
         created=datetime.fromisoformat(head["created"]) if head["created"] else None,
         attributes=head["attributes"],
     )
-    return Contents(head["run"], head["chunk_rows"], header)
+    if not isinstance(head["run"], str):
+        raise TypeError("the run has no name")
+    return Contents(head["run"], max(_whole(head["chunk_rows"], _MOST_CHUNK_ROWS), 1), header)

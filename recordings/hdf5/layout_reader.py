@@ -56,6 +56,19 @@ def layout_of(file: h5py.File, name: str, problems: Problems, *, values: bool = 
     return None
 
 
+def header_of(file: h5py.File, name: str) -> Header:
+    """What an open file declares of its signals and itself, whatever their lengths. Raises BadInput."""
+    problems = Problems(keep_going=False)
+    _check_format(file, name)
+    specs, _ = _signals(file, name, problems, values=False, lengths=False)
+    return Header(specs, _plant(file, name, problems), **_about(file, name, problems))
+
+
+def events_of(file: h5py.File, name: str) -> tuple[Event, ...]:
+    """The events of an open file; none where they cannot be read."""
+    return _events(file, name, Problems(keep_going=True))
+
+
 def _check_format(file: h5py.File, name: str) -> None:
     given = text_attribute(file, "format", name)
     if given != FORMAT:
@@ -70,26 +83,29 @@ def _check_format(file: h5py.File, name: str) -> None:
         raise BadInput(name, found, f"this program reads version {VERSION}; {remedy}")
 
 
-def _signals(file: h5py.File, name: str, problems: Problems, values: bool) -> tuple[tuple[SignalSpec, ...], int]:
+def _signals(
+    file: h5py.File, name: str, problems: Problems, values: bool, lengths: bool = True
+) -> tuple[tuple[SignalSpec, ...], int]:
     where = f"{name}: /signals"
     if "signals" not in file:
         raise BadInput(where, "the group is missing", "a recording holds its signals there, one dataset each")
     group = member(file, "signals", h5py.Group, where)
-    specs, lengths = [], {}
+    specs, found = [], dict[str, int]()
     for signal in group:
         item = f"{where}/{signal}"
         with problems.within(item):
             dataset = member(group, signal, h5py.Dataset, item)
-            lengths[signal] = _length(dataset, item)
+            found[signal] = _length(dataset, item)
             specs.append(_spec(dataset, signal, item))
             problem = value_problem(specs[-1].role, numbers_of(dataset)) if values else None
             if problem:
                 raise BadInput(item, *problem)
-    _check_lengths(lengths, where, problems)
+    if lengths:
+        _check_lengths(found, where, problems)
     clash = signals_problem(specs) if len(specs) == len(group) else None
     if clash:
         problems.add(f"{name}: {clash[0]}", *clash[1:])
-    return tuple(specs), lengths.get("time", 0)
+    return tuple(specs), found.get("time", 0)
 
 
 def _length(dataset: h5py.Dataset, where: str) -> int:

@@ -21,7 +21,8 @@ from recordings.hdf5.disk import Disk, undisturbed
 from recordings.hdf5.header import Header, Origin
 from recordings.hdf5.journal import Chunk, Journal
 from recordings.hdf5.layout_writer import append_events, append_samples, create_events, create_signal, write_header
-from recordings.hdf5.opening import check_vacant, journal_path
+from recordings.hdf5.opening import check_vacant, journal_path, open_hdf5
+from recordings.hdf5.problems import h5py_errors
 from recordings.hdf5.recover import recover
 from recordings.plant import Event, Plant
 from recordings.sample_checks import TIME_REMEDY, time_fault
@@ -86,10 +87,12 @@ class RecordingWriter:
         self._names = [spec.name for spec in header.signals]
         self._n_rows, self._last_time, self._n_chunks, self._chunk_rows = 0, -np.inf, 0, chunk_rows
         self._run, self._failed, self._closed = secrets.token_hex(8), False, False
+        self._checksums: list[tuple[int, ...]] = []  # of the values of each full chunk, signal by signal
         check_vacant(self.path, overwrite, "a run makes a new file: choose another name")
         with writing(self.path), undisturbed():
-            self.path.unlink(missing_ok=True)
-            journal_path(self.path).unlink(missing_ok=True)
+            if overwrite:  # else somebody may begin to record there just now
+                self.path.unlink(missing_ok=True)
+                journal_path(self.path).unlink(missing_ok=True)
             self._disk = Disk(self.path)
             self._file = self._create(header)
             try:
@@ -134,11 +137,12 @@ class RecordingWriter:
         self._check_open()
         columns = self._columns(batch)
         with self._acknowledging():
+            self._check_files()  # before writing makes a shortened file long again
             self._journal.rows(self._n_rows, columns)
             for dataset, values in zip(self._datasets, columns, strict=True):
                 append_samples(dataset, values)
             self._file.flush()
-            self._disk.check()
+            self._check_files()
             self._n_rows += columns.shape[1]
             self._last_time = float(columns[self._names.index("time"), -1])
             if self._n_rows // self._chunk_rows > self._n_chunks:
@@ -151,13 +155,14 @@ class RecordingWriter:
             self._journal.event(event)
             append_events(self._file, [event])
             self._file.flush()
-            self._disk.check()
+            self._check_files()
 
     def close(self) -> None:
-        """Finish the file and remove the journal; a second call does nothing.
+        """Finish the file, read it back, and remove the journal; a second call does nothing.
 
-        After a failed or interrupted write the file is put right from the journal first. Raises `BadInput` when that
-        is impossible now (a full disk); the journal then stays for `recover`.
+        After a failed or interrupted write, or where the file does not hold what was acknowledged, it is put right from
+        the journal first. Raises `BadInput` when that is impossible now (a full disk); the journal then stays for
+        `recover`.
         """
         if self._closed:
             return
@@ -165,10 +170,14 @@ class RecordingWriter:
         try:
             with writing(self.path), undisturbed():
                 self._finish()
+                if self._failed and journal_path(self.path).exists():
+                    self._disk.put_back(self.path)
         finally:
             self._disk.close()
         if self._failed:
-            recover(self.path)
+            lost = recover(self.path).lost
+            if lost:
+                raise BadInput(str(self.path), "; ".join(lost), "what is left of it is in the file")
 
     def _finish(self) -> None:
         if self._failed:
@@ -176,14 +185,40 @@ class RecordingWriter:
             self._file.close()
             return
         self._disk.sync()
+        end = [dataset[self._n_chunks * self._chunk_rows :].tobytes() for dataset in self._datasets]
+        self._checksums.append(tuple(map(zlib.crc32, end)))
         self._file.attrs["journal"] = f"closed {self._run}"
         self._file.close()
         self._disk.sync()
-        self._journal.remove()
-        sync(self.path.parent)
+        if self._holds_everything():
+            self._journal.remove()
+            sync(self.path.parent)
+        else:
+            self._failed = True
+            self._journal.close()
+
+    def _holds_everything(self) -> bool:
+        """Whether the closed file, read back by its name, has every sample that was acknowledged."""
+        try:
+            self._check_files()
+            with h5py_errors(str(self.path)), open_hdf5(self.path) as file:
+                datasets = [file["signals"][name] for name in self._names]
+                return all(len(dataset) == self._n_rows for dataset in datasets) and all(
+                    checksum == zlib.crc32(dataset[k * self._chunk_rows : (k + 1) * self._chunk_rows].tobytes())
+                    for k, checksums in enumerate(self._checksums)
+                    for checksum, dataset in zip(checksums, datasets, strict=True)
+                )
+        except BadInput:
+            return False
+
+    def _check_files(self) -> None:
+        """Raise what went wrong with either file, be it that somebody took it away."""
+        self._disk.check()
+        self._disk.check_in_place(self.path)
+        self._journal.check_in_place()
 
     def _create(self, header: Header) -> h5py.File:
-        file = h5py.File(self._disk, "w", track_order=True)
+        file = h5py.File(self._disk, "w", track_order=True, rdcc_nbytes=0)  # a cache would grow with every signal
         write_header(file, header)
         file.attrs["journal"] = f"open {self._run}"
         for spec in header.signals:
@@ -224,7 +259,9 @@ class RecordingWriter:
         self._disk.sync()
         rows = self._chunk_rows
         for first_row in range(self._n_chunks * rows, self._n_rows - rows + 1, rows):
-            self._journal.chunk(Chunk(first_row, tuple(_place(one, first_row, rows) for one in self._datasets)))
+            places = tuple(_place(one, first_row, rows) for one in self._datasets)
+            self._checksums.append(tuple(checksum for _, checksum in places))
+            self._journal.chunk(Chunk(first_row, places))
         self._n_chunks = self._n_rows // rows
         if self._journal.oversize:
             tail = self._n_chunks * rows

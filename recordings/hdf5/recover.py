@@ -20,14 +20,14 @@ from recordings.arrays import Array
 from recordings.atomic_files import appearing, sync, writing
 from recordings.errors import BadInput
 from recordings.hdf5.disk import new_hdf5
-from recordings.hdf5.items import raw_attribute
 from recordings.hdf5.journal import Contents, read_journal
-from recordings.hdf5.layout_reader import layout_of
 from recordings.hdf5.layout_writer import append_events, append_samples, create_events, create_signal, write_header
 from recordings.hdf5.opening import journal_path
-from recordings.hdf5.problems import Problems
-from recordings.hdf5.reader import open_recording, opened
+from recordings.hdf5.reader import open_recording, validate
+from recordings.hdf5.recorded_file import RecordedFile, recorded_file
 from recordings.plant import Event
+
+_FORGED = "delete it if the recording beside it can be read without"
 
 
 @dataclass(frozen=True)
@@ -62,11 +62,18 @@ def recover(path: str | Path) -> Recovery:
     if not journal.exists():
         with open_recording(path) as file:
             return Recovery(path, len(file), merged=False)
-    with writing(path), _alone_with(path):
-        contents = read_journal(path)
-        n_samples = _finished(path, contents.run)
+    with writing(path), _alone_with(path), recorded_file(path) as stored:
+        try:
+            contents = read_journal(path)
+        except BadInput:
+            if stored is None:  # neither the one nor the other
+                raise
+            contents = stored.contents()
+        if stored is not None and contents.damaged:
+            contents.events += [event for event in stored.events if event not in contents.events]
+        n_samples = _finished(path, contents, stored)
         if n_samples is None:
-            n_samples, lost = _rebuild(path, contents)
+            n_samples, lost = _rebuild(path, contents, stored if contents.damaged else None)
             result = Recovery(path, n_samples, merged=True, lost=lost)
         else:
             result = Recovery(path, n_samples, merged=False)
@@ -91,52 +98,86 @@ def _alone_with(path: Path) -> Iterator[None]:
         os.close(descriptor)
 
 
-def _finished(path: Path, run: str) -> int | None:
-    """The samples of a file that its writer closed or an earlier recovery built; None for one still to be rebuilt."""
-    try:
-        with opened(path) as file:
-            if raw_attribute(file, "journal") in {f"closed {run}", f"merged {run}"}:
-                layout = layout_of(file, str(path), Problems(keep_going=False))
-                return layout.n_samples if layout else None
-    except BadInput:
-        pass  # a damaged file is what the journal is for
-    return None
+def _finished(path: Path, contents: Contents, stored: RecordedFile | None) -> int | None:
+    """The samples of a file that an earlier recovery built, or that its writer closed and the journal agrees with; None
+    for one still to be rebuilt.
+    """
+    if stored is None or stored.mark not in {f"closed {contents.run}", f"merged {contents.run}"}:
+        return None
+    if validate(path) or (stored.mark.startswith("closed") and not _agree(path, contents, stored)):
+        return None
+    return len(stored)
 
 
-def _rebuild(path: Path, contents: Contents) -> tuple[int, tuple[str, ...]]:
-    """Build the recording anew from the chunks on the disk and the rows in the journal."""
+def _agree(path: Path, contents: Contents, stored: RecordedFile) -> bool:
+    """Whether a closed file holds what its journal says, sample by sample."""
+    blocks = _blocks(path, contents, None)
+    return all(not lost and stored.same(first_row, columns) for first_row, columns, lost in blocks)
+
+
+def _rebuild(path: Path, contents: Contents, stored: RecordedFile | None) -> tuple[int, tuple[str, ...]]:
+    """Build the recording anew from the chunks on the disk, the rows in the journal, and the file where both lack."""
     names = [spec.name for spec in contents.header.signals]
     clock, losses = names.index("time"), list[_Loss]()
-    with appearing(path) as draft, new_hdf5(draft) as file:
-        write_header(file, contents.header)
-        file.attrs["journal"] = f"merged {contents.run}"
-        storage = {"shape": (0,), "maxshape": (None,), "chunks": (contents.chunk_rows,)}
-        datasets = [create_signal(file, spec, **storage) for spec in contents.header.signals]
-        for first_row, columns, lost in _blocks(path, contents):
-            if lost:
-                _note(losses, names, lost, first_row, columns.shape[1], len(datasets[clock]))
-            if clock not in lost:  # without its time a sample cannot be placed
-                for dataset, values in zip(datasets, columns, strict=True):
-                    append_samples(dataset, values)
-        create_events(file)
-        append_events(file, [*contents.events, *_gaps(losses, datasets[clock])])
+    with appearing(path) as draft:
+        with new_hdf5(draft) as file:
+            write_header(file, contents.header)
+            file.attrs["journal"] = f"merged {contents.run}"
+            storage = {"shape": (0,), "maxshape": (None,), "chunks": (contents.chunk_rows,)}
+            datasets = [create_signal(file, spec, **storage) for spec in contents.header.signals]
+            for first_row, columns, lost in _blocks(path, contents, stored):
+                if lost:
+                    _note(losses, names, lost, first_row, columns.shape[1], len(datasets[clock]))
+                if clock not in lost:  # without its time a sample cannot be placed
+                    for dataset, values in zip(datasets, columns, strict=True):
+                        append_samples(dataset, values)
+            create_events(file)
+            append_events(file, [*contents.events, *_gaps(losses, datasets[clock])])
+            n_samples = len(datasets[clock])
+        problems = validate(draft) if n_samples > 1 else []
+        if problems:  # a journal that was made up, not damaged
+            raise BadInput(str(path), f"what its journal says makes no recording ({problems[0].found})", _FORGED)
         if losses:
             _keep_damaged(path)
-        return len(datasets[clock]), tuple(loss.sentence for loss in losses)
+    return n_samples, tuple(loss.sentence for loss in losses)
 
 
-def _blocks(path: Path, contents: Contents) -> Iterator[tuple[int, Array, list[int]]]:
-    """(first row, values of shape (n_signals, n_rows), which signals are lost) from the start of the recording on."""
-    in_journal = contents.rows[0][0] if contents.rows else None
+def _blocks(path: Path, contents: Contents, stored: RecordedFile | None) -> Iterator[tuple[int, Array, list[int]]]:
+    """(first row, values of shape (n_signals, n_rows), which signals are lost) from the start of the recording on.
+
+    Rows of which the journal says nothing any more are taken from the file, and are lost where it does not have them.
+    """
+    n_signals, place = len(contents.header.signals), 0
+    for first_row, columns, lost in _journalled(path, contents):
+        if first_row > place:
+            between = None if stored is None else stored.rows(place, first_row)
+            if between is None:
+                gone = np.broadcast_to(np.nan, (n_signals, first_row - place))
+                yield place, gone, list(range(n_signals))
+            else:
+                yield place, between, []
+        fresh = max(place - first_row, 0)  # a batch may begin with rows that are known already
+        if fresh < columns.shape[1]:
+            yield first_row + fresh, columns[:, fresh:], lost
+        place = max(place, first_row + columns.shape[1])
+    behind = None if stored is None else stored.rows(place, len(stored))
+    if behind is not None and behind.shape[1]:
+        yield place, behind, []
+
+
+def _journalled(path: Path, contents: Contents) -> Iterator[tuple[int, Array, list[int]]]:
+    """The same of what the journal speaks of, in order."""
+    rows = sorted(contents.rows, key=lambda batch: batch[0])
+    in_journal = rows[0][0] if rows else None
     file = path.open("rb") if path.exists() else io.BytesIO()
     with file:
-        for chunk in contents.chunks:
+        for chunk in sorted(contents.chunks, key=lambda chunk: chunk.first_row):
             if in_journal is None or chunk.first_row < in_journal:
                 parts = [_stored(file, place, contents.chunk_rows) for place in chunk.places]
                 gone = np.full(contents.chunk_rows, np.nan)
                 columns = np.stack([gone if part is None else part for part in parts])
                 yield chunk.first_row, columns, [k for k, part in enumerate(parts) if part is None]
-    for first_row, columns in contents.rows:
+    for first_row, columns in rows:
         yield first_row, columns, []
 
 

@@ -101,7 +101,7 @@ def recover_to(path: str | Path, target: str | Path, *, overwrite: bool = False)
                 shutil.copyfile(path, target)
             shutil.copyfile(journal, journal_path(target))
         return recover(target)
-    except BadInput:
+    except BaseException:  # an interruption, too, leaves nothing that could be taken for a recording
         target.unlink(missing_ok=True)
         journal_path(target).unlink(missing_ok=True)
         raise

@@ -35,19 +35,22 @@ class Seen:
 
 
 class Device:
-    """Answers requests and remembers them. truth : the words of the last request, right or exceptional."""
+    """Answers requests and remembers them. truth : the words of the last request, right or exceptional; meant : the
+    same by unit, function, address and count.
+    """
 
     def __init__(self, answer: Answer, harm: Harm | None = None) -> None:
         self.answer, self.harm = answer, harm
         self.requests: list[Seen] = []
         self.truth: Sequence[int] | int | None = None
+        self.meant: dict[tuple[int, int, int, int], Sequence[int] | int | None] = {}
         self.asked = asyncio.Event()
 
     def pdu(self, unit: int, pdu: bytes) -> bytes | None:
         """The reply to a request."""
         function, address, count = pdu[0], int.from_bytes(pdu[1:3], "big"), int.from_bytes(pdu[3:5], "big")
         self.requests.append(Seen(asyncio.get_running_loop().time(), unit, function, address, count))
-        self.truth = words = self.answer(unit, function, address, count)
+        self.truth = words = self.meant[unit, function, address, count] = self.answer(unit, function, address, count)
         self.asked.set()
         if words is None:
             return None

@@ -243,3 +243,15 @@ def test_a_line_in_pieces_is_never_accepted_where_the_whole_is_refused():
 def test_a_request_that_the_protocol_cannot_say_is_a_mistake_of_ours(wrong):
     with pytest.raises(ValueError, match=r"function|unit"):
         Request(**({"unit": 1, "function": 3, "address": 0, "count": 2} | wrong))
+
+
+@pytest.mark.parametrize(("function", "address", "count"), [(1, 0x0300, 17), (2, 0x0300, 24), (3, 0x0400, 2)])
+def test_a_reply_that_is_the_request_itself_is_an_echo_and_no_value(function, address, count):
+    """Where the byte count, the data and the checksum of a reply are those of its request, nothing else can tell."""
+    request = Request(unit=1, function=function, address=address, count=count)
+    echo = bytes([1]) + request.pdu
+    assert check_pdu(request, request.pdu).fault is not None
+    if function < 3:
+        verdict = check_rtu(request, echo + crc(echo))
+        assert (verdict.fault, verdict.words) == (ReplyFault.ECHO, ())
+        assert check_tcp(request, 5, Frame(5, 1, request.pdu)).fault is ReplyFault.ECHO

@@ -200,22 +200,26 @@ def test_nothing_can_be_written_over_a_link_that_reads():
                 assert (await writing.link.exchange(write)).words == (7,)
             return [request.function for request in peer.requests]
 
-    assert asyncio.run(story()) == [3, 16]
+    assert asyncio.run(story()) == [3, 3, 16]  # the read, the proof of its reply, the write
 
 
 # TCP
 
 
 class Memory(asyncio.Transport):
-    """A transport without a network: what is written is kept."""
+    """A transport without a network: what is written is kept, and a read of one item, a proof, is answered next."""
 
-    def __init__(self) -> None:
+    def __init__(self, wire: TcpWire) -> None:
         super().__init__()
         self.sent: list[bytes] = []
         self.gone = False
+        self._wire = wire
 
     def write(self, data: bytes) -> None:
         self.sent.append(data)
+        if data[10:12] == b"\0\1":
+            proof = reply(int.from_bytes(data[:2], "big"), "0000", "0302")
+            asyncio.get_running_loop().call_soon(self._wire.data_received, proof)
 
     def abort(self) -> None:
         self.gone = True
@@ -225,7 +229,8 @@ def wire(
     lost: list[object], tally: Counter[str] | None = None, ids: range = range(1, 60_000)
 ) -> tuple[TcpWire, Memory]:
     """A TCP wire on a transport of memory, with the transaction ids 1, 2, 3, ..."""
-    one, memory = TcpWire(30.0, iter(ids), Counter() if tally is None else tally, lost.append), Memory()
+    one = TcpWire(30.0, iter(ids), Counter() if tally is None else tally, lost.append)
+    memory = Memory(one)
     one.connection_made(memory)
     return one, memory
 
@@ -239,7 +244,7 @@ def reply(transaction: int, words: str = "00080009", pdu: str = "0304") -> bytes
     ("chunks", "fault"),
     [
         ([reply(1)], None),
-        ([reply(0), reply(2), reply(9), reply(1)], None),  # 0 and foreign ids are dropped
+        ([reply(0), reply(20), reply(9), reply(1)], None),  # 0 and foreign ids are dropped
         ([reply(1)[:5], reply(1)[5:]], None),  # in pieces
         ([bytes([byte]) for byte in reply(1)], None),
         ([reply(7) + reply(1)], None),  # a late one and ours in one chunk
@@ -278,7 +283,7 @@ def test_half_a_reply_filled_up_by_an_earlier_one_is_not_believed():
         assert (await first).words == (8, 9)
         asked = asyncio.create_task(one.exchange(Request(unit=1, function=3, address=0, count=10)))
         await asyncio.sleep(0)
-        right = reply(2, "0102" * 10, "0314")
+        right = reply(3, "0102" * 10, "0314")  # 2 is the proof of the first
         one.data_received(right[: len(right) - len(reply(1))] + reply(1))
         return (await within(asked)).fault
 
@@ -312,11 +317,13 @@ def test_fuzzed_frames_leave_every_request_with_a_verdict():
                 one, memory = wire(lost, ids=range(transaction, 60_000))
             asked = asyncio.create_task(one.exchange(READ))
             await asyncio.sleep(0)
-            frame = bytearray(reply(transaction))
+            frame = bytearray(reply(int.from_bytes(memory.sent[-1][:2], "big")))
             for _ in range(random.randrange(3)):
                 frame[random.randrange(len(frame))] = random.randrange(256)
             noise = random.randbytes(random.choice((0, 0, 0, 1, 9)))
-            one.data_received(noise + bytes(frame[: random.choice((15, 15, 9, 4))]))
+            one.data_received(noise + bytes(frame[: random.choice((13, 13, 9, 4))]))
+            for _ in range(6):  # the proof
+                await asyncio.sleep(0)
             if not asked.done() and not memory.gone:
                 one.connection_lost(None)
                 memory.gone = True

@@ -15,6 +15,7 @@ from dying_writer import values
 from recording_samples import SPECS
 
 from recordings import BadInput, Event, Plant, RecordingWriter, SignalSpec, read, validate
+from recordings.hdf5 import live
 
 
 def test_what_is_appended_is_in_the_file(tmp_path: Path) -> None:
@@ -200,3 +201,78 @@ def test_a_full_disk_keeps_what_was_acknowledged(tmp_path: Path, limit: int, lat
     np.testing.assert_array_equal(made["force"].values, np.arange(len(made)))
     with h5py.File(path) as file:
         assert file["signals/time"].shape == (len(made),)
+
+
+# The files are taken away, or somebody else wants the name
+
+
+def removed(path: Path) -> None:
+    path.unlink()
+
+
+def moved(path: Path) -> None:
+    path.rename(path.with_name("elsewhere.h5"))
+
+
+def replaced(path: Path) -> None:
+    path.unlink()
+    path.write_bytes(b"something else")
+
+
+def truncated(path: Path) -> None:
+    os.truncate(path, 3000)
+
+
+@pytest.mark.parametrize(
+    ("harm", "words"),
+    [(removed, "removed or moved"), (moved, "removed or moved"), (replaced, "another file"), (truncated, "truncated")],
+)
+def test_a_recording_that_is_taken_away_is_noticed_with_the_next_batch(tmp_path: Path, harm, words: str) -> None:
+    path = tmp_path / "run.h5"
+    writer = RecordingWriter(path, SPECS)
+    writer.append(values(100))
+    harm(path)
+    with pytest.raises(BadInput, match=words):
+        writer.append(values(100, 100))
+    writer.close()
+    np.testing.assert_array_equal(read(path)["time"].values[:100], values(100)["time"])
+
+
+@pytest.mark.parametrize("harm", [removed, moved, replaced, truncated])
+def test_a_recording_that_is_taken_away_before_it_is_closed_is_put_back(tmp_path: Path, harm) -> None:
+    path = tmp_path / "run.h5"
+    writer = RecordingWriter(path, SPECS)
+    writer.append(values(100))
+    harm(path)
+    writer.close()
+    np.testing.assert_array_equal(read(path)["time"].values, values(100)["time"])
+    assert not path.with_name("run.h5.journal").exists()
+
+
+def test_full_chunks_of_a_recording_that_is_removed_are_put_back(tmp_path: Path) -> None:
+    path = tmp_path / "run.h5"
+    writer = RecordingWriter(path, SPECS, chunk_rows=4096)
+    for start in range(0, 60_000, 5000):
+        writer.append(values(5000, start))
+    path.unlink()
+    writer.close()
+    np.testing.assert_array_equal(read(path)["time"].values, values(60_000)["time"])
+
+
+def test_of_two_writers_on_one_name_one_is_refused_and_the_other_keeps_its_file(tmp_path: Path, monkeypatch) -> None:
+    path = tmp_path / "run.h5"
+    first: list[RecordingWriter] = []
+    vacant = live.check_vacant
+
+    def overtaken(*arguments: object, **options: object) -> None:
+        vacant(*arguments, **options)
+        if not first:
+            first.append(None)
+            first[0] = RecordingWriter(path, SPECS)
+
+    monkeypatch.setattr(live, "check_vacant", overtaken)
+    with pytest.raises(BadInput, match="exists already"):
+        RecordingWriter(path, SPECS)
+    first[0].append(values(10))
+    first[0].close()
+    assert len(read(path)) == 10

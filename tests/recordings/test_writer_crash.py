@@ -241,13 +241,18 @@ def test_a_journal_left_behind_by_a_clean_end_is_only_removed(tmp_path: Path) ->
 
 
 @pytest.mark.parametrize("data", [b"", b"bristle journal 1\n", b"something else entirely", b"\0" * 100])
-def test_a_journal_that_is_none_is_refused(tmp_path: Path, data: bytes) -> None:
+def test_a_journal_that_is_none_is_refused_unless_the_file_says_it_all(tmp_path: Path, data: bytes) -> None:
     path = tmp_path / "run.h5"
     interrupted(path, 50)
     journal_of(path).write_bytes(data)
+    whole = path.read_bytes()
+    path.write_bytes(whole[:700])
     with pytest.raises(BadInput, match=r"run.h5.journal: the journal is damaged from its start; delete it if"):
         recover(path)
     assert path.exists()
+    path.write_bytes(whole)
+    assert recover(path).n_samples == 50
+    assert_holds(path, 50)
 
 
 def test_a_living_recording_is_not_touched(tmp_path: Path) -> None:

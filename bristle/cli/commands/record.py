@@ -63,7 +63,14 @@ def command(
         tell=_tell,
     )
     plan = RingReading(rate) if ring else Polling(rate, heartbeat, heartbeat_s)
-    live = open_source(source, valves_from(map_, unit, valve) if map_ else (), plan, name=valve)
+    valves = valves_from(map_, unit, valve) if map_ else ()
+    live = open_source(source, valves, plan, name=valve)
+    settings.check(list(live.signals))
+    if valves and not ring and not (heartbeat or valves[0].map.heartbeat):
+        print(
+            "the map names no heartbeat: a value that stands still, or is an earlier one, cannot be told",
+            file=sys.stderr,
+        )
     try:
         end = asyncio.run(record_session(live, settings, duration, _show if sys.stderr.isatty() else None))
     except PollingStopped as stopped:
