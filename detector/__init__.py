@@ -3,7 +3,7 @@
 `learn` makes from fault-free data the detector to use, a `Watch`; the `Observer` is the method as published.
 """
 
-from detector.alarms.rates import Blocks, FalseAlarms, strokes_of
+from detector.alarms import MONTH_S, Evidence, EvidenceState, Promise, learn_evidence
 from detector.measurements import WATCHED, Measurement, Measurements
 from detector.observer.alarm_rule import AlarmRule
 from detector.observer.approximators import Approximator, HighOrder, RadialBasis, ShiftedSigmoids, regressors
@@ -23,15 +23,16 @@ from detector.watch.words import described
 
 __all__ = [
     "KINDS",
+    "MONTH_S",
     "WATCHED",
     "AlarmRule",
     "Approximator",
-    "Blocks",
     "Bounds",
     "Calibration",
     "Decision",
     "Decisions",
-    "FalseAlarms",
+    "Evidence",
+    "EvidenceState",
     "Fleet",
     "FleetDecisions",
     "HighOrder",
@@ -43,6 +44,7 @@ __all__ = [
     "Measurements",
     "Observer",
     "ObserverState",
+    "Promise",
     "RadialBasis",
     "SampleVerdict",
     "Screening",
@@ -56,8 +58,8 @@ __all__ = [
     "calibrate",
     "described",
     "learn",
+    "learn_evidence",
     "learn_recordings",
     "regressors",
-    "strokes_of",
     "watch_recording",
 ]
