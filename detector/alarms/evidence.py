@@ -7,7 +7,8 @@ number of its steps is a supermartingale. So is any weighted mean of several, ea
 and the mean time until it reaches a limit of so many seconds is that limit at least.
 
 Beside the blocks the signs of single samples are bet on: R <- (R + 1)(1 + b (s - m0) / (1 + m0)), where b is the stake
-and m0 the largest mean sign of a healthy residual.
+and m0 the largest mean sign of a healthy residual. A sample within a dead zone has the sign 0. A wide zone hardly feels
+a small bias, so that m0 is small and a large shift is soon seen; a narrow one sees the small shifts.
 """
 
 from __future__ import annotations
@@ -37,6 +38,9 @@ ALTERNATIVES = (0.4, 0.9)
 BETS = (0.3, 0.8, 0.98)
 """Stakes on the sign of single samples, as shares of what may be lost."""
 
+ZONES = (1.5, 5.0)
+"""Dead zones of the signs, in allowed biases."""
+
 WINSOR, SIZE_WINSOR = 4.0, 8.0
 _CLUSTER, _CLUSTER_SHARE = 60, 0.2
 """So many blocks after a bad one the next is bad with such a probability at most: one gust is not counted as many."""
@@ -48,11 +52,12 @@ CAP = 2.0
 """Evidence counts up to so many limits, so that it can come down again."""
 
 N_EACH = len(ALTERNATIVES)
+N_SIGNS = 2 * len(BETS) * len(ZONES)
 _BLOCK = 6
 _R = _BLOCK * N_SCALES
 _SINCE = _R + N_SCALES * N_STATISTICS * N_EACH
 _SIGNS = _SINCE + N_SCALES * N_STATISTICS
-_TICK = _SIGNS + 2 * len(BETS)
+_TICK = _SIGNS + N_SIGNS
 _BEYOND = _TICK + 1
 _SHARP = _TICK + 2
 N_RUNNING = _TICK + 3
@@ -60,7 +65,7 @@ N_RUNNING = _TICK + 3
 samples since a bet, and how many in a row are gross and sharp.
 """
 
-N_DETECTORS = N_SCALES * N_STATISTICS * N_EACH + 2 * len(BETS)
+N_DETECTORS = N_SCALES * N_STATISTICS * N_EACH + N_SIGNS
 
 
 class ResidualNumbers(NamedTuple):
@@ -73,6 +78,8 @@ class ResidualNumbers(NamedTuple):
     usual: float
     dead: float
     fair: float
+    far: float
+    far_fair: float
     gross: float
     in_row: float
     sharp: float
@@ -113,24 +120,30 @@ def advance(running, limits, shares, counts, edges, numbers, limit_s, residual, 
 
 @inlined
 def _bet(running, z, numbers, limit_s):  # type: ignore[no-untyped-def]
-    """A bet on the sign of a sample, up and down."""
-    s = 0.0
-    if z > numbers.dead:
-        s = 1.0
-    elif z < -numbers.dead:
-        s = -1.0
+    """Bets on the sign of a sample, up and down, with a narrow and with a wide dead zone."""
     cap = CAP * limit_s * N_DETECTORS / (numbers.thin * numbers.dt_s * numbers.share)
+    _bet_beyond(running, z, _SIGNS, numbers.dead, numbers.fair, cap)
+    _bet_beyond(running, z, _SIGNS + 2 * len(BETS), numbers.far, numbers.far_fair, cap)
+
+
+@inlined
+def _bet_beyond(running, z, first, dead, fair, cap):  # type: ignore[no-untyped-def]
+    s = 0.0
+    if z > dead:
+        s = 1.0
+    elif z < -dead:
+        s = -1.0
     for k in range(len(BETS)):
-        stake = BETS[k] / (1.0 + numbers.fair)
-        up, down = _SIGNS + 2 * k, _SIGNS + 2 * k + 1
-        running[up] = min((running[up] + 1.0) * (1.0 + stake * (s - numbers.fair)), cap)
-        running[down] = min((running[down] + 1.0) * (1.0 + stake * (-s - numbers.fair)), cap)
+        stake = BETS[k] / (1.0 + fair)
+        up, down = first + 2 * k, first + 2 * k + 1
+        running[up] = min((running[up] + 1.0) * (1.0 + stake * (s - fair)), cap)
+        running[down] = min((running[down] + 1.0) * (1.0 + stake * (-s - fair)), cap)
 
 
 @inlined
 def _sum_of_signs(running, numbers):  # type: ignore[no-untyped-def]
     total = 0.0
-    for k in range(2 * len(BETS)):
+    for k in range(N_SIGNS):
         total += running[_SIGNS + k]
     return total * numbers.thin * numbers.dt_s / N_DETECTORS
 

@@ -30,6 +30,7 @@ from detector.alarms.evidence import (
     SIZE_WINSOR,
     STEP,
     WINSOR,
+    ZONES,
     ResidualNumbers,
     advance,
 )
@@ -49,6 +50,11 @@ _SPREAD = 4.0
 
 _GROSS, _SHARP = 1.5, 5.0
 """A gross residual is beyond so many margins, times the largest seen, for four correlation times or for two samples."""
+
+_N_SCALES_TRIED = 8
+
+_APART = 2.0
+"""Correlation times from bet to bet on a sign: what is left of the correlation is less than the allowed bias."""
 
 _MANY = 1000
 _LEAST_SHARE = 0.02
@@ -119,6 +125,8 @@ class Healthy:
     usual: float
     dead: float
     fair: float
+    far: float
+    far_fair: float
     gross: float
     in_row: int
     sharp: float
@@ -154,8 +162,8 @@ class Healthy:
     def numbers(self, share: float) -> ResidualNumbers:
         """As the compiled step takes it. share : of the allowed rate."""
         return ResidualNumbers(
-            self.centre, self.size, float(self.block), float(self.thin), self.usual, self.dead, self.fair, self.gross,
-            float(self.in_row), self.sharp, self.dt_s, share,
+            self.centre, self.size, float(self.block), float(self.thin), self.usual, self.dead, self.fair, self.far,
+            self.far_fair, self.gross, float(self.in_row), self.sharp, self.dt_s, share,
         )  # fmt: skip
 
     def as_dict(self) -> dict[str, Any]:
@@ -196,11 +204,12 @@ def learn_residual(residual: Array, dt_s: float, name: str = "residual") -> Heal
         own = np.maximum(one[SIZE], usual)
         one[MEAN] /= own
         one[PEAKED] /= own
-    thin, said = 1 if of_signs < 1.2 else math.ceil(4.0 * of_signs), findings(z, short)
+    thin, in_row = (1 if of_signs < 1.2 else math.ceil(times * of_signs) for times in (_APART, 4.0))
+    said = findings(z, short)
     memory_s = 2.0 * correlation_time(np.log(blocks[0][SIZE] + 1e-3)) * short * dt_s if CHANGING in said else 0.0
     none = np.zeros((N_SCALES, N_STATISTICS))
     first = Healthy(
-        centre, size, block, thin, usual, 0.0, 0.0, 0.0, max(thin, IN_ROW), 0.0, dt_s, seconds, 1.0, memory_s,
+        centre, size, block, thin, usual, 0.0, 0.0, 0.0, 0.0, 0.0, max(in_row, IN_ROW), 0.0, dt_s, seconds, 1.0, memory_s,
         none, none, none, said,
     )  # fmt: skip
     for raises in range(_MOST_RAISES + 1):
@@ -237,14 +246,20 @@ def _with_margin(first: Healthy, z: Array, blocks: list[Array], raised: float) -
     for j in range(1, N_SCALES):  # what was seen too rarely starts far out, to be learned in service
         limits[j] = np.where(known[j], limits[j], 2.0 * limits[j - 1])
     edges = limits * STEP ** (1.0 - N_BINS)
-    dead = 1.5 * allowed_bias(first.seconds) * raised
+    bias = allowed_bias(first.seconds) * raised
+    dead, far = (zone * bias for zone in ZONES)
     short = math.sqrt(max(first.needed_s / first.seconds, 1.0))  # of a residual that is not seen in all its states
     gross, sharp = (
         margins * short * raised * margin(first.seconds, first.memory_s) * max(_largest_in_row(z, n), 1.0)
         for margins, n in ((_GROSS, first.in_row), (_SHARP, IN_ROW))
     )
-    fair = 1.0 if first.only_gross else _fair(z[:: first.thin], dead)
-    return replace(first, dead=dead, fair=fair, gross=gross, sharp=sharp, limits=limits, shares=shares, edges=edges)
+    fair = far_fair = 1.0
+    if not first.only_gross:
+        fair, far_fair = _fair(z[:: first.thin], dead), _far_fair(z[:: first.thin], far, bias, _resolution(z), first)
+    return replace(
+        first, dead=dead, fair=fair, far=far, far_fair=far_fair, gross=gross, sharp=sharp, limits=limits,
+        shares=shares, edges=edges,
+    )  # fmt: skip
 
 
 def _fair(z: Array, dead: float) -> float:
@@ -254,6 +269,21 @@ def _fair(z: Array, dead: float) -> float:
     signs = np.sign(z) * (np.abs(z) > dead)
     spread = 1.645 * float(np.std(signs)) / math.sqrt(n)
     return min(0.5 * max(bound, math.erf(math.sqrt(2.0) * dead)) + abs(float(np.mean(signs))) + spread, 1.0)
+
+
+def _far_fair(z: Array, far: float, bias: float, step: float, first: Healthy) -> float:
+    """The same with the wide dead zone, whatever size within the margin the residual has: what a bias (and a half step,
+    where it is quantised) can carry over the edge of the zone, and the mean sign that is there already.
+    """
+    n, over, most = len(z), bias + 0.5 * step, first.raised * margin(first.seconds, first.memory_s)
+    means = list[float]()
+    for scale in np.geomspace(1.0, most, _N_SCALES_TRIED):
+        sizes = scale * np.abs(z)
+        share = float(np.mean(np.abs(sizes - far) < over))
+        signs = np.sign(z) * (sizes > far)
+        unsure = math.sqrt((0.25 * share * (1.0 - share) + float(np.var(signs)) + 1.0 / n) / n)
+        means.append(0.5 * share + abs(float(np.mean(signs))) + 1.645 * unsure)
+    return min(max(means), 1.0)
 
 
 def _passes(healthy: Healthy, residual: Array) -> bool:
