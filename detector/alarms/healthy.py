@@ -15,7 +15,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from detector.alarms.correlation import correlation_time
-from detector.alarms.diagnostics import CHANGING, findings
+from detector.alarms.diagnostics import CHANGING, DRIFTS, findings
 from detector.alarms.evidence import (
     BURST,
     FACTOR,
@@ -45,6 +45,9 @@ _RAISE, _MOST_RAISES = 1.15, 12
 _RELATIVE = 1.25
 """Margin of a statistic that is relative to its block's own size."""
 
+_DRIFTING = 1.5
+"""How much wider the allowed bias is where the mean was seen to drift."""
+
 _SPREAD = 4.0
 """A size may leave its median by so many times the way (as a ratio) from there to its 0.9 quantile."""
 
@@ -65,32 +68,46 @@ _NORMAL_90 = 1.6448536269514722
 
 
 def margin(seconds: float, memory_s: float = 0.0) -> float:
-    """How far a size may go beyond its 0.9 quantile of so many fault-free seconds: declared, not derived.
+    """How far a residual may go beyond what so many fault-free seconds show: declared, not derived.
 
-    memory_s [s] : of the size, where it is seen to change: few of its ups and downs say little of what is to come.
+    memory_s [s] : of its size, where that is seen to change.
 
     >>> [round(margin(seconds), 1) for seconds in (80, 600, 3600, 86400)]
     [5.5, 4.3, 3.4, 2.3]
     """
-    return max(2.3 * (DAY_S / seconds) ** (1.0 / 8.0), 1.6) * (1.0 + 10.0 * memory_s / seconds)
+    return max(2.3 * (DAY_S / seconds) ** (1.0 / 8.0), 1.6) * _rarely_seen(seconds, memory_s)
 
 
-def allowed_bias(seconds: float) -> float:
-    """How far the mean may go, in sizes.
+def allowed_bias(seconds: float, drifts: bool = False) -> float:
+    """How far the mean may go, in sizes. drifts : whether it was seen to.
 
     >>> [round(allowed_bias(seconds), 2) for seconds in (80, 86400)]
     [0.39, 0.25]
     """
-    return 0.25 * math.sqrt(margin(seconds) / 2.3)
+    return (_DRIFTING if drifts else 1.0) * 0.25 * math.sqrt(margin(seconds) / 2.3)
+
+
+def size_margin(seconds: float, memory_s: float = 0.0) -> float:
+    """The margin of a block's size: long records show what it does, so that it may be narrow after a day.
+
+    >>> [round(size_margin(seconds), 1) for seconds in (80, 600, 3600, 86400)]
+    [5.7, 3.9, 2.7, 1.5]
+    """
+    return max(1.5 * (DAY_S / seconds) ** 0.19, 1.4) * _rarely_seen(seconds, memory_s)
+
+
+def _rarely_seen(seconds: float, memory_s: float) -> float:
+    """Few ups and downs of a size with such a memory say little of what is to come."""
+    return 1.0 + 10.0 * memory_s / seconds
 
 
 def limits_of(quantiles: Array, n_blocks: Array, seconds: float, healthy: Healthy) -> Array:
     """Limits (n_scales, n_statistics) from the quantiles 0.5, 0.9, 0.999 of fault-free blocks, each of that shape."""
     middle, high, top = quantiles
-    k = margin(seconds, healthy.memory_s)
+    k = size_margin(seconds, healthy.memory_s)
     wide = np.maximum(k * high, middle * (high / np.maximum(middle, 1e-12)) ** _SPREAD)
     found = _RELATIVE * high
-    found[:, MEAN] += allowed_bias(seconds) / healthy.usual
+    found[:, MEAN] += allowed_bias(seconds, DRIFTS in healthy.findings) / healthy.usual
     found[:, [SIZE, BURST]] = wide[:, [SIZE, BURST]]
     found = np.maximum(found, _LEAST_SIZE)
     return healthy.raised * np.where(n_blocks >= _MANY, np.maximum(found, 1.15 * top), found)
@@ -246,7 +263,7 @@ def _with_margin(first: Healthy, z: Array, blocks: list[Array], raised: float) -
     for j in range(1, N_SCALES):  # what was seen too rarely starts far out, to be learned in service
         limits[j] = np.where(known[j], limits[j], 2.0 * limits[j - 1])
     edges = limits * STEP ** (1.0 - N_BINS)
-    bias = allowed_bias(first.seconds) * raised
+    bias = allowed_bias(first.seconds, DRIFTS in first.findings) * raised
     dead, far = (zone * bias for zone in ZONES)
     short = math.sqrt(max(first.needed_s / first.seconds, 1.0))  # of a residual that is not seen in all its states
     gross, sharp = (
