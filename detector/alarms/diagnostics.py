@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from scipy.stats import rankdata
 
 from recordings import Array
 
-DRIFTS, CHANGING = "its mean drifts", "its size changes"
+DRIFTS, CHANGING = "the residual drifts", "the residual's size changes"
 _BEYOND = 2.576
 
 
@@ -31,7 +32,6 @@ def findings(z: Array, block: int) -> tuple[str, ...]:
 
 
 def _ranked(a: Array, b: Array) -> float:
-    """Spearman's rank correlation."""
-    ranks = [np.argsort(np.argsort(row, kind="stable"), kind="stable").astype(float) for row in (a, b)]
-    deviations = [row - row.mean() for row in ranks]
+    """Spearman's rank correlation; equal values, as of quantised data, have equal ranks."""
+    deviations = [ranks - ranks.mean() for ranks in (rankdata(a), rankdata(b))]
     return float(deviations[0] @ deviations[1] / max(math.sqrt(np.prod([row @ row for row in deviations])), 1e-300))

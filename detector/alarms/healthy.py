@@ -91,9 +91,9 @@ def size_margin(seconds: float, memory_s: float = 0.0) -> float:
     """The margin of a block's size: long records show what it does, so that it may be narrow after a day.
 
     >>> [round(size_margin(seconds), 1) for seconds in (80, 600, 3600, 86400)]
-    [5.7, 3.9, 2.7, 1.5]
+    [5.7, 4.1, 3.0, 1.8]
     """
-    return max(1.5 * (DAY_S / seconds) ** 0.19, 1.4) * _rarely_seen(seconds, memory_s)
+    return max(1.8 * (DAY_S / seconds) ** 0.165, 1.5) * _rarely_seen(seconds, memory_s)
 
 
 def _rarely_seen(seconds: float, memory_s: float) -> float:

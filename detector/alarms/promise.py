@@ -53,8 +53,8 @@ class Promise:
     @property
     def sentence(self) -> str:
         """In words."""
-        found = f" ({', and '.join(self.findings)})" if self.findings else ""
-        said = f"false alarms: {words(self.seconds)} fault-free{found} support at most one in {words(self.interval_s)}"
+        found = f", because {' and '.join(self.findings)}" if self.findings else ""
+        said = f"false alarms: {words(self.seconds)} fault-free support at most one in {words(self.interval_s)}{found}"
         if self.kept:
             return f"{said}, as wished"
         return f"{said}; for one in {words(self.wish_s)} it needs about {words(self.wish_s / self.reach)}"
@@ -72,10 +72,10 @@ class Promise:
 def words(seconds: float) -> str:
     """A time in words.
 
-    >>> words(80.0), words(2592.0), words(259200.0)
-    ('80 s', '43 minutes', '3 days')
+    >>> words(80.0), words(2592.0), words(6570.0), words(259200.0)
+    ('80 s', '43 minutes', '110 minutes', '3 days')
     """
     for unit, name in ((86400.0, "days"), (3600.0, "hours"), (60.0, "minutes")):
         if seconds >= 2.0 * unit:
-            return f"{seconds / unit:.2g} {name}"
-    return f"{seconds:.3g} s"
+            return f"{float(f'{seconds / unit:.2g}'):g} {name}"
+    return f"{float(f'{seconds:.2g}'):g} s"

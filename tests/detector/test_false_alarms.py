@@ -133,9 +133,9 @@ def test_what_is_seen_in_the_data_weakens_the_promise_and_too_little_is_refused_
         "for one in 30 days it needs about 43 minutes"
     )
     drifting = gaussian(6000, 602) + np.linspace(0.0, 1.0, 6000)
-    assert "its mean drifts" in learned(drifting).promise.sentence
+    assert "because the residual drifts" in learned(drifting).promise.sentence
     growing = gaussian(6000, 603) * np.linspace(1.0, 2.0, 6000)
-    assert "its size changes" in learned(growing).promise.sentence
+    assert "because the residual's size changes" in learned(growing).promise.sentence
     assert learned(growing).promise.interval_s < learned(gaussian(6000, 604)).promise.interval_s
     with pytest.raises(BadInput, match="too few"):
         learned(gaussian(150, 605))
