@@ -226,8 +226,8 @@ def learn_residual(residual: Array, dt_s: float, name: str = "residual") -> Heal
     memory_s = 2.0 * correlation_time(np.log(blocks[0][SIZE] + 1e-3)) * short * dt_s if CHANGING in said else 0.0
     none = np.zeros((N_SCALES, N_STATISTICS))
     first = Healthy(
-        centre, size, block, thin, usual, 0.0, 0.0, 0.0, 0.0, 0.0, max(in_row, IN_ROW), 0.0, dt_s, seconds, 1.0, memory_s,
-        none, none, none, said,
+        centre, size, block, thin, usual, 0.0, 0.0, 0.0, 0.0, 0.0, max(in_row, IN_ROW), 0.0, dt_s, seconds, 1.0,
+        memory_s, none, none, none, said,
     )  # fmt: skip
     for raises in range(_MOST_RAISES + 1):
         found = _with_margin(first, z, blocks, _RAISE**raises)

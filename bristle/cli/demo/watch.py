@@ -84,11 +84,11 @@ def setpoint(t: float) -> float:
 
 async def _watched(address: str, plant: LiveSource, model: ValveModel, events: Path, say: Say) -> DemoWatch:
     say(f"The monitor learns the valve behind {address} for {LEARN_S / SPEED:.0f} s, at {SPEED:g} times real time.")
-    learned, news = asyncio.Event(), asyncio.Queue[MonitorEvent]()
+    learned: asyncio.Future[str] = asyncio.get_running_loop().create_future()
+    news = asyncio.Queue[MonitorEvent]()
 
     def on_learned(valve: str, watch: Watch) -> None:
-        say(watch.false_alarms.sentence)
-        learned.set()
+        learned.set_result(watch.false_alarms.sentence)
 
     source = ring(address)
     monitor = Monitor.with_model(source.signals, model, FALSE_ALARMS, LEARN_S, on_learned=on_learned)
@@ -114,11 +114,12 @@ async def _watched(address: str, plant: LiveSource, model: ValveModel, events: P
 
 
 async def _fault(
-    plant: LiveSource, monitor: Monitor, learned: asyncio.Event, news: asyncio.Queue[MonitorEvent], events: Path,
+    plant: LiveSource, monitor: Monitor, learned: asyncio.Future[str], news: asyncio.Queue[MonitorEvent], events: Path,
     say: Say,
 ) -> DemoWatch:  # fmt: skip
     """Inject the fault when the healthy valve was watched for a while, and wait for the alarm and its name."""
-    await learned.wait()
+    said = await learned
+    say(said)
     await _after_samples(monitor, round(BEFORE_S / (HUM_SAMPLES * STEP_S)))
     while not news.empty():
         early = news.get_nowait()
@@ -139,11 +140,11 @@ async def _fault(
                 say(f"Alarm {passed:.1f} s after the fault: {event.text}")
                 alarm_s = passed if alarm_s is None else alarm_s
                 if event.fault == "friction":
-                    return DemoWatch(alarm_s, passed, event.fault, events)
+                    return DemoWatch(alarm_s, passed, event.fault, events, said)
     except TimeoutError:
         if alarm_s is None:
             raise NegativeAnswer(f"no alarm came within {PATIENCE_S:.0f} s of the fault") from None
-        return DemoWatch(alarm_s, None, None, events)
+        return DemoWatch(alarm_s, None, None, events, said)
 
 
 async def _after_samples(monitor: Monitor, n_samples: int) -> None:
