@@ -85,6 +85,21 @@ def test_bursts_and_a_fourfold_size_are_found():
     assert first_alarm(evidence, bursts) < 300.0
 
 
+def test_a_doubled_size_is_found_after_a_day_and_a_wandering_one_is_none():
+    evidence = learned(gaussian(864_000, 555))
+    assert first_alarm(evidence, 2.0 * gaussian(36_000, 556)) < 1200.0
+    assert first_alarm(learned(wandering(864_000, 557)), wandering(864_000, 558)) == math.inf
+
+
+def test_a_large_shift_of_a_correlated_residual_is_found_within_eighty_of_its_memories():
+    evidence = learned(remembering(6000, 559))
+    assert np.median([first_alarm(evidence, remembering(6000, seed) + 3.0) for seed in range(560, 565)]) < 80.0
+
+
+def test_equal_values_are_no_drift():
+    assert learned(np.round(gaussian(36_000, 560))).promise.findings == ()
+
+
 def test_pieces_give_the_same_bits_as_the_whole_also_through_json_and_across_a_period():
     values = wandering(80_000, 561)
     values[5000:5400] = np.nan
