@@ -17,12 +17,14 @@ from detector.observer.velocity import HighPass, Kalman, Measured, SteadyKalman,
 from detector.watch.judgement import KINDS, Judgement
 from detector.watch.learning import learn
 from detector.watch.state import WatchState
+from detector.watch.strokes import LEAST_STROKES, strokes_of
 from detector.watch.watch import Watch
 from detector.watch.watched import Watched, learn_recordings, watch_recording
 from detector.watch.words import described
 
 __all__ = [
     "KINDS",
+    "LEAST_STROKES",
     "MONTH_S",
     "WATCHED",
     "AlarmRule",
@@ -61,5 +63,6 @@ __all__ = [
     "learn_evidence",
     "learn_recordings",
     "regressors",
+    "strokes_of",
     "watch_recording",
 ]
