@@ -75,7 +75,7 @@ class ValveWatch:
             return False
         if gathered_s >= self._count_s:
             self._strokes = strokes_of(np.array([one.values["position"] for one in self._gathered]))
-            self._count_s = gathered_s + _COUNTED_EVERY * max(gathered_s, self.learn_s)
+            self._count_s = (1.0 + _COUNTED_EVERY) * gathered_s
         enough = self._strokes >= LEAST_STROKES or len(self._gathered) >= MOST_GATHERED
         return enough and gathered_s >= self.learn_s
 
