@@ -3,7 +3,7 @@
 `learn` makes from fault-free data the detector to use, a `Watch`; the `Observer` is the method as published.
 """
 
-from detector.alarms.rates import Blocks, FalseAlarms, strokes_of
+from detector.alarms import MONTH_S, Evidence, EvidenceState, Promise, learn_evidence
 from detector.measurements import WATCHED, Measurement, Measurements
 from detector.observer.alarm_rule import AlarmRule
 from detector.observer.approximators import Approximator, HighOrder, RadialBasis, ShiftedSigmoids, regressors
@@ -17,21 +17,24 @@ from detector.observer.velocity import HighPass, Kalman, Measured, SteadyKalman,
 from detector.watch.judgement import KINDS, Judgement
 from detector.watch.learning import learn
 from detector.watch.state import WatchState
+from detector.watch.strokes import LEAST_STROKES, strokes_of
 from detector.watch.watch import Watch
 from detector.watch.watched import Watched, learn_recordings, watch_recording
 from detector.watch.words import described
 
 __all__ = [
     "KINDS",
+    "LEAST_STROKES",
+    "MONTH_S",
     "WATCHED",
     "AlarmRule",
     "Approximator",
-    "Blocks",
     "Bounds",
     "Calibration",
     "Decision",
     "Decisions",
-    "FalseAlarms",
+    "Evidence",
+    "EvidenceState",
     "Fleet",
     "FleetDecisions",
     "HighOrder",
@@ -43,6 +46,7 @@ __all__ = [
     "Measurements",
     "Observer",
     "ObserverState",
+    "Promise",
     "RadialBasis",
     "SampleVerdict",
     "Screening",
@@ -56,6 +60,7 @@ __all__ = [
     "calibrate",
     "described",
     "learn",
+    "learn_evidence",
     "learn_recordings",
     "regressors",
     "strokes_of",

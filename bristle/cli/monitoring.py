@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
 
-from detector import Watch, described, learn_recordings
+from detector import LEAST_STROKES, Watch, described, learn_recordings
 from hil import (
     Monitor,
     MonitorEnd,
@@ -120,10 +120,16 @@ def _show(status: tuple[ValveStatus, ...], statistics: Statistics, seconds: floa
 
 def _word(one: ValveStatus) -> str:
     if one.phase == "learning":
-        return f"{one.valve}: learning {100 * one.learned:.0f} %"
+        if one.learned < 1.0:
+            return f"{one.valve}: learning {100 * one.learned:.0f} %"
+        return f"{one.valve}: learning, {_so_far(one)}"
     if one.phase == "alarm":
         return f"{one.valve}: ALARM {one.fault or 'unknown kind'}"
     return f"{one.valve}: watching, {100 * min(one.load, 9.99):.0f} % of the limit"
+
+
+def _so_far(one: ValveStatus) -> str:
+    return f"{one.strokes} of {LEAST_STROKES} reversals, {one.gathered_s:.0f} s"
 
 
 def _finish(end: MonitorEnd, monitor: Monitor) -> None:
@@ -131,7 +137,7 @@ def _finish(end: MonitorEnd, monitor: Monitor) -> None:
     if sys.stderr.isatty():
         print(file=sys.stderr)
     samples = sum(one.samples for one in monitor.status)
-    learning = [one.valve for one in monitor.status if one.phase == "learning"]
+    learning = [f"{one.valve} ({_so_far(one)})" for one in monitor.status if one.phase == "learning"]
     if end.recorded is not None:
         for valve in end.recorded.valves:
             for path in valve.files:

@@ -29,7 +29,7 @@ def learn(
     model : ValveModel or path, optional
         Of `fit` or `trace`. With it the detector can tell friction from spring and sensor.
     false_alarms : float, optional
-        Allowed false alarms a month: the upper end of the 95 % interval of the extrapolated rate.
+        False alarms a month that are wished at most. The result says what the recordings support of it.
     catalogue : Catalogue, optional
         Where the model's effects are looked up; ``CATALOGUE.extended`` adds your own.
     progress : callable, optional
@@ -43,7 +43,7 @@ def learn(
     Raises
     ------
     BadInput
-        The recordings are too short for so few false alarms, the valve hardly moves, a signal is missing, or the
+        The recordings are too short to learn from, the valve hardly moves, a signal is missing, or the
         model has an effect that the catalogue does not have.
 
     >>> import bristle as br

@@ -1,6 +1,5 @@
 """All detectors on the benchmark's scenarios, at one rate of false alarms; which fault it is; what nobody can see."""
 
-from detector.alarms.levels import Levels, alarms, calibrate, largest
 from detector.evaluation.benchmark.fault_examples import Example, examples
 from detector.evaluation.benchmark.measured_hour import count_alarms, plant_hour
 from detector.evaluation.benchmark.runs import RATES, SIGNALS, Setting, healthy, random_start, simulate, with_fault
@@ -10,6 +9,7 @@ from detector.evaluation.isolation.diagnosis import Diagnosis, feature_vectors, 
 from detector.evaluation.isolation.structure import groups as structural_groups
 from detector.evaluation.isolation.structure import signatures as structural_signatures
 from detector.evaluation.isolation.symptoms import Symptoms, learn_symptoms
+from detector.evaluation.levels import Levels, alarms, calibrate, largest
 from detector.evaluation.outcome import Evaluation
 from detector.evaluation.performance import Indices, Zone, chance, indices, misisolation
 from detector.evaluation.plan import BENCHMARK, MAIN, SMOKE, VARIANTS, Plan, smoke

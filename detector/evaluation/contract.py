@@ -1,7 +1,7 @@
 """What a detector is to an evaluation: it learns from a fault-free run, then makes channels of any run.
 
 A channel is any number that grows in size when something is wrong; levels and threshold are set for all alike
-(`detector.alarms.levels`).
+(`detector.evaluation.levels`).
 """
 
 from __future__ import annotations

@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from detector.alarms.levels import BLOCK_S
 from detector.evaluation.benchmark.runs import Setting, healthy, random_start
 from detector.evaluation.contract import Detector
 from detector.evaluation.detectors import DETECTORS
 from detector.evaluation.learned import SETTLE_S, Learned
+from detector.evaluation.levels import BLOCK_S
 from detector.evaluation.plan import Plan
 from detector.evaluation.store import Store
 from recordings import Array

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from detector.alarms.levels import Levels, alarms, largest
 from detector.evaluation.contract import BenchmarkRun, Channels, Detector
 from detector.evaluation.isolation.diagnosis import Diagnosis
 from detector.evaluation.isolation.symptoms import Symptoms, learn_symptoms
+from detector.evaluation.levels import Levels, alarms, largest
 from recordings import Array
 
 SETTLE_S = 300

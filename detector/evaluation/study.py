@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from detector.alarms.levels import BLOCK_S, Levels, calibrate
 from detector.evaluation.benchmark.fault_examples import examples
 from detector.evaluation.contract import Detector
 from detector.evaluation.detectors import DETECTORS
 from detector.evaluation.isolation.diagnosis import learn_diagnosis
 from detector.evaluation.jobs import Job, Study, fault_free_jobs, key, scored_jobs
 from detector.evaluation.learned import BANK, Learned, learn
+from detector.evaluation.levels import BLOCK_S, Levels, calibrate
 from detector.evaluation.outcome import Evaluation, gathered, missed
 from detector.evaluation.plan import Plan, check_names
 from detector.evaluation.processes import in_processes

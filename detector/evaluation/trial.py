@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from detector.alarms.levels import raised
 from detector.evaluation.benchmark.runs import SIGNALS, Setting, simulate
 from detector.evaluation.contract import BenchmarkRun
 from detector.evaluation.isolation.diagnosis import Diagnosis, feature_vectors
 from detector.evaluation.learned import BANK, SETTLE_S, Learned
+from detector.evaluation.levels import raised
 from detector.evaluation.performance import Zone, indices, misisolation
 from recordings import Array
 from simulator.damadics import Form, Scenario

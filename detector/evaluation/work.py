@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from detector.alarms.levels import BLOCK_S, alarms
 from detector.evaluation import trial
 from detector.evaluation.benchmark.fault_examples import Example
 from detector.evaluation.benchmark.runs import Setting, healthy, simulate
@@ -15,6 +14,7 @@ from detector.evaluation.contract import BenchmarkRun
 from detector.evaluation.isolation.diagnosis import feature_vectors
 from detector.evaluation.jobs import Job, Study, setting
 from detector.evaluation.learned import BANK
+from detector.evaluation.levels import BLOCK_S, alarms
 from simulator.damadics import scenario
 
 _FEATURES = 20

@@ -6,14 +6,17 @@ only and are bounded, so that Phi can follow a drift by a half and no further: t
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from detector.measurements import Measurement, Measurements
+from detector.observer import kernel
 from detector.observer.alarm_rule import AlarmRule
 from detector.observer.observer import Bounds, Observer, Start
 from detector.observer.screening import SampleVerdict, Screening
@@ -84,6 +87,16 @@ class Calibration:
         u = (moment.values[self.input] - self.input_zero) / self.input_span
         return self.observer.step(state, moment.time_s, position, u)
 
+    def residual(self, state: ObserverState, decision: Decision) -> float:
+        """xi2 in m/s; NaN while settling and where the sample was skipped."""
+        used = decision.verdict.used and state.core[kernel.SETTLED] >= self.settle_s
+        return decision.xi2 * abs(self.position_span) if used else math.nan
+
+    def residuals(self, data: Measurements) -> Array:
+        """xi2 [m/s] of a run (n_samples,); NaN while settling and where a sample was skipped."""
+        decisions = self.observer.run(self.observer.initial(), *self.scaled(data))[1]
+        return np.where(_used(decisions, self.settle_s), decisions.xi2 * abs(self.position_span), np.nan)
+
     def scores(self, data: Measurements) -> Array:
         """abs(xi2) / rho, the smaller one of two running; 0 while settling and where a sample was skipped."""
         return scores(self.observer.run(self.observer.initial(), *self.scaled(data))[1], self.settle_s)
@@ -99,10 +112,14 @@ class Calibration:
 
 
 def scores(decisions: Decisions, settle_s: float) -> Array:
-    """The alarm statistic of a run, (n_samples,): above 1 means alarm."""
+    """abs(xi2) / rho of a run, (n_samples,), the smaller one of two running; 0 where it does not count."""
     ratio = np.abs(decisions.xi2) / np.maximum(decisions.rho, 1e-300)
-    ratio[decisions.verdict > SampleVerdict.GAP] = 0.0
+    ratio[~_used(decisions, settle_s)] = 0.0
+    return np.minimum(ratio, np.concatenate([[0.0], ratio[:-1]]))
+
+
+def _used(decisions: Decisions, settle_s: float) -> NDArray[np.bool_]:
+    """Which samples count: used, and not within the settling time."""
     starts = np.isin(decisions.verdict, (SampleVerdict.START, SampleVerdict.GAP))
     restarted = np.maximum.accumulate(np.where(starts, decisions.time_s, -np.inf))
-    ratio[decisions.time_s - restarted < settle_s] = 0.0
-    return np.minimum(ratio, np.concatenate([[0.0], ratio[:-1]]))
+    return (decisions.verdict <= SampleVerdict.GAP) & (decisions.time_s - restarted >= settle_s)

@@ -1,7 +1,7 @@
 """The calibration that fault-free data ask for: scaling, parameters, velocity filter, and threshold.
 
 alpha1, alpha4, alpha5 are the least squares of x2' = -alpha1 x2 - alpha5 x1 + alpha4 u + c on filtered data. b1(0) is
-what the measured model error asks for at the stated rate of false alarms.
+what keeps the threshold above the residual of these data.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from detector.alarms.rates import Blocks, strokes_of
 from detector.measurements import INPUTS, Measurements
 from detector.observer.calibration import GAP_SAMPLES, SETTLE_SAMPLES, Calibration
 from detector.observer.velocity import SteadyKalman, negative_log_likelihood
@@ -32,24 +31,41 @@ _JERKS = 10.0 ** np.arange(-4.0, 7.1, 0.5)
 """Tried intensities of the white jerk, in spans: the likeliest is taken."""
 
 
-def calibrate(data: Measurements, per_month: float = 1.0) -> Calibration:
-    """The observer that fault-free data ask for, at a rate of false alarms.
+def calibrate(data: Measurements) -> Calibration:
+    """The observer that fault-free data ask for.
 
     Of the signals that may stand for the input the one is taken whose model leaves the least error. Raises BadInput
-    when the data cannot support a rate: too few, no motion, or no input.
+    when nothing can be learned from the data: too few, no motion, or no input.
     """
     dt_s, scaled = _prepared(data)
-    strokes = strokes_of(scaled.x1)
     fits = [_fitted(data, scaled, name, dt_s) for name in INPUTS if name in data]
     candidates = [one for one in fits if one is not None]
     if not candidates:
         raise BadInput("calibration", "no input moves in the data", f"record one of {', '.join(INPUTS)} in motion")
-    best = min(candidates, key=lambda one: one.error)
+    return _above(min(candidates, key=lambda one: one.error), data)
+
+
+def healthy_residual(data: Measurements, calibration: Calibration) -> Array:
+    """The observer's residual on fault-free data (n_samples,) [m/s]: each half by a calibration to the other, for on
+    data that it was calibrated to an observer looks better than it is. Raises BadInput where a half has no motion.
+    """
+    dt_s, scaled = _prepared(data)
+    half, found = len(data) // 2, list[Array]()
+    for seen, other in ((data[:half], data[half:]), (data[half:], data[:half])):
+        part = replace(scaled, x1=(other.values["position"] - scaled.zero) / scaled.span)
+        fitted = _fitted(other, part, calibration.input, dt_s)
+        if fitted is None:
+            raise BadInput("calibration", "the input rests in a half of the data", "learn while the valve moves")
+        found.append(_above(fitted, other).residuals(seen))
+    return np.concatenate(found)
+
+
+def _above(calibration: Calibration, data: Measurements) -> Calibration:
+    """With a threshold above what was seen. It moves the residual itself, so that it takes a few rounds."""
     for _ in range(3):
-        score = best.scores(data)
-        limit = Blocks.of(score[np.isfinite(score)], dt_s, strokes).limit(per_month)
-        best = replace(best, b1=best.b1 * max(limit, MARGIN * float(score.max())))
-    return best
+        most = float(calibration.scores(data).max())
+        calibration = replace(calibration, b1=calibration.b1 * MARGIN * max(most, 1e-6))
+    return calibration
 
 
 @dataclass(frozen=True)

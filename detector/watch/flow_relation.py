@@ -13,15 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from detector.alarms.rates import Blocks, least_limit, strokes_of
 from detector.measurements import Measurement, Measurements
-from recordings import Array, BadInput
+from recordings import Array
 
 KNOTS = 7
-DRIFT = 1.0
-"""Departures of the flow below this many standard deviations are no evidence."""
-
-_CLIP, _LIMIT, _OVERFLOW = 4.0, 3.0, 2.0
 
 
 @dataclass(frozen=True)
@@ -38,7 +33,6 @@ class FlowRelation:
     spread: float
     drop: float
     full: float
-    limit: float = _LIMIT
 
     def departure(self, moment: Measurement) -> float:
         """How far the flow is from what belongs to the opening, in standard deviations; NaN where that is not known.
@@ -55,19 +49,6 @@ class FlowRelation:
         away = float((flow - np.interp(x, self.knots, self.heights)) / self.spread)
         return max(away, 0.0) if blind else away
 
-    def step(self, sums: tuple[float, float], moment: Measurement) -> tuple[float, float]:
-        """The two CUSUMs, of too much and too little flow."""
-        away = self.departure(moment)
-        if not isfinite(away):
-            return sums
-        away, most = min(max(away, -_CLIP), _CLIP), _OVERFLOW * self.limit
-        rising, falling = sums[0] + away - DRIFT, sums[1] - away - DRIFT
-        return min(max(rising, 0.0), most), min(max(falling, 0.0), most)
-
-    def score(self, sums: tuple[float, float]) -> float:
-        """Above 1 means alarm."""
-        return max(sums) / self.limit
-
     def as_dict(self) -> dict[str, Any]:
         """Plain numbers, for JSON."""
         return asdict(self)
@@ -78,29 +59,19 @@ class FlowRelation:
         return cls(**{**parts, "knots": tuple(parts["knots"]), "heights": tuple(parts["heights"])})
 
 
-def learned_flow(data: Measurements, per_month: float) -> tuple[FlowRelation, Array] | None:
-    """The flow relation on fault-free data with its scores (n_samples,); None when there is no usable flow."""
+def learned_flow(data: Measurements) -> tuple[FlowRelation, Array] | None:
+    """The flow relation on fault-free data, and the departures (n_samples,) of each half of them from the relation of
+    the other; None when there is no usable flow.
+    """
     name = next((one for one in ("flow", "mass_flow") if one in data), None)
     if name is None:
         return None
-    relation = _fitted(data, name)
-    if relation is None:
+    half = len(data) // 2
+    whole, first, second = (_fitted(part, name) for part in (data, data[:half], data[half:]))
+    if whole is None or first is None or second is None:
         return None
-    sums, found = (0.0, 0.0), np.empty(len(data))
-    free = FlowRelation(**{**relation.as_dict(), "limit": 1e12})
-    for i, moment in enumerate(data):
-        sums = free.step(sums, moment)
-        found[i] = max(sums)
-    dt_s = float(np.median(np.diff(data.time_s)))
-    try:
-        limit = max(
-            Blocks.of(found, dt_s, strokes_of(data.values["position"])).limit(per_month),
-            1.3 * float(found.max()),
-            0.5 * least_limit(dt_s, per_month / 2.0),
-        )
-    except BadInput:
-        return None
-    return FlowRelation(**{**relation.as_dict(), "limit": limit}), found / limit
+    away = [second.departure(moment) for moment in data[:half]] + [first.departure(moment) for moment in data[half:]]
+    return whole, np.array(away)
 
 
 def _fitted(data: Measurements, name: str) -> FlowRelation | None:

@@ -15,9 +15,9 @@ class Judgement:
     """What the detector says of one measurement.
 
     time_s [s] : of the measurement; alarm : whether there is an alarm now; began, ended, renamed : what happened to it
-    here; kind : one of `KINDS`, or None; test : the one closest to its limit; residual, threshold : its statistic and
-    limit, in m/s for the observer, without unit else; load : the largest of all scores, 1 at the limit; verdict : on
-    the measurement; gap_s : the silence before it [s], 0 where there was none.
+    here; kind : one of `KINDS`, or None; test : the one closest to its limit; residual, threshold : its score and
+    limit; load : the largest of all scores, 1 at the limit; verdict : on the measurement; gap_s : the silence before it
+    [s], 0 where there was none.
     """
 
     time_s: float

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from detector.alarms import EvidenceState
 from detector.observer.state import ObserverState
 from detector.watch.model.generator import ModelState, model_state_as_dict, model_state_from_dict
 from recordings import BadInput
@@ -13,14 +14,14 @@ from recordings import BadInput
 
 @dataclass(frozen=True)
 class WatchState:
-    """What the detector remembers of a valve. levels : a sum for each pressure; flow : the two sums of the flow;
+    """What the detector remembers of a valve. evidence : of its residuals; levels : a sum for each pressure;
     over_s : time of the last score above its limit [s]; kind : name of the alarm so far; last_s : last used time [s].
     """
 
     observer: ObserverState
     model: ModelState | None
+    evidence: EvidenceState
     levels: tuple[float, ...]
-    flow: tuple[float, float]
     alarm: bool = False
     over_s: float = 0.0
     kind: str | None = None
@@ -30,19 +31,17 @@ class WatchState:
         """Plain numbers and lists, for JSON."""
         model = None if self.model is None else model_state_as_dict(self.model)
         rest = {name: getattr(self, name) for name in ("alarm", "over_s", "kind", "last_s")}
-        levels, flow = list(self.levels), list(self.flow)
-        return {"observer": self.observer.as_dict(), "model": model, "levels": levels, "flow": flow} | rest
+        evidence, levels = self.evidence.as_dict(), list(self.levels)
+        return {"observer": self.observer.as_dict(), "model": model, "evidence": evidence, "levels": levels} | rest
 
     @classmethod
     def from_dict(cls, parts: Mapping[str, Any]) -> WatchState:
         """The state that `as_dict` wrote. Raises BadInput for anything else."""
         try:
             model = None if parts["model"] is None else model_state_from_dict(parts["model"])
-            levels, flow = tuple(map(float, parts["levels"])), tuple(map(float, parts["flow"]))
+            levels, evidence = tuple(map(float, parts["levels"])), EvidenceState.from_dict(parts["evidence"])
             rest = {name: parts[name] for name in ("alarm", "over_s", "kind", "last_s")}
             observer = ObserverState.from_dict(parts["observer"])
         except (KeyError, TypeError, ValueError, AttributeError) as error:
             raise BadInput("state of the detector", f"it cannot be read ({error!r})", "learn anew") from None
-        if len(flow) != 2:
-            raise BadInput("state of the detector", "it belongs to another detector", "learn anew")
-        return cls(observer, model, levels, (flow[0], flow[1]), **rest)
+        return cls(observer, model, evidence, levels, **rest)

@@ -5,20 +5,23 @@ from __future__ import annotations
 from collections.abc import Container, Mapping
 from dataclasses import dataclass, replace
 from html import escape
+from math import nan
 from typing import Any
 
-from detector.alarms.rates import FalseAlarms
+import numpy as np
+
+from detector.alarms import Evidence, EvidenceState, Promise
 from detector.measurements import Measurement, Measurements
 from detector.observer.calibration import Calibration
 from detector.observer.screening import SampleVerdict
 from detector.observer.state import Decision
 from detector.watch.flow_relation import FlowRelation
 from detector.watch.judgement import KINDS, Judgement
-from detector.watch.model.generator import TESTS, ModelState, ModelWatch
+from detector.watch.model.generator import BEYOND, TESTS, ModelWatch
 from detector.watch.pressure_level import PressureLevel
 from detector.watch.state import WatchState
 from detector.watch.words import described
-from recordings import BadInput
+from recordings import Array, BadInput
 from simulator import CATALOGUE, Catalogue
 
 HOLD_S = 30.0
@@ -38,7 +41,7 @@ class Watch:
     model: ModelWatch | None
     flow: FlowRelation | None
     levels: tuple[PressureLevel, ...]
-    false_alarms: FalseAlarms
+    evidence: Evidence
 
     def __repr__(self) -> str:
         parts = ["observer"] + ["model"] * (self.model is not None) + ["flow"] * (self.flow is not None)
@@ -46,6 +49,11 @@ class Watch:
 
     def _repr_html_(self) -> str:
         return f"<pre>{escape(described(self))}</pre>"
+
+    @property
+    def false_alarms(self) -> Promise:
+        """How often it alarms without a fault at most, by what it was learned from."""
+        return self.evidence.promise
 
     @property
     def signals(self) -> tuple[str, ...]:
@@ -67,7 +75,7 @@ class Watch:
 
     def initial(self) -> WatchState:
         """The state before the first sample."""
-        return WatchState(self.calibration.observer.initial(), None, (0.0,) * len(self.levels), (0.0, 0.0))
+        return WatchState(self.calibration.observer.initial(), None, self.evidence.initial(), (0.0,) * len(self.levels))
 
     def resumed(self, state: WatchState) -> WatchState:
         """A state of an earlier session, to go on with: the clock of that session means nothing any more."""
@@ -88,74 +96,68 @@ class Watch:
         observer, decision = self.calibration.step(state.observer, moment)
         if not decision.verdict.used:
             return replace(state, observer=observer), Judgement(
-                moment.time_s, state.alarm, False, False, False, state.kind, OBSERVER, decision.xi2, decision.rho, 0.0,
+                moment.time_s, state.alarm, False, False, False, state.kind, OBSERVER, 0.0, 1.0, 0.0,
                 decision.verdict,
             )  # fmt: skip
         fresh = decision.verdict is not SampleVerdict.USED
-        model = self.model.step(state.model, moment, fresh, state.alarm) if self.model else None
+        residuals = {OBSERVER: self._observed(moment, self.calibration.residual(observer, decision))}
+        model = state.model
+        if self.model is not None:
+            model, said = self.model.step(state.model, moment, fresh, state.alarm)
+            residuals |= zip(TESTS, said.tolist(), strict=True)
+        if self.flow is not None:
+            residuals[FLOW] = self.flow.departure(moment)
+        row = np.array([[residuals[name] for name in self.evidence.names]])
+        evidence, load = self.evidence.run(state.evidence, row)
         levels = tuple(level.step(s, moment) for level, s in zip(self.levels, state.levels, strict=True))
-        flow = self.flow.step(state.flow, moment) if self.flow else state.flow
-        scores = self._scores(model, levels, flow)
-        last = state.observer
-        ratio = min(abs(decision.xi2) / max(decision.rho, 1e-300), abs(last.xi2) / max(last.rho, 1e-300))  # two running
-        scores[OBSERVER] = max(ratio, 1.0 + 1e-9) if decision.alarm else min(ratio, 1.0)
-        seen = replace(state, observer=observer, model=model, levels=levels, flow=flow)
+        scores = self._scores(evidence, load[0], levels)
+        seen = replace(state, observer=observer, model=model, evidence=evidence, levels=levels)
         after = self._alarmed(seen, moment.time_s, scores)
         return after, self._judgement(state, after, scores, decision)
 
-    def _scores(
-        self, model: ModelState | None, levels: tuple[float, ...], flow: tuple[float, float]
-    ) -> dict[str, float]:
-        """Every score but the observer's, by name of its test."""
-        scores: dict[str, float] = {}
-        if self.model is not None and model is not None:
-            scores |= zip(TESTS, self.model.scores(model).tolist(), strict=True)
-        scores |= {level.signal: level.score(s) for level, s in zip(self.levels, levels, strict=True)}
-        if self.flow is not None:
-            scores[FLOW] = self.flow.score(flow)
-        return scores
+    def _observed(self, moment: Measurement, residual: float) -> float:
+        """The observer's residual. Beyond the learned positions, on a stop above all, only a gross one counts."""
+        c = self.calibration
+        away = abs(moment.values["position"] - c.position_zero) / abs(c.position_span)
+        if away <= 0.5 + BEYOND or OBSERVER not in self.evidence.names:
+            return residual
+        return residual if self.evidence.healthy[self.evidence.names.index(OBSERVER)].is_gross(residual) else nan
+
+    def _scores(self, evidence: EvidenceState, load: Array, levels: tuple[float, ...]) -> dict[str, float]:
+        """Every score by name of its test: an alarm at 1."""
+        scores = dict(zip(self.evidence.names, self.evidence.scores(evidence, load).tolist(), strict=True))
+        return scores | {level.signal: level.score(s) for level, s in zip(self.levels, levels, strict=True)}
 
     def _alarmed(self, state: WatchState, now: float, scores: Mapping[str, float]) -> WatchState:
-        over = max(scores.values()) > 1.0
+        over = max(scores.values()) >= 1.0
         over_s = now if over else state.over_s
         alarm = over or (state.alarm and now - over_s < HOLD_S)
-        kind = (self._kind(state.model, scores) or state.kind) if alarm else None
+        kind = (self._kind(state, scores) or state.kind) if alarm else None
         return replace(state, alarm=alarm, over_s=over_s, kind=kind, last_s=now)
 
-    def _kind(self, model: ModelState | None, scores: Mapping[str, float]) -> str | None:
+    def _kind(self, state: WatchState, scores: Mapping[str, float]) -> str | None:
         """The name for what is above its limit. Pressures speak first: what they do to the valve is no fault of it."""
         if scores.get("supply_pressure", 0.0) > 1.0:
             return "supply"
         if max(scores.get("upstream_pressure", 0.0), scores.get("downstream_pressure", 0.0)) > 1.0:
             return "flow"
-        by_model = max((scores.get(name, 0.0) for name in TESTS), default=0.0) > 1.0
-        if scores.get(FLOW, 0.0) > 1.0:
-            return "sensor" if by_model else "flow"
-        found = self.model.kind(model) if self.model and model and by_model else None
+        by_model = max((scores.get(name, 0.0) for name in TESTS), default=0.0) >= 1.0
+        if scores.get(FLOW, 0.0) >= 1.0:
+            return "sensor" if by_model or state.kind == "sensor" else "flow"
+        found = self.model.kind(state.model) if self.model and state.model and by_model else None
         return found if found in KINDS else None
 
     def _judgement(
         self, before: WatchState, after: WatchState, scores: Mapping[str, float], decision: Decision
     ) -> Judgement:
         test = max(scores, key=lambda name: scores[name])
-        span = abs(self.calibration.position_span)
-        pair = (abs(decision.xi2) * span, decision.rho * span) if test == OBSERVER else (scores[test], 1.0)
         began, ended = after.alarm and not before.alarm, before.alarm and not after.alarm
         renamed = after.alarm and before.alarm and after.kind != before.kind
         gap = after.last_s - before.last_s if decision.verdict is SampleVerdict.GAP else 0.0
         return Judgement(
-            after.last_s,
-            after.alarm,
-            began,
-            ended,
-            renamed,
-            after.kind,
-            test,
-            *pair,
-            scores[test],
-            decision.verdict,
-            gap,
-        )
+            after.last_s, after.alarm, began, ended, renamed, after.kind, test, scores[test], 1.0, scores[test],
+            decision.verdict, gap,
+        )  # fmt: skip
 
     def as_dict(self) -> dict[str, Any]:
         """Plain numbers, for JSON; `Watch.from_dict` gives the same back."""
@@ -164,7 +166,7 @@ class Watch:
             "model": None if self.model is None else self.model.as_dict(),
             "flow": None if self.flow is None else self.flow.as_dict(),
             "levels": [[level.signal, level.middle, level.half] for level in self.levels],
-            "false_alarms": self.false_alarms.as_dict(),
+            "evidence": self.evidence.as_dict(),
         }
 
     @classmethod
@@ -176,7 +178,7 @@ class Watch:
                 None if parts["model"] is None else ModelWatch.from_dict(parts["model"], catalogue),
                 None if parts["flow"] is None else FlowRelation.from_dict(parts["flow"]),
                 tuple(PressureLevel(*level) for level in parts["levels"]),
-                FalseAlarms.from_dict(parts["false_alarms"]),
+                Evidence.from_dict(parts["evidence"]),
             )
         except BadInput:
             raise
@@ -186,6 +188,7 @@ class Watch:
     def state_from_dict(self, parts: Mapping[str, Any]) -> WatchState:
         """The state that `WatchState.as_dict` wrote for this watch. Raises BadInput for anything else."""
         state = WatchState.from_dict(parts)
-        if len(state.levels) != len(self.levels) or (state.model is not None and self.model is None):
+        wrong = len(state.levels) != len(self.levels) or len(state.evidence.limits) != len(self.evidence.names)
+        if wrong or (state.model is not None and self.model is None):
             raise BadInput("state of the detector", "it belongs to another detector", "learn anew")
         return state

@@ -45,12 +45,12 @@ class Watched:
 
     @property
     def residual(self) -> Array:
-        """Statistic of the test that is closest to its limit, (n_samples,): in m/s of the observer, else no unit."""
+        """Score of the test that is closest to its limit, (n_samples,)."""
         return self._column("residual")
 
     @property
     def threshold(self) -> Array:
-        """Limit of the same test, (n_samples,), in the unit of `residual`."""
+        """Limit of the same test, (n_samples,)."""
         return self._column("threshold")
 
     @property

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from detector.alarms.rates import FalseAlarms
+from detector.alarms import Evidence
 from detector.observer.calibration import Calibration
 from detector.watch.flow_relation import FlowRelation
 from detector.watch.model.generator import ModelWatch
@@ -20,23 +20,19 @@ class LearnedWatch(Protocol):
     @property
     def flow(self) -> FlowRelation | None: ...
     @property
-    def false_alarms(self) -> FalseAlarms: ...
+    def evidence(self) -> Evidence: ...
 
 
 def described(watch: LearnedWatch) -> str:
     """What was learned, in words: a line each."""
     c = watch.calibration
-    rho = c.b1 / c.observer.k2 * c.position_span
-    lines = [f"observer: input {c.input}, sampling time {c.dt_s:.4g} s, threshold {rho:.3g} m/s"]
+    lines = [f"observer: input {c.input}, sampling time {c.dt_s:.4g} s"]
     if watch.model is None:
         lines.append("model: not used, because no force (or pressure with a diaphragm area in the model) is measured")
     else:
         values = watch.model.filter.values
-        friction, spring = (100 * size for size in watch.model.test.sizes[:2])
-        lines.append(
-            f"model: tuned to friction {values['lugre.fc']:.4g} N, spring {values['spring.K']:.5g} N/m; it is tested "
-            f"for changes of {friction:.0f} % of the friction and {spring:.0f} % of the spring"
-        )
+        lines.append(f"model: tuned to friction {values['lugre.fc']:.4g} N, spring {values['spring.K']:.5g} N/m")
     lines.append(f"flow: {'not used' if watch.flow is None else f'{watch.flow.flow} against the opening'}")
-    lines.append(watch.false_alarms.sentence)
+    lines += watch.evidence.notes
+    lines.append(watch.evidence.promise.sentence)
     return "\n".join(lines)

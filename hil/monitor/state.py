@@ -13,7 +13,7 @@ from hil.monitor.valve import ValveWatch
 from recordings import BadInput, save_text
 from simulator import CATALOGUE, Catalogue
 
-FORMAT, VERSION = "monitor-state", 1
+FORMAT, VERSION = "monitor-state", 2
 
 
 def save_state(path: Path, valves: Sequence[ValveWatch], model_key: str) -> None:
@@ -45,8 +45,10 @@ def load_state(path: Path, model_key: str, catalogue: Catalogue = CATALOGUE) -> 
         parts: Any = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, json.JSONDecodeError) as error:
         raise _unusable(path, f"it cannot be read ({error})") from None
-    if not isinstance(parts, dict) or (parts.get("format"), parts.get("version")) != (FORMAT, VERSION):
-        raise _unusable(path, f"it is no {FORMAT} of version {VERSION}")
+    if not isinstance(parts, dict) or parts.get("format") != FORMAT:
+        raise _unusable(path, f"it is no {FORMAT}")
+    if parts.get("version") != VERSION:
+        raise _unusable(path, f"it is of version {parts.get('version')}, and this release reads version {VERSION}")
     if parts.get("model") != model_key:
         raise _unusable(path, "it was learned with another model")
     if not isinstance(parts.get("valves"), dict):

@@ -6,18 +6,36 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
-from detector import Judgement, Measurement, Measurements, SampleVerdict, Watch, WatchState
+import numpy as np
+
+from detector import (
+    LEAST_STROKES,
+    Judgement,
+    Measurement,
+    Measurements,
+    SampleVerdict,
+    Watch,
+    WatchState,
+    strokes_of,
+)
 from hil.monitor.event import MonitorEvent
 from recordings import BadInput
 
 Learner = Callable[[Measurements], Watch]
 WatchPhase = Literal["learning", "watching", "alarm"]
 
+MOST_GATHERED = 1_000_000
+"""Samples that are kept for learning: a valve that does not move over so many cannot be learned."""
+
+_COUNTED_EVERY = 0.05
+"""Strokes are counted anew when the gathered time has grown by this share: all of it has to be looked through."""
+
 
 @dataclass(frozen=True)
 class ValveStatus:
     """A valve at a moment, for whoever looks. load : largest score, an alarm at 1; learned : share of the learning
-    time that is over; samples : taken so far.
+    time that is over; samples : taken so far; strokes : seen of the `LEAST_STROKES` that learning needs; gathered_s :
+    learned from so far [s].
     """
 
     valve: str
@@ -26,10 +44,14 @@ class ValveStatus:
     fault: str | None
     learned: float
     samples: int
+    strokes: int = 0
+    gathered_s: float = 0.0
 
 
 class ValveWatch:
-    """What the monitor holds of one valve. watch, state : None until it is learned; learn_s : learning time [s]."""
+    """What the monitor holds of one valve. watch, state : None until it is learned; learn_s : learning time [s], which
+    goes on until the valve has moved to and fro `LEAST_STROKES` times.
+    """
 
     def __init__(self, valve: str, learner: Learner, learn_s: float | None) -> None:
         self.valve, self._learner, self.learn_s = valve, learner, learn_s
@@ -37,6 +59,7 @@ class ValveWatch:
         self.state: WatchState | None = None
         self._gathered: list[Measurement] = []
         self._load, self._samples = 0.0, 0
+        self._strokes, self._count_s = 0, 0.0
 
     def resume(self, watch: Watch, state: WatchState | None = None) -> None:
         """Go on with what was learned before."""
@@ -44,10 +67,22 @@ class ValveWatch:
         self.state = watch.initial() if state is None else watch.resumed(state)
 
     def gather(self, moment: Measurement) -> bool:
-        """Store a measurement for learning; returns whether there are enough now."""
+        """Store a measurement for learning; returns whether time and strokes are enough now."""
         self._samples += 1
         self._gathered.append(moment)
-        return self.learn_s is not None and moment.time_s - self._gathered[0].time_s >= self.learn_s
+        gathered_s = self._gathered_s
+        if self.learn_s is None:
+            return False
+        if gathered_s >= self._count_s:
+            self._strokes = strokes_of(np.array([one.values["position"] for one in self._gathered]))
+            self._count_s = (1.0 + _COUNTED_EVERY) * gathered_s
+        enough = self._strokes >= LEAST_STROKES or len(self._gathered) >= MOST_GATHERED
+        return enough and gathered_s >= self.learn_s
+
+    @property
+    def _gathered_s(self) -> float:
+        """Time that was gathered so far [s]."""
+        return self._gathered[-1].time_s - self._gathered[0].time_s if self._gathered else 0.0
 
     def learn(self) -> Watch:
         """Learn from what was gathered. Raises BadInput naming the valve when that cannot support a detector."""
@@ -84,9 +119,9 @@ class ValveWatch:
     def status(self) -> ValveStatus:
         """How it stands."""
         if self.state is None:
-            gathered = self._gathered
-            learned = (gathered[-1].time_s - gathered[0].time_s) / (self.learn_s or 1.0) if gathered else 0.0
-            return ValveStatus(self.valve, "learning", 0.0, None, min(learned, 1.0), self._samples)
+            gathered_s = self._gathered_s
+            learned = min(gathered_s / (self.learn_s or 1.0), 1.0)
+            return ValveStatus(self.valve, "learning", 0.0, None, learned, self._samples, self._strokes, gathered_s)
         phase: WatchPhase = "alarm" if self.state.alarm else "watching"
         return ValveStatus(self.valve, phase, self._load, self.state.kind, 1.0, self._samples)
 

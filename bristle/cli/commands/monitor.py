@@ -17,7 +17,9 @@ def command(
     rate: Annotated[
         float, Option(help="Polls per second (with --ring: readings of the ring).", min=1e-4, max=1e4)
     ] = 10.0,
-    learn: Annotated[float | None, Option(help="Learn from the first so many seconds.", min=1.0, max=1e9)] = None,
+    learn: Annotated[
+        float | None, Option(help="Learn from so many seconds, or more until the valve has moved.", min=1.0, max=1e9)
+    ] = None,
     calibrate: Annotated[list[Path] | None, Option(help="Learn from this healthy recording (repeat).")] = None,
     state: Annotated[Path | None, Option(help="What was learned; MODEL.state.json otherwise.")] = None,
     false_alarms: Annotated[float, Option(help="Allowed false alarms a month.", min=1e-3, max=1e4)] = 1.0,

@@ -11,7 +11,9 @@ from typer import Argument, Option
 def command(
     recording: Annotated[Path, Argument(help="The recording to watch (.h5).")],
     model: Annotated[Path, Option(help="Model of the valve, from bristle fit or trace.")],
-    learn: Annotated[float | None, Option(help="Learn from the first so many seconds.", min=1.0, max=1e9)] = None,
+    learn: Annotated[
+        float | None, Option(help="Learn from so many seconds, or more until the valve has moved.", min=1.0, max=1e9)
+    ] = None,
     calibrate: Annotated[list[Path] | None, Option(help="Learn from this healthy recording (repeat).")] = None,
     state: Annotated[Path | None, Option(help="Resume from what was learned here, and save it here.")] = None,
     false_alarms: Annotated[float, Option(help="Allowed false alarms a month.", min=1e-3, max=1e4)] = 1.0,

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from detector.alarms.levels import alarms, calibrate, raised
 from detector.evaluation.contract import BenchmarkRun
 from detector.evaluation.detectors import DETECTORS
 from detector.evaluation.learned import learn
+from detector.evaluation.levels import alarms, calibrate, raised
 from detector.evaluation.study import SAFETY
 from recordings import Array, BadInput
 

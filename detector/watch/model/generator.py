@@ -1,4 +1,4 @@
-"""The second residual generator as one part: filter, tests and balance of a valve, with what they remember."""
+"""The second residual generator as one part: filter and balance of a valve, with what they remember."""
 
 from __future__ import annotations
 
@@ -9,68 +9,60 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from detector.measurements import Measurement, Measurements
-from detector.watch.change_limits import learned_test
-from detector.watch.cusum import ChangeTest, Evidence
 from detector.watch.force_balance import Balance, BalanceTest
 from detector.watch.model.filter import DIRECTIONS, FilterState, ModelFilter
-from detector.watch.model.innovations import SKIPPED
+from detector.watch.model.innovations import SKIPPED, evidence_of, innovations
 from detector.watch.model.tuning import filter_for, tuned
 from recordings import Array, BadInput
 from simulator import CATALOGUE, Catalogue, ValveModel
 
 TESTS = (*DIRECTIONS, "energy")
-"""Names of the scores."""
+"""Names of the residuals."""
+
+_SILENT = np.full(len(TESTS), np.nan)
 
 BEYOND = 0.25
 """How far the stem may leave the positions it was learned in, as a share of their range."""
 
 
 class ModelState(NamedTuple):
-    """What is remembered: of the filter, the tests and the balance; n_samples : since the start."""
+    """What is remembered: of the filter and the balance; n_samples : since the start."""
 
     filter: FilterState
-    evidence: Evidence
     balance: Balance
     n_samples: int
 
 
 @dataclass(frozen=True)
 class ModelWatch:
-    """Filter, change test and balance of one valve. low, high : positions between which the model was learned [m], a
-    quarter of their distance more on either side; beyond, on a stop above all, it knows nothing of the forces.
+    """Filter and balance of one valve. low, high : positions between which the model was learned [m], a quarter of
+    their distance more on either side; beyond, on a stop above all, it knows nothing of the forces.
     """
 
     filter: ModelFilter
-    test: ChangeTest
     balance: BalanceTest
     low: float
     high: float
 
-    def step(self, before: ModelState | None, moment: Measurement, fresh: bool, alarmed: bool) -> ModelState | None:
-        """One sample. fresh : restart the filter here, as beyond the learned positions; the evidence for a kind stays.
-        None until the force is known.
+    def step(
+        self, before: ModelState | None, moment: Measurement, fresh: bool, alarmed: bool
+    ) -> tuple[ModelState | None, Array]:
+        """One sample, and the residuals of `TESTS`, NaN where they say nothing. fresh : restart the filter here, as
+        beyond the learned positions; the evidence for a kind stays. None until the force is known.
         """
         if not np.isfinite(self.filter.force(moment)):
-            return before
+            return before, _SILENT
         if before is None:
-            start = self.balance.start(self.filter, moment)
-            return ModelState(self.filter.start(moment), self.test.start(), start, 1)
+            return ModelState(self.filter.start(moment), self.balance.start(self.filter, moment), 1), _SILENT
         if fresh or not self.low <= moment.values["position"] <= self.high:
-            return ModelState(self.filter.start(moment), before.evidence, before.balance, 1)
+            return ModelState(self.filter.start(moment), before.balance, 1), _SILENT
         inner, seen = self.filter.step(before.filter, moment)
         count = min(before.n_samples + 1, SKIPPED + 1)
         shows = count > SKIPPED and not seen.resting
-        evidence = self.test.step(before.evidence, seen) if shows else before.evidence
-        return ModelState(inner, evidence, self.balance.step(before.balance, self.filter, moment, alarmed), count)
-
-    def raised(self, factor: float) -> ModelWatch:
-        """The same with all limits times a factor."""
-        limits = tuple(factor * limit for limit in self.test.limits)
-        return replace(self, test=replace(self.test, limits=limits))
-
-    def scores(self, state: ModelState) -> Array:
-        """The scores of `TESTS`; above 1 means alarm."""
-        return self.test.scores(state.evidence)
+        balance = self.balance.step(before.balance, self.filter, moment, alarmed)
+        slope = seen.slope[: len(DIRECTIONS)]
+        said = evidence_of(np.array(seen.value), np.array(seen.variance), slope) if shows else _SILENT
+        return ModelState(inner, balance, count), said
 
     def kind(self, state: ModelState) -> str | None:
         """The direction of change that the balance of forces names."""
@@ -78,35 +70,46 @@ class ModelWatch:
 
     def as_dict(self) -> dict[str, Any]:
         """Plain numbers, for JSON."""
-        balance = asdict(self.balance)
-        parts = {"filter": self.filter.as_dict(), "test": self.test.as_dict(), "balance": balance}
-        return parts | {"low": self.low, "high": self.high}
+        return {
+            "filter": self.filter.as_dict(), "balance": asdict(self.balance), "low": self.low, "high": self.high,
+        }  # fmt: skip
 
     @classmethod
     def from_dict(cls, parts: Mapping[str, Any], catalogue: Catalogue = CATALOGUE) -> ModelWatch:
         """What `as_dict` gave. Raises BadInput for an effect that the catalogue does not have."""
-        filter, test = ModelFilter.from_dict(parts["filter"], catalogue), ChangeTest.from_dict(parts["test"])
-        return cls(filter, test, BalanceTest(**parts["balance"]), parts["low"], parts["high"])
+        filter = ModelFilter.from_dict(parts["filter"], catalogue)
+        return cls(filter, BalanceTest(**parts["balance"]), parts["low"], parts["high"])
 
 
 def learned_model(
-    model: ValveModel, data: Measurements, per_month: float, catalogue: Catalogue = CATALOGUE
+    model: ValveModel, data: Measurements, catalogue: Catalogue = CATALOGUE
 ) -> tuple[ModelWatch, Array] | None:
-    """The watch on fault-free data, with its scores (n_samples, n_tests); None without force or pressure and area.
+    """The watch on fault-free data, with its residuals (n_samples, n_tests); None without force or pressure and area.
 
-    Raises BadInput as `filter_for` does, and when the data do not support the rate.
+    Each half of the data is judged by the filter tuned on the other: on data that it was tuned on a filter looks better
+    than it is. Raises BadInput as `filter_for` does, and when the model cannot follow the data.
     """
     filter = filter_for(model, data, catalogue)
     if filter is None:
         return None
-    test, scores = learned_test(filter, data, per_month)
+    half = len(data) // 2
+    first, second = data[:half], data[half:]
+    residuals = np.concatenate([_residuals(tuned(filter, second), first), _residuals(tuned(filter, first), second)])
     filter = tuned(filter, data)
-    if not np.isfinite(scores).all():
+    if np.isinf(residuals).any() or not np.isfinite(residuals).any():
         raise BadInput("model", "it cannot follow the data", "fit it to recordings of this valve")
     x = data.values["position"]
     low, high = np.nanmin(x), np.nanmax(x)
     margin = BEYOND * (high - low)
-    return ModelWatch(filter, test, _usual(filter, data), float(low - margin), float(high + margin)), scores
+    return ModelWatch(filter, _usual(filter, data), float(low - margin), float(high + margin)), residuals
+
+
+def _residuals(filter: ModelFilter, data: Measurements) -> Array:
+    """The residuals of `TESTS` (n_samples, n_tests), NaN where they say nothing."""
+    run = innovations(filter, data)
+    found = evidence_of(run.value, run.variance, run.slope[:, : len(DIRECTIONS)])
+    found[run.fresh] = np.nan
+    return found
 
 
 def _usual(filter: ModelFilter, data: Measurements) -> BalanceTest:
@@ -125,7 +128,7 @@ def model_state_as_dict(state: ModelState) -> dict[str, Any]:
     """Plain numbers and lists, for JSON."""
     return {
         name: {key: _plain(value) for key, value in getattr(state, name)._asdict().items()}
-        for name in ("filter", "evidence", "balance")
+        for name in ("filter", "balance")
     } | {"n_samples": state.n_samples}
 
 
@@ -137,7 +140,6 @@ def model_state_from_dict(parts: Mapping[str, Any]) -> ModelState:
 
     return ModelState(
         FilterState(**arrays("filter")),
-        Evidence(**arrays("evidence")),
         Balance(**arrays("balance")),
         int(parts["n_samples"]),
     )

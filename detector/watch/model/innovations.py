@@ -27,6 +27,18 @@ class FilterRun:
     fresh: NDArray[np.bool_]
 
 
+def evidence_of(value: Array, variance: Array, slope: Array) -> Array:
+    """What innovations say of each direction of change, and of any other: (..., n_directions + 1).
+
+    The derivative of the log-likelihood by the direction, which is all that the data say of a small change
+    (Basseville and Nikiforov 1993, section 8.3); and the normalised innovation itself. value, variance (...,); slope
+    (..., n_directions).
+    """
+    away = value / np.sqrt(variance)
+    shown = slope / np.sqrt(variance)[..., None]
+    return np.concatenate([shown * away[..., None], away[..., None]], axis=-1)
+
+
 def innovations(filter: ModelFilter, data: Measurements) -> FilterRun:
     """The filter over data: restarted at gaps, and skipping what is missing."""
     found, fresh = list[PredictionError](), np.zeros(len(data), bool)
