@@ -37,6 +37,7 @@ DOORS = {
     "simulator.hysteresis",
     "identification.estimators",
     "identification.report",
+    "identification.standard_tests",
     "detector.evaluation",
     "detector.generators",
     "detector.published",

@@ -28,6 +28,7 @@ COMMANDS = {
     "serve": "serve",
     "show": "show",
     "simulate": "simulate",
+    "test": "test",
     "trace": "trace",
 }
 """Command name -> module in `bristle.cli.commands`; each module has one function `command`."""

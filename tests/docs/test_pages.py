@@ -81,7 +81,19 @@ def test_every_block_is_of_a_language_that_is_tested() -> None:
 
 def test_the_options_that_pages_name_in_a_sentence_exist(capsys: pytest.CaptureFixture[str]) -> None:
     known = {"--force", "--help", "--out", "--main"}
-    for command in ("fit", "trace", "simulate", "serve", "record", "monitor", "replay", "evaluate", "import", "show"):
+    for command in (
+        "fit",
+        "trace",
+        "simulate",
+        "serve",
+        "record",
+        "monitor",
+        "replay",
+        "evaluate",
+        "import",
+        "show",
+        "test",
+    ):
         assert run([command, "--help"]) == 0
         known |= set(re.findall(r"--[a-z][a-z-]*", capsys.readouterr().out))
     for page in PAGES:

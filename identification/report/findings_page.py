@@ -1,0 +1,47 @@
+"""A page of findings: sentences, tables and curves, for results that are not a model of a valve."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import Any
+
+from identification.report.assembly import Front, assembled, save_page
+from identification.report.canvas import INK, MEASURED, REFERENCE, canvas, finish_legend
+from identification.report.section import Section
+from recordings import Array
+
+Curves = Mapping[str, tuple[str, str, Sequence[tuple[str, Array, Array]]]]
+"""By the name of the picture: label of x, label of y, and the lines as (name, x, y)."""
+MOST = 4000
+"""Points of a line that are drawn."""
+
+
+@dataclass(frozen=True)
+class Findings:
+    """What the page shows. heading, kind : its front; sentences : the answer first; tables : (head, rows); curves."""
+
+    heading: str
+    kind: str
+    sentences: tuple[str, ...]
+    tables: Sequence[tuple[Sequence[str], Sequence[Sequence[str]]]]
+    curves: Curves
+
+
+def write_findings(path: str | os.PathLike[str], findings: Findings) -> None:
+    """Write the page as one HTML file that needs no network. Raises BadInput when the path cannot be written."""
+    front = Front(findings.kind, findings.heading, (f"Report of {datetime.now(UTC):%Y-%m-%d}",), findings.heading)
+    plots = {f"p{i}": _drawn(name, *curve) for i, (name, curve) in enumerate(findings.curves.items())}
+    words = {"sentences": findings.sentences, "tables": findings.tables}
+    save_page(path, assembled(front, [Section("findings", "Result", words, plots)]))
+
+
+def _drawn(name: str, x_label: str, y_label: str, lines: Sequence[tuple[str, Array, Array]]) -> Any:
+    plot = canvas(x_label, y_label, 300, title=name)
+    for (label, x, y), colour in zip(lines, (REFERENCE, MEASURED, INK), strict=False):
+        every = max(1, len(x) // MOST)
+        plot.line(x[::every], y[::every], legend_label=label, line_color=colour, line_width=1.5)
+    finish_legend(plot)
+    return plot

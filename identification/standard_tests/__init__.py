@@ -1,0 +1,7 @@
+"""The standard tests of a control valve from recordings: step response, dead band, signature, partial stroke."""
+
+from identification.standard_tests.interval import Interval
+from identification.standard_tests.procedure import KINDS, TestKind, standard_test
+from identification.standard_tests.result import ValveTest, reference_values
+
+__all__ = ["KINDS", "Interval", "TestKind", "ValveTest", "reference_values", "standard_test"]

@@ -1,0 +1,103 @@
+"""What a standard test found: the content of `test.json`."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from identification.standard_tests.interval import Interval
+from recordings import BadInput, save_text
+
+FORMAT, VERSION = "valve-test", 1
+
+
+@dataclass(frozen=True, repr=False)
+class ValveTest:
+    """A standard test of a valve. kind : which; values : by name, the unit is its end; changed : against a reference,
+    None without one; problems : what limits it, in sentences; curves : pairs of arrays for pictures, by name.
+    """
+
+    kind: str
+    values: Mapping[str, Any]
+    changed: tuple[Mapping[str, Any], ...] | None
+    problems: tuple[str, ...]
+    curves: Mapping[str, Any]
+
+    def __repr__(self) -> str:
+        return "\n".join([f"{self.kind} test", *self.lines()])
+
+    @property
+    def aborted(self) -> tuple[str, ...]:
+        """Why a partial stroke failed; empty where it did not."""
+        return tuple(self.values.get("abort_reasons", ()))
+
+    def as_json(self) -> dict[str, Any]:
+        """The content of `test.json`."""
+        changed = None if self.changed is None else [dict(one) for one in self.changed]
+        head = {"format": FORMAT, "version": VERSION, "kind": self.kind}
+        return {**head, "values": plain(self.values), "changed": changed, "problems": list(self.problems)}
+
+    def lines(self) -> list[str]:
+        """The result in lines for a terminal."""
+        found = [f"{name}: {_words(value)}" for name, value in self.values.items() if isinstance(value, Interval)]
+        if "bench_set_kPa" in self.values:
+            found.append("bench_set_kPa: " + " to ".join(_words(one) for one in self.values["bench_set_kPa"]))
+        if "steps" in self.values:
+            found.append(f"medians of {len(self.values['steps'])} steps")
+        if self.changed is not None:
+            found += [changed_words(one) for one in self.changed] or ["nothing changed beyond the noise of both tests"]
+        return [*found, *(f"failed: {reason}" for reason in self.aborted), *self.problems]
+
+    def write(self, path: str | os.PathLike[str]) -> None:
+        """Write `test.json`, all or nothing. Raises BadInput when it cannot be written."""
+        save_text(Path(path), json.dumps(self.as_json(), indent=1, allow_nan=False) + "\n")
+
+    def report(self, path: str | os.PathLike[str]) -> None:
+        """Write the report, one self-contained HTML page. Raises BadInput when it cannot be written."""
+        from identification.report.findings_page import Findings, write_findings
+
+        rows = [(name, *_ends(value)) for name, value in self.values.items() if isinstance(value, Interval)]
+        words = [line for line in self.lines() if not line.startswith(tuple(self.values))]
+        table = (("quantity", "value", "lower", "upper"), rows)
+        write_findings(path, Findings(f"Valve test: {self.kind}", self.kind, tuple(words), (table,), self.curves))
+
+
+def plain(value: Any) -> Any:
+    """Values with their intervals as JSON has them."""
+    if isinstance(value, Interval):
+        return value.as_json()
+    if isinstance(value, Mapping):
+        return {name: plain(one) for name, one in value.items()}
+    return [plain(one) for one in value] if isinstance(value, list | tuple) else value
+
+
+def changed_words(one: Mapping[str, Any]) -> str:
+    """A change in a sentence."""
+    before, after = one["before"]["value"], one["after"]["value"]
+    return f"{one['name']} changed from {before:.4g} to {after:.4g}"
+
+
+def reference_values(path: str | os.PathLike[str], kind: str) -> Mapping[str, Any]:
+    """The values of a reference test. Raises BadInput when it is no test of this kind."""
+    remedy = f"give a test.json of bristle test --kind {kind}"
+    try:
+        content = json.loads(Path(path).read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise BadInput(str(path), f"cannot be read ({error})", remedy) from error
+    if not isinstance(content, dict) or content.get("format") != FORMAT or not isinstance(content.get("values"), dict):
+        raise BadInput(str(path), "it is no valve test", remedy)
+    if content.get("kind") != kind:
+        raise BadInput(f"{path}: kind", f"it is a test of the kind {content.get('kind')!r}", remedy)
+    return dict(content["values"])
+
+
+def _words(value: Interval) -> str:
+    return f"{value.value:.4g} ({value.lower:.4g} to {value.upper:.4g})"
+
+
+def _ends(value: Interval) -> tuple[str, str, str]:
+    return f"{value.value:.4g}", f"{value.lower:.4g}", f"{value.upper:.4g}"
