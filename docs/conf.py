@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import sys
 import tomllib
 from pathlib import Path
 
@@ -96,8 +97,17 @@ def only_its_own(app: Sphinx, what: str, _name: str, obj: object, _skip: bool, _
     return True if at_the_door and not str(getattr(obj, "__module__", "")).startswith("bristle") else None
 
 
+def draw_models(_app: Sphinx) -> None:
+    """The pictures of docs/models are drawn by the models themselves."""
+    sys.path.insert(0, str(Path(__file__).parents[1]))
+    from tools.gallery import write
+
+    write()
+
+
 def setup(app: Sphinx) -> None:
-    """Tables of values are shown as they are."""
+    """Tables of values are shown as they are, and models draw their pictures before pages are read."""
     app.add_lexer("csv", TextLexer)
     app.connect("autodoc-process-docstring", written_for_sphinx, priority=400)  # before numpydoc
     app.connect("autodoc-skip-member", only_its_own)
+    app.connect("builder-inited", draw_models)

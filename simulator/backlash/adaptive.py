@@ -16,7 +16,7 @@ class AdaptiveBacklashInverse:
     while u rests the backlash is in its gap and nothing is learned. What is learned keeps m >= least and cl <= cr.
 
     slope, left, right : first estimates; gain; least : lower bound of the slope; scale : typical size of v, which
-    weighs the crossings against the slope; start : first ud and v.
+    weighs the crossings against the slope; start : first ud, which is the first output, and v.
     Raises BadParameter for estimates that are no backlash, and for a gain or bound out of range.
 
     >>> inverse = AdaptiveBacklashInverse(slope=1.0, left=-0.1, right=0.1)
@@ -43,7 +43,7 @@ class AdaptiveBacklashInverse:
         self.slope, self._right, self._left = slope, slope * right, slope * left
         self._gain, self._least, self._scale = gain, least, scale
         self._wanted, self.output = start
-        self._seen: float | None = None
+        self._seen = start[0]
 
     @property
     def left(self) -> float:
@@ -65,8 +65,6 @@ class AdaptiveBacklashInverse:
     def learn(self, output: float) -> None:
         """What the backlash answered to the last input."""
         before, self._seen = self._seen, output
-        if before is None:
-            before = 0.0
         if output == before:
             return
         crossing = self._right if output > before else self._left

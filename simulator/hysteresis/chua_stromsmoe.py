@@ -43,6 +43,16 @@ class ChuaStromsmoe:
     ) -> None:
         self._f, self._g, self._h, self._w = restoring, dissipation, weighting, rate
 
+    @property
+    def restoring(self) -> Function:
+        """f, as given or as found from a loop."""
+        return self._f
+
+    @property
+    def weighting(self) -> Function:
+        """h, as given or as found from a loop."""
+        return self._h
+
     def follow(self, time: ArrayLike, input: ArrayLike, start: float) -> Array:
         """The output y (n_samples) from y = start on, for an input x (n_samples), linear between its samples.
 

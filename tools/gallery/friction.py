@@ -1,0 +1,128 @@
+"""Pictures of the friction models."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from simulator.friction import (
+    AsymmetricMap,
+    CanudasMap,
+    CoulombMap,
+    Drive,
+    ExponentialDwell,
+    LeuvenFriction,
+    LuGreParameters,
+    RationalDwell,
+    RootMap,
+    ServoDesign,
+    SevenParameters,
+    StribeckAlpha,
+    StribeckMap,
+    TanhObserver,
+    fit_map,
+    functional,
+    functional_basis,
+    simulate_drive,
+    simulate_servo,
+    smoothed_friction,
+    taylor_value,
+)
+from tools.gallery.drawing import picture
+
+
+@picture("Friction maps (2.3)-(2.5)", "friction")
+def maps(axes: Any) -> None:
+    v = np.linspace(-0.05, 0.05, 2001)
+    for model, label in (
+        (CoulombMap(60.0), "Coulomb"),
+        (AsymmetricMap(70.0, 55.0, 400.0, 300.0), "asymmetric, viscous"),
+        (StribeckMap(60.0, 40.0, 0.0, b=200.0, exponent=1.0), "Stribeck, exponent 1"),
+        (StribeckMap(60.0, 40.0, 400.0, b=200.0, exponent=2.0), "Stribeck, exponent 2"),
+    ):
+        axes.plot(1e3 * v, model.force(v), label=label)
+    axes.set(xlabel="velocity [mm/s]", ylabel="friction [N]")
+    axes.legend(frameon=False)
+
+
+@picture("Static friction against dwell time (2.6), (2.7)", "friction")
+def dwell(axes: Any) -> None:
+    t = np.geomspace(1e-2, 1e3, 300)
+    for m in (0.5, 1.0, 1.5):
+        axes.semilogx(t, ExponentialDwell(100.0, 60.0, 0.3, m).force(t), label=f"(2.6), m = {m:g}")
+    axes.semilogx(t, RationalDwell(100.0, 60.0, 3.0).force(t), "--", label="(2.7)")
+    axes.set(xlabel="dwell time [s]", ylabel="break-away force [N]")
+    axes.legend(frameon=False)
+
+
+@picture("Armstrong's model pulled by a spring (2.8)-(2.10)", "friction")
+def stick_slip(axes: Any) -> None:
+    t = np.arange(0, 12, 1e-4)
+    for rise in (0.0, 2.0):
+        friction = SevenParameters(10.0, 0.0, 5.0, 1e6, 1e-3, rise=rise)
+        run = simulate_drive(friction, Drive(1.0, 1000.0, 5.0), 8e-3 * t)
+        axes.plot(t[::200], run.force[::200], label=f"rise in {rise:g} s")
+    axes.set(xlabel="time [s]", ylabel="force of the spring [N]")
+    axes.legend(frameon=False)
+
+
+@picture("Canudas' two forms (2.11), (2.12)", "friction")
+def canudas(axes: Any) -> None:
+    v = np.linspace(0.01, 0.2, 100)
+    true = CanudasMap(50.0, 15.0, 30.0, b1=30.0, b2=4.0).force(v)
+    found = fit_map(RootMap, v, true)
+    axes.plot(1e3 * v, true, lw=3, color="0.7", label="(2.11)")
+    axes.plot(1e3 * v, found.map.force(v), label="(2.12), least squares")
+    axes.plot(1e3 * v, found.equivalent(0.5).force(v), "--", label="(2.12), other parameters")
+    axes.set(xlabel="velocity [mm/s]", ylabel="friction [N]")
+    axes.legend(frameon=False)
+
+
+@picture("Position control with LuGre's observer (2.18), (2.19)", "lugre")
+def observer(axes: Any) -> None:
+    model = LuGreParameters(1e5, 316.0, 20.0, 60.0, 90.0, 0.01)
+    t = np.arange(0, 6, 1e-4)
+    for compensation in (False, True):
+        run = simulate_servo(
+            model, ServoDesign(1.0, 4000.0, 400.0, 0.0, 20.0), 0.01 * np.sin(2 * t), 1e-4, compensation
+        )
+        axes.plot(t[::50], 1e3 * run.error[::50], label="with friction compensation" if compensation else "without")
+    axes.set(xlabel="time [s]", ylabel="position error [mm]")
+    axes.legend(frameon=False)
+
+
+@picture("Friction parameters as observed states", "lugre")
+def tanh(axes: Any) -> None:
+    t = np.arange(10_000) * 1e-3
+    v = 0.05 * np.sin(3 * t) + 0.02 * np.sin(7.3 * t)
+    force = np.gradient(v, t) + smoothed_friction(v, 60.0, 90.0, 0.01, 200.0, 3000.0)
+    found = TanhObserver(1.0, 0.01, 3000.0).follow(t, force, v)
+    for name, values, true in zip(found.names, found.parameters.T, (60.0, 30.0, 200.0), strict=True):
+        axes.plot(t[::20], values[::20] / true, label=name)
+    axes.set(xlabel="time [s]", ylabel="estimate / true value")
+    axes.legend(frameon=False)
+
+
+@picture("Expansions of alpha (2.28), (2.29)", "lugre")
+def alpha(axes: Any) -> None:
+    true, v = StribeckAlpha.of(1e5, 60.0, 90.0, 0.01), np.linspace(1e-4, 0.03, 300)
+    for order in (2, 10, 40):
+        axes.semilogy(
+            1e3 * v, np.abs(taylor_value(true, order, v) / true(v) - 1) + 1e-9, label=f"Taylor, order {order}"
+        )
+    for order in (1, 4):
+        found = functional_basis(0.3, true.c2, order, v) @ functional(true, 0.3, order)
+        axes.semilogy(1e3 * v, np.abs(found / true(v) - 1) + 1e-9, "--", label=f"functional, order {order}")
+    axes.axvline(1e3 * true.converges_below, color="0.7", lw=0.8)
+    axes.set(xlabel="velocity [mm/s]", ylabel="relative error", ylim=(1e-8, 1e2))
+    axes.legend(frameon=False)
+
+
+@picture("The Leuven model in time (2.32)-(2.35)", "leuven")
+def leuven_in_time(axes: Any) -> None:
+    t = np.arange(0, 3, 2e-4)
+    x = 2e-4 * np.sin(2 * t) + 3e-5 * np.sin(25 * t)
+    friction = LeuvenFriction(lambda z: 2e6 * z, lambda v: 80 + 20 * np.exp(-((v / 1e-3) ** 2)), 1.0, 50.0, 5e3)
+    axes.plot(1e6 * x[::5], friction.follow(t, x)[::5])
+    axes.set(xlabel="position [um]", ylabel="friction [N]")
