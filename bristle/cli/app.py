@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 import typer
 from typer.core import TyperArgument, TyperCommand, TyperOption
 
+from bristle.cli.terminal import plain_text
+
 if TYPE_CHECKING:
     from recordings.errors import BadInput
 
@@ -124,6 +126,8 @@ def _failed(error: Exception) -> int:
         return _say(_as_option(error), 2)
     if isinstance(error, NegativeAnswer | LinkError):
         return _say(str(error), 1)
+    if isinstance(error, OSError) and error.filename is not None:  # a name that is too long, a folder on the way
+        return _say(f"{error.filename}: {error.strerror}; check the path", 2)
     return _usage(error)
 
 
@@ -161,7 +165,7 @@ def _as_option(error: BadInput) -> str:
 
 
 def _say(message: str, code: int) -> int:
-    print(f"bristle: {message}", file=sys.stderr)
+    print(f"bristle: {plain_text(message)}", file=sys.stderr)
     return code
 
 

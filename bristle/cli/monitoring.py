@@ -6,6 +6,7 @@ import asyncio
 import signal
 import sys
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
@@ -101,7 +102,8 @@ class _opened:
 
     def __exit__(self, *_: Any) -> None:
         if self._file is not sys.stdout:
-            self._file.close()
+            with suppress(OSError):  # what could not be written was counted
+                self._file.close()
 
     def _write(self, event: MonitorEvent) -> None:
         print(event.json_line(), file=self._file, flush=True)
@@ -142,6 +144,8 @@ def _finish(end: MonitorEnd, monitor: Monitor) -> None:
         for valve in end.recorded.valves:
             for path in valve.files:
                 print(f"{valve.valve}: recorded to {path}", file=sys.stderr)
+    for failure, n in end.failures.items():
+        print(f"{n} x {failure}", file=sys.stderr)
     print(f"{samples} samples in {end.seconds:.1f} s, {end.alarms} alarms", file=sys.stderr)
     if end.alarms:
         raise NegativeAnswer(f"{end.alarms} alarms were raised")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import signal
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +19,7 @@ from hil.running import RepeatedTask, Stop, first_of, freeze_garbage, repeating
 from hil.source.sample import LinkEvent, Sample
 from hil.source.source import Source, SourceWrapper
 from hil.source.statistics import Statistics
+from recordings import BadInput
 
 Sink = Callable[[MonitorEvent], None]
 """Where events go: a file, a terminal, and later a page."""
@@ -48,13 +50,15 @@ class MonitorSession:
 @dataclass(frozen=True)
 class MonitorEnd:
     """How it ended. alarms : alarm events; stopped_by : the signal, None for the end of the source or of the time;
-    recorded : what the recorder did, None without one.
+    recorded : what the recorder did, None without one; failures : how often an event could not be written or the state
+    not be saved, by reason.
     """
 
     alarms: int
     seconds: float
     stopped_by: signal.Signals | None
     recorded: RecorderReport | None
+    failures: Counter[str]
 
 
 class _Watched(SourceWrapper):
@@ -64,13 +68,17 @@ class _Watched(SourceWrapper):
         super().__init__(source)
         self._monitor, self._sinks = monitor, sinks
         self._taken = 0
+        self.failures: Counter[str] = Counter()
 
     async def __anext__(self) -> Sample | LinkEvent:
         item = await anext(self._source)
         event = await self._monitor.take(item)
         if event is not None:
             for sink in self._sinks:
-                sink(event)
+                try:
+                    sink(event)
+                except Exception as error:  # a full disk or a dead page must not end the watching
+                    self.failures[f"an event could not be written ({error})"] += 1
         self._taken += 1
         if self._taken % BREATHE_EVERY == 0:
             await asyncio.sleep(0)
@@ -98,19 +106,25 @@ async def monitor_session(source: Source, monitor: Monitor, session: MonitorSess
     recorder = None if session.record is None else Recorder(watched, session.record)
     freeze_garbage()
     try:
-        with Stop(session.duration_s) as stop, repeating(*_jobs(monitor, watched.statistics, session, stop)):
+        with Stop(session.duration_s) as stop, repeating(*_jobs(monitor, watched, session, stop)):
             async with watched:
                 report = await (recorder.run(stop.event) if recorder else watched.run(stop.event))
     finally:
         _save(monitor, session)
-    return MonitorEnd(monitor.alarms, stop.seconds, stop.first_signal, report)
+    return MonitorEnd(monitor.alarms, stop.seconds, stop.first_signal, report, watched.failures)
 
 
-def _jobs(monitor: Monitor, statistics: Statistics, session: MonitorSession, stop: Stop) -> list[RepeatedTask]:
-    jobs: list[RepeatedTask] = [(SAVE_EVERY_S, lambda: _save(monitor, session))]
+def _jobs(monitor: Monitor, watched: _Watched, session: MonitorSession, stop: Stop) -> list[RepeatedTask]:
+    def save() -> None:
+        try:
+            _save(monitor, session)
+        except BadInput as problem:  # it is tried again, and the last time at the end
+            watched.failures[f"the state could not be saved ({problem.found})"] += 1
+
+    jobs: list[RepeatedTask] = [(SAVE_EVERY_S, save)]
     show = session.show
     if show is not None:
-        jobs.append((SHOW_EVERY_S, lambda: show(monitor.status, statistics, stop.seconds)))
+        jobs.append((SHOW_EVERY_S, lambda: show(monitor.status, watched.statistics, stop.seconds)))
     return jobs
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
+import math
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -14,6 +16,9 @@ from recordings import BadInput, save_text
 from simulator import CATALOGUE, Catalogue
 
 FORMAT, VERSION = "monitor-state", 2
+LARGEST_FILE = 64_000_000
+LARGEST = 1e15
+"""Numbers beyond it are no limits, levels or states of a valve: a detector with one would never raise an alarm."""
 
 
 def save_state(path: Path, valves: Sequence[ValveWatch], model_key: str) -> None:
@@ -23,8 +28,8 @@ def save_state(path: Path, valves: Sequence[ValveWatch], model_key: str) -> None
         for one in valves
         if one.watch is not None and one.state is not None
     }
-    text = json.dumps({"format": FORMAT, "version": VERSION, "model": model_key, "valves": known})
-    save_text(path, text + "\n")
+    about = {"format": FORMAT, "version": VERSION, "model": model_key, "sha256": _checksum(known)}
+    save_text(path, json.dumps(about | {"valves": known}) + "\n")
 
 
 def check_state(path: Path) -> None:
@@ -42,8 +47,12 @@ def load_state(path: Path, model_key: str, catalogue: Catalogue = CATALOGUE) -> 
     Raises BadInput when the file cannot be used, or belongs to another model.
     """
     try:
+        if path.stat().st_size > LARGEST_FILE:
+            raise _unusable(path, f"it is larger than {LARGEST_FILE // 1_000_000} MB")
         parts: Any = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, json.JSONDecodeError) as error:
+    except BadInput:
+        raise
+    except (OSError, ValueError, RecursionError) as error:
         raise _unusable(path, f"it cannot be read ({error})") from None
     if not isinstance(parts, dict) or parts.get("format") != FORMAT:
         raise _unusable(path, f"it is no {FORMAT}")
@@ -53,6 +62,10 @@ def load_state(path: Path, model_key: str, catalogue: Catalogue = CATALOGUE) -> 
         raise _unusable(path, "it was learned with another model")
     if not isinstance(parts.get("valves"), dict):
         raise _unusable(path, "it names no valves")
+    if parts.get("sha256") != _checksum(parts["valves"]):
+        raise _unusable(path, "its checksum is wrong: it was changed or damaged")
+    if not _plausible(parts["valves"]):
+        raise _unusable(path, f"it has numbers that are not finite, or beyond {LARGEST:g}")
     found = {}
     for name, one in parts["valves"].items():
         try:
@@ -60,9 +73,22 @@ def load_state(path: Path, model_key: str, catalogue: Catalogue = CATALOGUE) -> 
             found[name] = (watch, watch.state_from_dict(one["state"]))
         except BadInput as problem:
             raise _unusable(f"{path}: {name}: {problem.where}", problem.found) from None
-        except (KeyError, TypeError) as error:
+        except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
             raise _unusable(f"{path}: {name}", f"it cannot be read ({error!r})") from None
     return found
+
+
+def _checksum(valves: Mapping[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(valves, sort_keys=True).encode()).hexdigest()
+
+
+def _plausible(parts: Any) -> bool:
+    """Whether every number in it is finite and of a size that can be."""
+    if isinstance(parts, dict):
+        return all(map(_plausible, parts.values()))
+    if isinstance(parts, list):
+        return all(map(_plausible, parts))
+    return not isinstance(parts, float | int) or (math.isfinite(parts) and abs(parts) <= LARGEST)
 
 
 def _unusable(where: Path | str, found: str) -> BadInput:

@@ -6,7 +6,7 @@ import csv
 import difflib
 import io
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -56,6 +56,8 @@ def read_toml(path: Path) -> dict[str, Any]:
         return tomllib.loads(_text(path))
     except tomllib.TOMLDecodeError as error:
         raise BadInput(str(path), f"not TOML: {error}", "correct the line, or see docs/register-maps.md") from None
+    except (RecursionError, ValueError) as error:  # brackets in brackets, a number of thousands of digits
+        raise BadInput(str(path), f"not a register map ({error})", "see docs/register-maps.md") from None
 
 
 def read_csv(path: Path) -> dict[str, Any]:
@@ -63,15 +65,21 @@ def read_csv(path: Path) -> dict[str, Any]:
     text = _text(path)
     first = text.split("\n", 1)[0]
     rows = csv.DictReader(io.StringIO(text), delimiter=max(",;\t", key=first.count), skipinitialspace=True, strict=True)
-    columns = {*Point.model_fields, "valid_min", "valid_max"} - {"valid_range"}
-    for name in rows.fieldnames or ():
-        if name not in columns:
-            raise BadInput(f"{path}: column {name!r}", "this column is not known", _choice(name, columns))
     try:
+        _check_columns(path, rows.fieldnames or ())
         return {"name": path.stem, "points": [_row(path, rows.line_num, row) for row in rows]}
     except csv.Error as error:
         where = f"{path}: line {rows.line_num}"
         raise BadInput(where, f"not CSV: {error}", "write one point per line, as in the header") from None
+
+
+def _check_columns(path: Path, names: Sequence[str]) -> None:
+    columns = {*Point.model_fields, "valid_min", "valid_max"} - {"valid_range"}
+    for k, name in enumerate(names):
+        if name not in columns:
+            raise BadInput(f"{path}: column {name!r}", "this column is not known", _choice(name, columns))
+        if name in names[:k]:
+            raise BadInput(f"{path}: column {name!r}", "it is there twice", "keep the right one")
 
 
 def validated(model: type[Map], content: Mapping[str, Any], where: str) -> Map:
@@ -113,7 +121,8 @@ def _row(path: Path, line: int, row: Mapping[str | None, Any]) -> dict[str, Any]
 
 
 def _number(cell: str) -> int | float | str:
-    for kind in (lambda text: int(text, 0), float):
+    """A number, where the cell is one that people write: no underscores, and no digits but 0 to 9."""
+    for kind in (lambda text: int(text, 0), float) if cell.isascii() and "_" not in cell else ():
         try:
             return kind(cell)
         except ValueError:

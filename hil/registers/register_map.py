@@ -19,6 +19,8 @@ from recordings import BadInput
 
 MOST_BITS = 2000
 """The protocol's limit of bits in one read."""
+MOST_POINTS = 4096
+"""More than any device has; a map with more was not made for one."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +57,7 @@ class RegisterMap(BaseModel):
 
     kind: Literal["read"] = "read"
     name: Annotated[str, Field(min_length=1)]
-    points: Annotated[tuple[Point, ...], Field(min_length=1)]
+    points: Annotated[tuple[Point, ...], Field(min_length=1, max_length=MOST_POINTS)]
     max_hole: Annotated[int, Field(ge=0, le=124, strict=True)] = 8
     max_read: Annotated[int, Field(ge=1, le=125, strict=True)] = 125
     heartbeat: str | None = None
@@ -119,7 +121,7 @@ class WriteMap(BaseModel):
 
     kind: Literal["write"]
     name: Annotated[str, Field(min_length=1)]
-    points: Annotated[tuple[Point, ...], Field(min_length=1)]
+    points: Annotated[tuple[Point, ...], Field(min_length=1, max_length=MOST_POINTS)]
 
     @classmethod
     def load(cls, source: str | Path) -> Self:

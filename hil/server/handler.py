@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import resource
 import termios
 from collections.abc import Callable, Collection
 from typing import Any
@@ -31,6 +32,14 @@ REOPEN = 0.5
 """How often a lost serial line is tried again [s]."""
 
 _LOG = logging.getLogger(__name__)
+
+MOST_CONNECTIONS = min(128, resource.getrlimit(resource.RLIMIT_NOFILE)[0] // 2)
+"""Connections of one listener. One more takes the place of the one that has been silent for longest: idle clients never
+shut a polling one out, and descriptors never run out.
+"""
+
+IDLE_S = 300.0
+"""A connection that asks nothing for so long is closed."""
 
 PATIENCE = 1 << 16
 """Bytes of unanswered requests or unread answers with which a peer is dropped."""
@@ -55,9 +64,34 @@ class _Connection(_Guard):
 
     _waiting = b""
     _busy = False
+    _heard_at = 0.0
+    _idle: asyncio.TimerHandle | None = None
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """A client has connected."""
+        super().connection_made(transport)
+        self._heard_at = self.loop.time()
+        self._idle = self.loop.call_later(IDLE_S, self._close_when_idle)
+        others = [one for one in self.server.active_connections.values() if one is not self]
+        if len(others) >= MOST_CONNECTIONS:
+            min(others, key=lambda one: one._heard_at).close()
+
+    def connection_lost(self, reason: Exception | None) -> None:
+        """The client has gone, or was sent away."""
+        if self._idle is not None:
+            self._idle.cancel()
+        super().connection_lost(reason)
+
+    def _close_when_idle(self) -> None:
+        left = self._heard_at + IDLE_S - self.loop.time()
+        if left > 0:
+            self._idle = self.loop.call_later(left, self._close_when_idle)
+        else:
+            self.close()
 
     def data_received(self, data: bytes) -> None:
         """Bytes from the peer, cut anywhere."""
+        self._heard_at = self.loop.time()
         self._waiting += data
         unread = self.transport.get_write_buffer_size() if self.transport else 0  # type: ignore[attr-defined]
         if max(len(self._waiting), unread) > PATIENCE:

@@ -15,27 +15,34 @@ from recordings.signal import text_problem
 
 _MOST_COMPRESSED = 1100
 """Deflate cannot shrink data further than about 1:1032; what declares more than this holds no data."""
+_COPY_IN = "a recording is one file: copy the data into it"
 _SLACK_BYTES = 1 << 20
 _LONGEST_TEXT = 1 << 16
 NOT_PLAIN = object()
 """Stands for an attribute that is neither one text nor one number, and was not read for that reason."""
 
 
-def member(parent: h5py.Group, name: str, kind: type, where: str) -> Any:
-    """The dataset or group of a name that is stored in this very file.
+def own_item(parent: h5py.Group, name: str, where: str) -> Any:
+    """The item of a name that is stored in this very file.
 
-    Links into other files are refused: a recording must not make its reader open something else.
+    Links into other files are refused: a file must not make its reader open something else.
     """
     if isinstance(parent.get(name, getlink=True), h5py.ExternalLink):
-        raise BadInput(where, "it is a link into another file", "a recording is one file: copy the data into it")
+        raise BadInput(where, "it is a link into another file", _COPY_IN)
     item = parent[name]
     if item.file.filename != parent.file.filename:  # a soft link can lead to a link into another file
-        raise BadInput(where, "it is a link into another file", "a recording is one file: copy the data into it")
+        raise BadInput(where, "it is a link into another file", _COPY_IN)
+    if isinstance(item, h5py.Dataset) and (item.is_virtual or item.external):
+        raise BadInput(where, "its data lies in another file", _COPY_IN)
+    return item
+
+
+def member(parent: h5py.Group, name: str, kind: type, where: str) -> Any:
+    """The dataset or group of a name that is stored in this very file."""
+    item = own_item(parent, name, where)
     if not isinstance(item, kind):
         wanted = "group" if kind is h5py.Group else "dataset"
         raise BadInput(where, f"it is not a {wanted}", f"{where.rsplit(': ', 1)[-1]} is a {wanted}")
-    if isinstance(item, h5py.Dataset) and (item.is_virtual or item.external):
-        raise BadInput(where, "its data lies in another file", "a recording is one file: copy the data into it")
     return item
 
 

@@ -159,6 +159,8 @@ def _carried(
         name = column.casefold() if column.casefold() in UNDERSTOOD else column.replace("/", "_")
         if name in named or name == "time":
             continue
+        if column in table.bad_cells and name in UNDERSTOOD:
+            table.numbers(column)  # raises: what the recording is about is not left out for one cell
         if column in table.bad_cells or not holds_number(table.columns[column]):
             without_number.append(column)
         elif column not in table.units:

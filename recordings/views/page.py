@@ -18,6 +18,6 @@ def picture(path: str | Path) -> str:
     from bokeh.resources import INLINE
 
     recording = read(path)
-    words = Div(text=f"<pre>{html.escape(describe(path))}</pre>")
+    words = Div(text=f"<pre>{html.escape(describe(path))}</pre>", disable_math=True)
     title = recording.title or Path(path).name
     return file_html(column(words, *plots(recording), sizing_mode="stretch_width"), INLINE, title=title)

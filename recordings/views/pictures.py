@@ -61,7 +61,7 @@ def plots(recording: DrawnRecording) -> list[Any]:
 
 def _over_time(recording: DrawnRecording) -> list[Any]:
     """One plot a signal, all with one axis of time; events are dashed lines."""
-    from bokeh.models import Span
+    from bokeh.models import PlainText, Span
     from bokeh.plotting import figure
 
     plots: list[Any] = []
@@ -69,7 +69,7 @@ def _over_time(recording: DrawnRecording) -> list[Any]:
         if signal.role == "time":
             continue
         shared = {"x_range": plots[0].x_range} if plots else {}
-        plot = figure(height=190, y_axis_label=signal.spec.label, sizing_mode="stretch_width", **shared)
+        plot = figure(height=190, y_axis_label=PlainText(signal.spec.label), sizing_mode="stretch_width", **shared)
         plot.line(*envelope(*with_gaps(recording.time, signal.values)))
         for event in recording.events[:200]:
             plot.add_layout(Span(location=event.time, dimension="height", line_dash="dashed", line_color="gray"))
@@ -81,13 +81,15 @@ def _over_time(recording: DrawnRecording) -> list[Any]:
 
 def _loop(recording: DrawnRecording) -> list[Any]:
     """The signature engineers know: force, or pressure, over position."""
+    from bokeh.models import PlainText
     from bokeh.plotting import figure
 
     across = recording.signals.get("force") or recording.signals.get("pressure")
     position = recording.signals.get("position")
     if across is None or position is None:
         return []
-    plot = figure(height=420, x_axis_label=position.spec.label, y_axis_label=across.spec.label, max_width=700)
+    labels = (PlainText(one.spec.label) for one in (position, across))  # not to be read as mathematics
+    plot = figure(height=420, **dict(zip(("x_axis_label", "y_axis_label"), labels, strict=True)), max_width=700)
     plot.line(*_thinned(position, across), line_alpha=0.6)
     return [plot]
 

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import asyncio
+import hashlib
 import json
 import re
+from collections.abc import Iterator
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -61,15 +64,36 @@ def test_what_was_learned_is_saved_and_resumed_and_belongs_to_its_model(model, h
     assert "another model" in capsys.readouterr().err
 
 
+def state_text(valves: object) -> str:
+    """A state file with a checksum that is right."""
+    checksum = hashlib.sha256(json.dumps(valves, sort_keys=True).encode()).hexdigest()
+    about = {"format": "monitor-state", "version": 2, "model": "m", "sha256": checksum, "valves": valves}
+    return json.dumps(about)
+
+
+def changed(parts: object, new: float) -> Iterator[object]:
+    """The same content with one number after the other replaced."""
+    inside = parts.items() if isinstance(parts, dict) else enumerate(parts) if isinstance(parts, list) else ()
+    for key, one in inside:
+        for other in [new] if isinstance(one, float) else changed(one, new):
+            copy = parts.copy()
+            copy[key] = other
+            yield copy
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [
         ("{", "cannot be read"),
         ('{"format": "valve-model"}', "no monitor-state"),
         ('{"format": "monitor-state", "version": 1, "model": "m", "valves": {}}', "version 1.* learn anew"),
-        ('{"format": "monitor-state", "version": 2, "model": "m", "valves": []}', "names no valves"),
-        ('{"format": "monitor-state", "version": 2, "model": "m", "valves": {"A": {}}}', "A"),
-        ('{"format": "monitor-state", "version": 2, "model": "m", "valves": {"A": {"watch": {}}}}', "learn anew"),
+        (state_text([]), "names no valves"),
+        (state_text({"A": {}}), "A"),
+        (state_text({"A": {"watch": {}}}), "learn anew"),
+        (state_text({"A": {"watch": {}}}).replace("watch", "match"), "checksum"),
+        (state_text({}).replace('2, "model"', '3, "model"'), "it is of version 3"),
+        ("[" * 100_000, "cannot be read"),
+        ("9" * 10_000, "cannot be read"),
     ],
 )
 def test_a_state_file_that_cannot_be_used_is_refused_in_words(text, words, tmp_path):
@@ -77,6 +101,18 @@ def test_a_state_file_that_cannot_be_used_is_refused_in_words(text, words, tmp_p
     path.write_text(text)
     with pytest.raises(BadInput, match=words):
         load_state(path, "m")
+
+
+def test_events_on_a_full_disk_do_not_end_the_watching(model, healthy, tmp_path, capsys):
+    broken = broken_file(healthy, tmp_path / "broken.h5")
+    known = ["--model", str(model), "--calibrate", str(healthy)]
+    assert run(["replay", str(broken), *known, "--events", "/dev/full"]) == 1
+    errors = capsys.readouterr().err
+    samples = len(read(broken))
+    assert f"{samples} samples in" in errors
+    assert "could not be written" in errors
+    assert "No space left" in errors
+    assert "alarms were raised" in errors
 
 
 def test_a_replay_without_anything_learned_or_with_too_little_is_refused(model, healthy, tmp_path, capsys):
@@ -155,6 +191,7 @@ def test_several_valves_are_judged_each_by_its_own_and_link_events_are_passed_on
     assert (status["A"].phase, status["A"].samples) == ("watching", len(good))
     save_state(tmp_path / "state.json", list(monitor.valves.values()), "m")
     known = load_state(tmp_path / "state.json", "m")
+    check_that_no_number_can_blind_it(tmp_path / "state.json")
     assert {name: isinstance(watch, Watch) for name, (watch, _) in known.items()} == {"A": True, "B": True}
 
 
@@ -178,3 +215,15 @@ def test_a_position_in_percent_needs_the_stroke_and_bad_values_are_missing(healt
     sample = Sample(5.0, 1e9, "A", {"position": Reading(50.0, "%"), "setpoint": Reading(25.0, "%")})
     assert taken(monitor, [sample]) == []
     assert monitor.status[0].phase == "learning"
+
+
+def check_that_no_number_can_blind_it(path: Path) -> None:
+    """A number that no valve has is refused wherever it stands, also with a checksum that is right."""
+    valves, n_changed = json.loads(path.read_text())["valves"], 0
+    for new in (float("nan"), float("inf"), 1e308, -1e300):
+        for content in islice(changed(valves, new), 0, None, 29):
+            path.write_text(state_text(content))
+            n_changed += 1
+            with pytest.raises(BadInput, match="not finite"):
+                load_state(path, "m")
+    assert n_changed > 20

@@ -360,3 +360,22 @@ def test_the_documentation_has_every_key():
     text = DOCUMENT.read_text()
     keys = {*Point.model_fields, *RegisterMap.model_fields, *Ring.model_fields}
     assert [key for key in sorted(keys) if f"`{key}`" not in text] == []
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("m.csv", "name,table,address,address,type\na,input,1,2,uint16\n", "column 'address': it is there twice"),
+        ("m.csv", 'name,"table,address,type\na,input,1,uint16\n', "not CSV"),
+        ("m.csv", "name,table,address,type\na,input,1_0,uint16\n", "address"),
+        ("m.csv", "name,table,address,type\na,input,\u0661\u0662,uint16\n", "address"),
+        ("m.toml", "a = " + "[" * 5000, "not a register map"),
+        ("m.toml", "a = " + "9" * 10_000, "not a register map"),
+        ("m.csv", "name,table,address,type\n" + "a,input,1,uint16\n" * 5000, "points"),
+    ],
+)
+def test_a_hostile_map_is_bad_input(tmp_path, name, text, words):
+    path = tmp_path / name
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(BadInput, match=words):
+        RegisterMap.load(path)

@@ -6,9 +6,10 @@ import asyncio
 
 import pytest
 import serial
-from served_ramp import Clock, Ramp, device_of, port_of, settings
+from served_ramp import Clock, Ramp, connected, device_of, port_of, settings
 
 from hil import Server
+from hil.server import handler
 from hil.testing import crc
 
 
@@ -105,3 +106,37 @@ def test_a_line_of_several_devices_hears_only_the_one_that_is_asked():
                 line.close()
 
     asyncio.run(main())
+
+
+def test_idle_connections_never_shut_a_polling_client_out(monkeypatch):
+    """Thirty clients that say nothing, where eight have room: the one that polls stays, and a new one gets in."""
+    monkeypatch.setattr(handler, "MOST_CONNECTIONS", 8)
+
+    async def story():
+        async with Server({1: Ramp()}, settings()) as server, connected(server) as polling:
+            port = port_of(server.addresses[0])
+            idle = []
+            for _ in range(30):
+                idle.append(await asyncio.open_connection("127.0.0.1", port))
+                assert not (await polling.read_input_registers(0, count=1, device_id=1)).isError()
+            async with connected(server) as late:
+                assert not (await late.read_input_registers(0, count=1, device_id=1)).isError()
+            ends = [await asyncio.wait_for(reader.read(1), 5) for reader, _ in idle[:20]]
+            for _, writer in idle:
+                writer.close()
+            return ends
+
+    assert asyncio.run(story()) == [b""] * 20
+
+
+def test_a_connection_that_asks_nothing_is_closed(monkeypatch):
+    monkeypatch.setattr(handler, "IDLE_S", 0.05)
+
+    async def story():
+        async with Server({1: Ramp()}, settings()) as server:
+            reader, writer = await asyncio.open_connection("127.0.0.1", port_of(server.addresses[0]))
+            end = await asyncio.wait_for(reader.read(1), 5)
+            writer.close()
+            return end
+
+    assert asyncio.run(story()) == b""

@@ -184,3 +184,30 @@ def test_parquet_without_pyarrow_says_what_to_install(tmp_path: Path, monkeypatc
     monkeypatch.setattr(builtins, "__import__", without_pyarrow)
     with pytest.raises(BadInput, match="the package pyarrow, which is not installed; install Bristle with its extra"):
         import_file(tmp_path / "rig.parquet")
+
+
+def external_link(file: h5py.File, other: Path) -> None:
+    file["position"] = h5py.ExternalLink(str(other), "secret")
+
+
+def external_storage(file: h5py.File, other: Path) -> None:
+    file.create_dataset("position", (8,), "f8", external=[(str(other), 0, 64)])
+
+
+def virtual(file: h5py.File, other: Path) -> None:
+    layout = h5py.VirtualLayout((8,), "f8")
+    layout[:] = h5py.VirtualSource(str(other), "secret", (8,))
+    file.create_virtual_dataset("position", layout)
+
+
+@pytest.mark.parametrize("trick", [external_link, external_storage, virtual])
+def test_no_byte_of_another_file_is_imported(tmp_path, trick):
+    other = tmp_path / "other.h5"
+    with h5py.File(other, "w") as file:
+        file["secret"] = np.arange(8.0)
+    path = tmp_path / "trap.mat"
+    with h5py.File(path, "w") as file:
+        file["time"] = np.arange(8.0)
+        trick(file, other)
+    with pytest.raises(BadInput, match="another file"):
+        import_file(path)

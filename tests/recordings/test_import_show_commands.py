@@ -12,7 +12,7 @@ from dying_writer import values
 from recording_samples import SPECS, contract_file
 
 from bristle.cli.app import run
-from recordings import RecordingWriter, read, write
+from recordings import Recording, RecordingWriter, Signal, read, write
 from recordings.importers import import_file
 
 Output = pytest.CaptureFixture[str]
@@ -224,3 +224,25 @@ def test_the_picture_of_a_long_recording_stays_small(tmp_path: Path, capsys: Out
     empty = contract_file(tmp_path / "short.h5")
     assert run(["show", str(empty), "--plot", str(tmp_path / "short.html")]) == 0
     assert (tmp_path / "long.html").stat().st_size < (tmp_path / "short.html").stat().st_size + 150_000
+
+
+def test_control_characters_of_a_file_never_reach_the_terminal(tmp_path, capsys):
+    path = tmp_path / "escape\x1b[2J.h5"
+    write(path, recording_with_title("\x1b]0;mine\x07 \x9b31m"))
+    assert run(["show", str(path)]) == 0
+    assert run(["show", str(path) + "\x1b[1m"]) == 2
+    said = "".join(capsys.readouterr())
+    assert "mine" in said
+    assert all(letter == "\n" or letter.isprintable() for letter in said)
+
+
+def recording_with_title(title: str) -> Recording:
+    time = Signal("time", np.arange(4.0), "s", "time")
+    return Recording.of([time, Signal("\x1b[31mred", np.arange(4.0), "m\x1b", "extra")], title=title)
+
+
+@pytest.mark.parametrize("command", [["show"], ["import", "--to", "out.h5"], ["replay", "--model", "m.json"]])
+def test_a_name_of_three_hundred_characters_is_one_line(command, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert run([command[0], "x" * 300, *command[1:]]) == 2
+    assert capsys.readouterr().err.count("\n") == 1

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import resource
 from pathlib import Path
 from typing import Any
 
@@ -367,3 +368,20 @@ def test_any_bytes_make_a_recording_or_bad_input(
     result = outcome(lambda: imported(path, content, time=clock, signals=signals))
     assert "\n" not in str(result)
     assert isinstance(result, BadInput) or len(result) >= 2
+
+
+@pytest.mark.parametrize("cell", ["1_0", "\u0661\u0662", "x"])
+def test_a_cell_that_is_no_number_does_not_take_the_position_away_in_silence(tmp_path, cell):
+    path = tmp_path / "rig.csv"
+    path.write_text(f"time [s],position [m],force [N]\n0,1,2\n1,{cell},3\n2,3,4\n", encoding="utf-8")
+    with pytest.raises(BadInput, match=r"row 3: .* in column 'position' is not a number"):
+        import_file(path)
+
+
+def test_a_line_without_an_end_is_refused_before_it_is_held(tmp_path):
+    path = tmp_path / "bomb.csv.gz"
+    path.write_bytes(gzip.compress(b"1," * 50_000_000, compresslevel=1))
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    with pytest.raises(BadInput, match="characters or more"):
+        import_file(path)
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 60_000

@@ -8,6 +8,8 @@ from typing import Annotated, Any
 
 import typer
 
+from bristle.cli.terminal import plain_text
+
 Text = str | None
 Texts = list[str] | None
 CellNumber = float | None
@@ -75,6 +77,7 @@ def command(
     changes = {"title": title, "source": source, "file": file_layout, "time": clock}
     changes |= {"signals": signals_of(column or ()), "plant": plant_of(plant or ())}
     for note in import_to(file, to, mapping, changes, overwrite=force):
-        print(f"bristle: {note}", file=sys.stderr)
+        print(plain_text(f"bristle: {note}"), file=sys.stderr)
     with open_recording(to) as made:
-        print(f"wrote {to}: {len(made)} samples of {', '.join(spec.label for spec in made.header.signals)}")
+        labels = ", ".join(spec.label for spec in made.header.signals)
+        print(plain_text(f"wrote {to}: {len(made)} samples of {labels}"))

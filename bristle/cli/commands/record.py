@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from bristle.cli.terminal import plain_text
+
 if TYPE_CHECKING:
     from hil import LinkEvent, RecorderReport
 
@@ -88,7 +90,7 @@ def _acknowledge(path: Path, n_samples: int) -> None:
 
 
 def _tell(event: LinkEvent) -> None:
-    print(f"\r{event.valve}: {event.kind}: {event.text}", file=sys.stderr, flush=True)
+    print("\r" + plain_text(f"{event.valve}: {event.kind}: {event.text}"), file=sys.stderr, flush=True)
 
 
 def _show(report: RecorderReport, seconds: float) -> None:

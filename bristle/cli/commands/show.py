@@ -10,6 +10,8 @@ from typing import Annotated
 
 import typer
 
+from bristle.cli.terminal import plain_text
+
 
 @dataclass(frozen=True)
 class Kind:
@@ -27,7 +29,7 @@ def _recording_words(file: Path) -> str:
     except BadInput:
         problems = validate(file)
         if len(problems) > 1:
-            print(f"{len(problems)} things are wrong:", *problems, sep="\n  ")
+            print(plain_text("\n  ".join([f"{len(problems)} things are wrong:", *map(str, problems)])))
         raise
 
 
@@ -87,7 +89,7 @@ def command(
     name = kind_of(file)
     if name not in KINDS:
         raise BadInput(str(file), f"a file of the kind '{name}' cannot be shown", f"kinds: {', '.join(KINDS)}")
-    print(KINDS[name].words(file))
+    print(plain_text(KINDS[name].words(file)))
     if plot is not None:
         save_text(plot, KINDS[name].picture(file))
         print(f"\nwrote {plot}")
@@ -99,6 +101,6 @@ def kind_of(file: Path) -> str:
         return "register-map"
     try:
         content = json.loads(file.read_text(encoding="utf-8")) if file.suffix == ".json" else None
-    except (OSError, ValueError):
+    except (OSError, ValueError, RecursionError):
         content = None
     return str(content.get("format")) if isinstance(content, dict) else "recording"

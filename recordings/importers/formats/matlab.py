@@ -13,7 +13,7 @@ import numpy as np
 from recordings.arrays import Array
 from recordings.column_headers import named_columns
 from recordings.errors import BadInput
-from recordings.hdf5.items import check_size, is_plain
+from recordings.hdf5.items import check_size, is_plain, own_item
 from recordings.hdf5.opening import open_hdf5, starts_like_hdf5
 from recordings.hdf5.probe import probe
 from recordings.hdf5.problems import h5py_errors
@@ -98,9 +98,9 @@ def _from_scipy(content: Mapping[str, Any]) -> Iterator[tuple[str, Array]]:
 def _datasets(group: h5py.Group, prefix: str = "") -> Iterator[tuple[str, h5py.Dataset]]:
     """The numeric datasets of a group and, with the group's name before theirs, of the groups in it."""
     for name in group:
-        item = group[name]
         if name.startswith("#"):  # where MATLAB keeps what its cells point to
             continue
+        item = own_item(group, name, f"{group.file.filename}: {prefix}{name}")
         if isinstance(item, h5py.Group) and not prefix:
             yield from _datasets(item, f"{name}.")
         elif isinstance(item, h5py.Dataset) and item.dtype.kind in "iuf" and is_plain(item.id) and _holds_numbers(item):

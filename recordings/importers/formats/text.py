@@ -6,14 +6,15 @@ Cells are converted in blocks, so that memory is in proportion to the numbers an
 from __future__ import annotations
 
 import csv
+import functools
 import gzip
-import io
 import math
 import zlib
 from array import array
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import chain, islice
 from pathlib import Path
+from typing import TextIO, cast
 
 import numpy as np
 
@@ -34,6 +35,8 @@ from recordings.importers.table import BadCell, ForeignTable
 
 _BLOCK_ROWS = 20_000
 _SAMPLE_LINES = 60
+_LONGEST_LINE = 1 << 20
+"""Checked before a line is held: a file of a few MB can unpack into gigabytes without a line's end."""
 _MISSING = frozenset({"", "-", "--", "?", "na", "n/a", "#n/a", "nan", "null", "none", "nil", "missing"})
 
 TextLine = tuple[int, str]
@@ -75,11 +78,11 @@ def read_text(path: Path, layout: FileLayout, texts: Iterable[str | int] = ()) -
     raise BadInput(str(path), found, remedy, parameter="encoding")
 
 
-def _opened(path: Path, encoding: str) -> io.TextIOBase:
+def _opened(path: Path, encoding: str) -> TextIO:
     with path.open("rb") as file:
         head = file.read(4096)
     if head[:2] == b"\x1f\x8b":
-        return gzip.open(path, "rt", encoding=encoding, newline=None)
+        return cast(TextIO, gzip.open(path, "rt", encoding=encoding, newline=None))
     if head[:2] in {b"\xff\xfe", b"\xfe\xff"}:
         return path.open(encoding="utf-16", newline=None)
     if b"\0" in head:
@@ -93,7 +96,7 @@ class _Parser:
     def __init__(self, path: Path, layout: FileLayout, texts: tuple[str | int, ...]) -> None:
         self._path, self._layout, self._wanted_texts = path, layout, texts
 
-    def table(self, stream: Iterable[str]) -> ForeignTable:
+    def table(self, stream: TextIO) -> ForeignTable:
         lines = self._lines(stream)
         sample = list(islice(lines, _SAMPLE_LINES))
         if sample and sample[0][1].lower().startswith("sep=") and len(sample[0][1]) == 5:
@@ -112,10 +115,13 @@ class _Parser:
             raise BadInput(str(self._path), "it holds no data", "give a file with at least two rows of numbers")
         return columns.table(str(self._path), named_units | units)
 
-    def _lines(self, stream: Iterable[str]) -> Iterator[TextLine]:
+    def _lines(self, stream: TextIO) -> Iterator[TextLine]:
         """The lines that count, with their number in the file."""
         comment = self._layout.comment
-        for number, line in enumerate(stream, start=1):
+        for number, line in enumerate(iter(functools.partial(stream.readline, _LONGEST_LINE), ""), start=1):
+            if len(line) == _LONGEST_LINE:
+                remedy = "give a table, one row a line"
+                raise BadInput(f"{self._path}: line {number}", f"it has {_LONGEST_LINE} characters or more", remedy)
             line = line.rstrip("\n")
             blank = not line.strip() or (comment and line.lstrip().startswith(comment))
             if number > self._layout.skip_lines and not blank:
@@ -205,7 +211,7 @@ class _Columns:
 
     def _convert(self, cells: Sequence[str]) -> tuple[Array, int | None]:
         """Values of the cells, and the index of the first that is neither a number nor missing."""
-        if self._layout.decimal == "." and not self._layout.thousands:
+        if self._layout.decimal == "." and not self._layout.thousands and all(map(_is_written_number, cells)):
             try:
                 return np.array(list(map(float, cells))), None
             except ValueError:
@@ -228,7 +234,7 @@ class _Columns:
                 return None
             cell = cell.replace(self._layout.decimal, ".")
         try:
-            return float(cell)
+            return float(cell) if _is_written_number(cell) else None
         except ValueError:
             return None
 
@@ -238,6 +244,11 @@ class _Columns:
         other = "," if self._layout.decimal == "." else "."
         remedy = f"the decimal sign is '{self._layout.decimal}' here; where it is '{other}', say so"
         return BadCell(row, cell.strip(), remedy, "decimal")
+
+
+def _is_written_number(cell: str) -> bool:
+    """Whether what Python takes for a number is one elsewhere: not 1_0, and no digits but 0 to 9."""
+    return cell.isascii() and "_" not in cell
 
 
 def _match(path: Path, head: bytes) -> Match:
