@@ -90,13 +90,13 @@ def allowed_bias(seconds: float, drifts: bool = False) -> float:
     return (_DRIFTING if drifts else 1.0) * 0.25 * math.sqrt(margin(seconds) / 2.3)
 
 
-def size_margin(seconds: float, memory_s: float = 0.0) -> float:
-    """The margin of a block's size: long records show what it does, so that it may be narrow after a day.
+def size_margin(seconds: float) -> float:
+    """The margin of a block's size that was not seen to change: narrow after a day, for so long a record shows it.
 
     >>> [round(size_margin(seconds), 1) for seconds in (80, 600, 3600, 86400)]
     [5.7, 4.1, 3.0, 1.8]
     """
-    return max(1.8 * (DAY_S / seconds) ** 0.165, 1.5) * _rarely_seen(seconds, memory_s)
+    return max(1.8 * (DAY_S / seconds) ** 0.165, 1.5)
 
 
 def _rarely_seen(seconds: float, memory_s: float) -> float:
@@ -107,7 +107,9 @@ def _rarely_seen(seconds: float, memory_s: float) -> float:
 def limits_of(quantiles: Array, n_blocks: Array, seconds: float, healthy: Healthy) -> Array:
     """Limits (n_scales, n_statistics) from the quantiles 0.5, 0.9, 0.999 of fault-free blocks, each of that shape."""
     middle, high, top = quantiles
-    k = size_margin(seconds, healthy.memory_s)
+    k = size_margin(seconds)
+    if CHANGING in healthy.findings:
+        k = max(k * _rarely_seen(seconds, healthy.memory_s), margin(seconds, healthy.memory_s))
     wide = np.maximum(k * high, middle * (high / np.maximum(middle, 1e-12)) ** _SPREAD)
     found = _RELATIVE * high
     found[:, MEAN] += allowed_bias(seconds, DRIFTS in healthy.findings) / healthy.usual
