@@ -59,6 +59,9 @@ _N_SCALES_TRIED = 8
 _APART = 2.0
 """Correlation times from bet to bet on a sign: what is left of the correlation is less than the allowed bias."""
 
+_MANY_TO_CORRELATE = 170
+"""Fewer blocks do not tell a correlation of 0.15, the least that is counted, from none."""
+
 _MANY = 1000
 _LEAST_SHARE = 0.02
 _LEAST_SIZE = 0.1
@@ -87,13 +90,13 @@ def allowed_bias(seconds: float, drifts: bool = False) -> float:
     return (_DRIFTING if drifts else 1.0) * 0.25 * math.sqrt(margin(seconds) / 2.3)
 
 
-def size_margin(seconds: float, memory_s: float = 0.0) -> float:
-    """The margin of a block's size: long records show what it does, so that it may be narrow after a day.
+def size_margin(seconds: float) -> float:
+    """The margin of a block's size that was not seen to change: narrow after a day, for so long a record shows it.
 
     >>> [round(size_margin(seconds), 1) for seconds in (80, 600, 3600, 86400)]
     [5.7, 4.1, 3.0, 1.8]
     """
-    return max(1.8 * (DAY_S / seconds) ** 0.165, 1.5) * _rarely_seen(seconds, memory_s)
+    return max(1.8 * (DAY_S / seconds) ** 0.165, 1.5)
 
 
 def _rarely_seen(seconds: float, memory_s: float) -> float:
@@ -104,7 +107,9 @@ def _rarely_seen(seconds: float, memory_s: float) -> float:
 def limits_of(quantiles: Array, n_blocks: Array, seconds: float, healthy: Healthy) -> Array:
     """Limits (n_scales, n_statistics) from the quantiles 0.5, 0.9, 0.999 of fault-free blocks, each of that shape."""
     middle, high, top = quantiles
-    k = size_margin(seconds, healthy.memory_s)
+    k = size_margin(seconds)
+    if CHANGING in healthy.findings:
+        k = max(k * _rarely_seen(seconds, healthy.memory_s), margin(seconds, healthy.memory_s))
     wide = np.maximum(k * high, middle * (high / np.maximum(middle, 1e-12)) ** _SPREAD)
     found = _RELATIVE * high
     found[:, MEAN] += allowed_bias(seconds, DRIFTS in healthy.findings) / healthy.usual
@@ -223,7 +228,7 @@ def learn_residual(residual: Array, dt_s: float, name: str = "residual") -> Heal
         one[PEAKED] /= own
     thin, in_row = (1 if of_signs < 1.2 else math.ceil(times * of_signs) for times in (_APART, 4.0))
     said = findings(z, short)
-    memory_s = 2.0 * correlation_time(np.log(blocks[0][SIZE] + 1e-3)) * short * dt_s if CHANGING in said else 0.0
+    memory_s = _memory([one[SIZE] for one in blocks]) * short * dt_s if CHANGING in said else 0.0
     none = np.zeros((N_SCALES, N_STATISTICS))
     first = Healthy(
         centre, size, block, thin, usual, 0.0, 0.0, 0.0, 0.0, 0.0, max(in_row, IN_ROW), 0.0, dt_s, seconds, 1.0,
@@ -234,6 +239,17 @@ def learn_residual(residual: Array, dt_s: float, name: str = "residual") -> Heal
         if _passes(found, r):
             return found
     raise BadInput(name, "its healthy data come in spells", "learn for longer, over all that the valve usually does")
+
+
+def _memory(sizes: list[Array]) -> float:
+    """How long a size that changes remembers, in shortest blocks: by the scale that shows the most, for in short blocks
+    noise hides a slow change. sizes : of the blocks of each scale, the first with `_MANY_TO_CORRELATE` or not.
+    """
+    found = 2.0 * correlation_time(np.log(sizes[0] + 1e-3))
+    for j, one in enumerate(sizes[1:], 1):
+        if len(one) >= _MANY_TO_CORRELATE:
+            found = max(found, (2.0 * correlation_time(np.log(one + 1e-3)) - 1.0) * FACTOR**j)
+    return found
 
 
 def _largest_in_row(z: Array, n: int) -> float:
