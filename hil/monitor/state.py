@@ -46,6 +46,20 @@ def load_state(path: Path, model_key: str, catalogue: Catalogue = CATALOGUE) -> 
 
     Raises BadInput when the file cannot be used, or belongs to another model.
     """
+    found = {}
+    for name, one in _valves(path, model_key).items():
+        try:
+            watch = Watch.from_dict(one["watch"], catalogue)
+            found[name] = (watch, watch.state_from_dict(one["state"]))
+        except BadInput as problem:
+            raise _unusable(f"{path}: {name}: {problem.where}", problem.found) from None
+        except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
+            raise _unusable(f"{path}: {name}", f"it cannot be read ({error!r})") from None
+    return found
+
+
+def _valves(path: Path, model_key: str) -> dict[str, Any]:
+    """What a state file holds, by the name of the valve, once it is known to be whole and of this model."""
     try:
         if path.stat().st_size > LARGEST_FILE:
             raise _unusable(path, f"it is larger than {LARGEST_FILE // 1_000_000} MB")
@@ -66,16 +80,7 @@ def load_state(path: Path, model_key: str, catalogue: Catalogue = CATALOGUE) -> 
         raise _unusable(path, "its checksum is wrong: it was changed or damaged")
     if not _plausible(parts["valves"]):
         raise _unusable(path, f"it has numbers that are not finite, or beyond {LARGEST:g}")
-    found = {}
-    for name, one in parts["valves"].items():
-        try:
-            watch = Watch.from_dict(one["watch"], catalogue)
-            found[name] = (watch, watch.state_from_dict(one["state"]))
-        except BadInput as problem:
-            raise _unusable(f"{path}: {name}: {problem.where}", problem.found) from None
-        except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
-            raise _unusable(f"{path}: {name}", f"it cannot be read ({error!r})") from None
-    return found
+    return dict(parts["valves"])
 
 
 def _checksum(valves: Mapping[str, Any]) -> str:

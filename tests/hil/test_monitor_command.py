@@ -196,7 +196,10 @@ def test_several_valves_are_judged_each_by_its_own_and_link_events_are_passed_on
 
 
 def test_a_valve_that_cannot_be_learned_is_named_and_so_is_one_without_a_position(healthy, learner):
-    monitor = Monitor({"A": read(healthy).header.signals}, learner, 5.0, own_clock=True)
+    def refusing(_: Measurements) -> Watch:
+        raise BadInput("position", "it says nothing", "measure another")
+
+    monitor = Monitor({"A": read(healthy).header.signals}, refusing, 5.0, own_clock=True)
     with pytest.raises(BadInput, match="valve A"):
         taken(monitor, played(healthy, "A"))
     with pytest.raises(BadInput, match="position"):
