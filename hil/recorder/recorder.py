@@ -19,7 +19,10 @@ from hil.running import first_of
 from hil.source.sample import LinkEvent, Sample
 from hil.source.source import Source
 from hil.source.statistics import Statistics
-from recordings import BadInput, Event
+from recordings import BadInput, Event, NegativeAnswer
+
+FIRST_SAMPLES = 20
+"""Not one good value in so many: the map does not fit the device, and hours of missing values help nobody."""
 
 MOST_WAITING = 10_000
 """Samples that may wait in memory; then the source has to wait for the disk."""
@@ -27,12 +30,15 @@ MOST_WAITING = 10_000
 
 @dataclass
 class ValveReport:
-    """What was recorded of one valve. bad : samples with a value that was not good; first, last : times [s]."""
+    """What was recorded of one valve. bad : samples with a value that was not good; usable : samples with one that was;
+    first, last : times [s].
+    """
 
     valve: str
     files: tuple[Path, ...] = ()
     samples: int = 0
     bad: int = 0
+    usable: int = 0
     first: float = 0.0
     last: float = 0.0
 
@@ -69,6 +75,7 @@ class _Lane:
         moment, report = sample.time - origin, self.report
         self.rows.append((moment, *[sample.readings[name].usable for name in self.names]))
         report.bad += not sample.good
+        report.usable += any(reading.good for reading in sample.readings.values())
         report.first = report.first if report.samples else moment
         report.last, report.samples = moment, report.samples + 1
 
@@ -106,7 +113,8 @@ class Recorder:
     async def run(self, stop: asyncio.Event) -> RecorderReport:
         """Record until `stop` is set or the source ends.
 
-        Raises what the source raises and BadInput when the disk refuses; what was recorded until then is kept.
+        Raises what the source raises, BadInput when the disk refuses, and NegativeAnswer when none of a valve's first
+        values is good; what was recorded until then is kept.
         """
         failed = False
         try:  # with the turn held, a batch on its way to the disk gets there, and says so if it does not
@@ -129,6 +137,7 @@ class Recorder:
                 continue
             origin = self._begin(item) if self._origin is None else self._origin
             lane.take(item, origin)
+            _check_first(lane.report, item)
             self._n_waiting += 1
             if self._n_waiting >= MOST_WAITING:
                 await self._write()
@@ -169,6 +178,13 @@ class Recorder:
                     lane.report.files = tuple(lane.series.files)
                     lane.report.samples -= lane.series.n_unrecorded
                     stack.callback(lane.series.close)
+
+
+def _check_first(report: ValveReport, sample: Sample) -> None:
+    if report.samples == FIRST_SAMPLES and not report.usable:
+        why = next((reading.reason for reading in sample.readings.values() if reading.reason), "no reason known")
+        found = f"not one good value in the first {FIRST_SAMPLES} samples ({why})"
+        raise NegativeAnswer(f"{report.valve}: {found}; check the map and the device id")
 
 
 def _write_batches(batches: Sequence[tuple[FileSeries | None, list[RecordedRow], list[Event]]]) -> None:

@@ -366,3 +366,21 @@ def test_a_replayed_recording_is_recorded_with_its_events_and_name(tmp_path, map
     assert [(event.kind, event.text) for event in second.events] == [(event.kind, event.text) for event in first.events]
     assert [event.time for event in second.events] == pytest.approx([event.time for event in first.events])
     assert np.array_equal(second["position"].values, first["position"].values)
+
+
+def test_a_map_that_does_not_fit_the_device_ends_it_at_once(tmp_path, map_file):
+    map_file.write_text(MAP_TEXT.replace("address = 0", "address = 1000").replace("address = 2", "address = 1002"))
+    text = map_file.read_text().replace("address = 3", "address = 1003")
+    map_file.write_text(text)
+    to = tmp_path / "wrong.h5"
+
+    async def story() -> tuple[int, str]:
+        async with TcpPeer(Rig()) as peer:
+            source = f"tcp://127.0.0.1:{peer.port}"
+            async with Program(tmp_path, "--source", source, "--map", map_file, "--to", to, "--rate", 50) as program:
+                return await program.end(), program.errors
+
+    code, errors = asyncio.run(story())
+    assert code == 1
+    assert "not one good value in the first 20 samples (exception 2: illegal data address)" in errors
+    assert "Traceback" not in errors
