@@ -35,6 +35,7 @@ DOORS = {
     "simulator.damadics.stimuli",
     "simulator.hysteresis",
     "identification.estimators",
+    "identification.loops",
     "identification.report",
     "identification.standard_tests",
     "detector.evaluation",

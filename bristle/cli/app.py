@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from recordings.errors import BadInput
 
 COMMANDS = {
+    "assess": "assess",
     "demo": "demo",
     "evaluate": "evaluate",
     "fit": "fit",
