@@ -14,6 +14,7 @@ Arrays in, arrays out; a path or ``bundled:NAME`` stands for a recording whereve
 `fit`                   friction and spring of a valve, from recordings
 `trace`                 the effect that a valve shows and the model of friction and spring lacks
 `compare`               what changed between two recordings or two models of a valve
+`assess`                whether the valve of a control loop sticks, from SP, PV and OP
 `test`                  a standard valve test, from recordings
 `learn`, `watch`        a fault detector for one valve, and what it sees in a recording
 `record`, `serve`       live recording, and a simulated valve behind Modbus: both are context managers
@@ -51,6 +52,7 @@ if TYPE_CHECKING:
     from bristle.door.detectors import watch as watch
     from bristle.door.links import record as record
     from bristle.door.links import serve as serve
+    from bristle.door.loops import assess as assess
     from bristle.door.loops import test as test
     from bristle.door.models import fit as fit
     from bristle.door.models import trace as trace
@@ -83,7 +85,7 @@ PLACES = {
     "bristle.door.comparisons": ("compare",),
     "bristle.door.detectors": ("learn", "watch"),
     "bristle.door.links": ("record", "serve"),
-    "bristle.door.loops": ("test",),
+    "bristle.door.loops": ("assess", "test"),
     "bristle.door.models": ("fit", "trace"),
     "bristle.door.valves": ("simulate",),
     "bristle.door.sources": ("read",),

@@ -36,6 +36,7 @@ DOORS = {
     "simulator.friction",
     "simulator.hysteresis",
     "identification.estimators",
+    "identification.loops",
     "identification.report",
     "identification.standard_tests",
     "detector.evaluation",

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from recordings.errors import BadInput
 
 COMMANDS = {
+    "assess": "assess",
     "compare": "compare",
     "demo": "demo",
     "evaluate": "evaluate",

@@ -34,13 +34,16 @@ from recordings.importers.mapping import ImportMapping, load_mapping, mapping_na
 from recordings.importers.table import ForeignTable
 
 __all__ = [
+    "ForeignTable",
     "ImportMapping",
     "Imported",
     "import_file",
     "import_to",
+    "is_recording",
     "load_mapping",
     "mapping_names",
     "mapping_of",
+    "read_table",
     "recover_to",
     "with_changes",
 ]
@@ -142,3 +145,8 @@ def import_to(
     imported = import_file(path, with_changes(mapping, changes or {}, "options"))
     write(target, imported.recording, overwrite=overwrite)
     return imported.notes
+
+
+def read_table(path: str | Path, mapping: ImportMapping | None = None) -> ForeignTable:
+    """The columns of a foreign file as they stand there, for programs that choose among them. Raises BadInput."""
+    return _table(Path(path), mapping or ImportMapping())

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from bristle.cli.app import run
-from detector import Watch, learn
+from detector import Measurements, Watch, learn
 from hil import LinkEvent, Monitor, MonitorEvent, Reading, Sample, load_state, open_source, save_state
 from recordings import BadInput, Recording, Signal, SignalSpec, read, write
 from simulator import ValveModel

@@ -1,0 +1,50 @@
+"""`bristle assess`: whether the valve of a control loop sticks, from SP, PV and OP."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def command(
+    file: Annotated[str, typer.Argument(help="Historian data (CSV, TSV, MATLAB, Parquet) or a recording (.h5).")],
+    loop: Annotated[str | None, typer.Option(help="flow, pressure, level or temperature.")] = None,
+    columns: Annotated[
+        str | None, typer.Option(help="SP=...,PV=...,OP=...,TIME=...; each with :UNIT if needed.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Write the answer here (assessment.json).")] = None,
+    report: Annotated[Path | None, typer.Option(help="Write a self-contained HTML page here.")] = None,
+) -> None:
+    """Say whether the valve of a loop sticks, and how much, or that these data cannot tell.
+
+    Example: bristle assess loop.csv --loop flow --columns SP=FC7.SP,PV=FC7.PV,OP=FC7.OP:% --out assessment.json
+    """
+    import bristle as br
+    from bristle.cli.console import stdout, working, writable
+
+    for path in (out, report):
+        writable(path)
+    with working("assessing"):
+        found = br.assess(file, loop=loop, columns=named_columns(columns))
+    console = stdout()
+    for line in found.lines():
+        console.print(line, markup=False)
+    if out:
+        found.write(out)
+    if report:
+        found.report(report)
+
+
+def named_columns(text: str | None) -> dict[str, str]:
+    """``SP=a,PV=b`` as a dictionary. Raises BadInput for anything else."""
+    from recordings import BadParameter
+
+    found = {}
+    for item in (text or "").split(",") if text else ():
+        name, equals, column = item.partition("=")
+        if not equals or not column.strip():
+            raise BadParameter("columns", item, "it is not NAME=COLUMN", "write for example SP=set,PV=flow,OP=valve")
+        found[name.strip()] = column.strip()
+    return found

@@ -1,0 +1,94 @@
+"""What was found of a loop: the content of `assessment.json`."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from identification.loops.amounts import StictionAmount
+from identification.loops.data_problems import DataProblem
+from identification.loops.loop import ControlLoop
+from identification.loops.methods import MethodAnswer
+from identification.loops.oscillation import Oscillation
+from identification.loops.verdict import LoopVerdict
+from recordings import Array, save_text
+
+
+@dataclass(frozen=True, repr=False)
+class Assessment:
+    """The assessment of a loop.
+
+    verdict; probability : of stiction, None where the data cannot carry one; why : in a sentence; amount : S
+    and J where there is stiction; other_causes : by name, with probabilities; guesses : what was not said of the
+    columns; loop : what was assessed.
+    """
+
+    verdict: LoopVerdict
+    probability: float | None
+    why: str
+    loop: ControlLoop
+    problems: tuple[DataProblem, ...]
+    guesses: tuple[str, ...]
+    oscillations: tuple[Oscillation, ...]
+    amount: StictionAmount | None
+    other_causes: Mapping[str, float]
+    answers: tuple[MethodAnswer, ...]
+
+    def __repr__(self) -> str:
+        return "\n".join(self.lines())
+
+    def as_json(self) -> dict[str, Any]:
+        """The content of `assessment.json`."""
+        n, dt = len(self.loop.pv), self.loop.dt
+        cycles = n * dt / self.oscillations[0].period_s if self.oscillations else 0.0
+        problems = [*(one.words for one in self.problems), *self.guesses]
+        amount = self.amount
+        stiction = {"S_percent": amount.s.as_json(), "J_percent": amount.j.as_json()} if amount else None
+        return {
+            "format": "loop-assessment", "version": 1, "verdict": self.verdict, "probability": self.probability,
+            "why": self.why, "data": {"samples": n, "dt_s": dt, "cycles": cycles, "problems": problems},
+            "oscillation": [{"period_s": one.period_s, "regularity": one.regularity} for one in self.oscillations],
+            "stiction": stiction,
+            "other_causes": [{"cause": name, "probability": value} for name, value in self.other_causes.items()],
+            "methods": [
+                {"method": one.method, "value": one.value, "says": one.says, "why": one.why} for one in self.answers
+            ],
+        }  # fmt: skip
+
+    def lines(self) -> list[str]:
+        """The answer in lines for a terminal."""
+        likely = "" if self.probability is None else f", probability of stiction {self.probability:.2f}"
+        found = [f"{self.verdict}{likely}: {self.why}"]
+        found += [f"oscillation: period {o.period_s:.4g} s, regularity {o.regularity:.3g}" for o in self.oscillations]
+        if self.amount:
+            for name, one in (("S", self.amount.s), ("J", self.amount.j)):
+                found.append(f"{name} = {one.value:.3g} % ({one.lower:.3g} to {one.upper:.3g} %)")
+        if self.other_causes:
+            found.append("else: " + ", ".join(f"{name} {value:.2f}" for name, value in self.other_causes.items()))
+        return [*found, *(one.words for one in self.problems), *self.guesses]
+
+    def write(self, path: str | os.PathLike[str]) -> None:
+        """Write `assessment.json`, all or nothing. Raises BadInput when it cannot be written."""
+        save_text(Path(path), json.dumps(self.as_json(), indent=1, allow_nan=False) + "\n")
+
+    def report(self, path: str | os.PathLike[str]) -> None:
+        """Write the report, one self-contained HTML page. Raises BadInput when it cannot be written."""
+        import numpy as np
+
+        from identification.report.findings_page import Findings, write_findings
+
+        rows = [(o.method, "" if o.value is None else f"{o.value:.3g}", o.says, o.why) for o in self.answers]
+        t = np.arange(float(len(self.loop.pv))) * self.loop.dt
+        over_time = [] if self.loop.sp is None else [("SP", t, self.loop.sp)]
+        over_time.append(("PV", t, self.loop.pv))
+        curves: dict[str, tuple[str, str, list[tuple[str, Array, Array]]]] = {
+            "Process value": ("time [s]", "PV", over_time),
+            "Controller output": ("time [s]", "OP", [("OP", t, self.loop.op)]),
+            "PV against OP": ("OP", "PV", [("loop", self.loop.op, self.loop.pv)]),
+        }
+        table = (("method", "value", "says", "why"), rows)
+        write_findings(path, Findings(f"Control loop: {self.verdict}", "Loop", tuple(self.lines()), (table,), curves))

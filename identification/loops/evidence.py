@@ -1,0 +1,33 @@
+"""The evidence that the answer weighs: numbers from the methods and from the oscillation, always of one length."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from identification.loops.methods import MethodAnswer, StictionSearch
+from identification.loops.oscillation import Oscillation
+from recordings import Array
+
+NAMES = (
+    "cross-correlation", "yamashita", "curve-fit", "relay-fit", "area-ratio", "parallelogram",
+    "gain", "jump gain", "regularity",
+)  # fmt: skip
+"""Evidence by name; methods by their ids."""
+
+
+def evidence(answers: Sequence[MethodAnswer], found: StictionSearch, oscillation: Oscillation) -> Array:
+    """The evidence (9,), NaN where a method does not apply; each clipped to where it is known to mean something."""
+    by_name = {one.method: one.value for one in answers}
+    limits = {"area-ratio": (0.5, 2.0), "relay-fit": (-1.0, 1.0)}
+    values = []
+    for name in NAMES[:6]:
+        value = by_name.get(name)
+        values.append(np.nan if value is None else float(np.clip(value, *limits.get(name, (0.0, 1.0)))))
+    values += [
+        float(np.log1p(50 * min(max(found.gain, 0.0), 3.0))),
+        float(np.log1p(50 * min(max(found.jump_gain, 0.0), 2.0))),
+        float(np.log(min(oscillation.regularity, 20.0))),
+    ]
+    return np.array(values)

@@ -1,0 +1,64 @@
+"""From a loop to what the methods look at: about thirty samples a cycle, without mean and trend, scaled."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from identification.loops.loop import ControlLoop
+from identification.loops.methods import Cycles
+from recordings import Array
+
+PER_SEARCH = 60
+PER_CYCLE = 30
+"""Samples a cycle that are enough for every method; more are averaged, which takes noise away."""
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """cycles : for the methods; fine : for the search of S and J, which needs the moments of jumps.
+
+    op_scale : OP in its own unit is so many times that of the two.
+    """
+
+    cycles: Cycles
+    fine: Cycles
+    op_scale: float
+
+
+def prepared(loop: ControlLoop, period_s: float) -> Prepared:
+    """The loop made ready for the methods, with the period of its strongest oscillation."""
+    period = period_s / loop.dt
+    return Prepared(_cycles(loop, period, PER_CYCLE, True), _cycles(loop, period, PER_SEARCH, False), _scale(loop.op))
+
+
+def _scale(values: Array) -> float:
+    return max(float(np.std(values)), 1e-300)
+
+
+def _cycles(loop: ControlLoop, period: float, most: int, level: bool) -> Cycles:
+    """The loop with at most about so many samples a cycle; level : without what is slower than some cycles."""
+    every = max(1, round(period / most))
+    pv, op, error = (_averaged(values, every) for values in (loop.pv, loop.op, loop.error))
+    if level:
+        pv, op, error = (values - _slow(values, max(3, int(4 * period / every))) for values in (pv, op, error))
+    return Cycles(
+        (pv - np.mean(pv)) / _scale(pv), (op - np.mean(op)) / _scale(loop.op), error / _scale(error), period / every,
+        loop.integrating, loop.kind == "flow",
+    )  # fmt: skip
+
+
+def _averaged(values: Array, every: int) -> Array:
+    whole = len(values) // every * every
+    return np.asarray(values[:whole].reshape(-1, every).mean(axis=1), float)
+
+
+def _slow(values: Array, width: int) -> Array:
+    """What is slower than some cycles: the signal's moving mean, taken over whole windows as far as it has them."""
+    if width >= len(values):
+        return np.full(len(values), float(np.mean(values)))
+    total = np.concatenate([[0.0], np.cumsum(values)])
+    middle = np.arange(len(values))
+    start = np.clip(middle - width // 2, 0, len(values) - width)
+    return np.asarray((total[start + width] - total[start]) / width, float)

@@ -1,0 +1,152 @@
+"""A loop from a recording or from a historian's file: which column is SP, PV, OP and time."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from identification.loops.loop import LOOP_KINDS, ControlLoop, LoopKind, loop_of
+from recordings import Array, BadInput, BadParameter, Recording
+from recordings.importers import ForeignTable, import_file, mapping_of, read_table
+
+SYNONYMS: Mapping[str, Sequence[str]] = {
+    "SP": ("sp", "sv", "setpoint", "set_point", "set point"),
+    "PV": ("pv", "process_value", "process value", "flow", "level", "temperature", "pressure"),
+    "OP": ("op", "mv", "co", "controller_output", "controller output", "output", "drive"),
+    "TIME": ("time", "timestamp", "datetime", "date", "t"),
+}
+"""What the columns are called where `columns` does not say it."""
+
+TAGS: Mapping[str, LoopKind] = {"F": "flow", "P": "pressure", "L": "level", "T": "temperature"}
+"""First letters of tags (ANSI/ISA-5.1)."""
+
+
+def read_loop(
+    source: Recording | str | Path, kind: str | None = None, columns: Mapping[str, str] | None = None
+) -> tuple[ControlLoop, tuple[str, ...]]:
+    """The loop of a recording or of a file, and sentences on what had to be guessed.
+
+    columns : by SP, PV, OP and TIME, the name of the column or its number from 1, perhaps with ``:UNIT``.
+
+    Raises BadInput where a column is not there, or the loop cannot be judged; BadParameter for a kind there is not.
+    """
+    if kind is not None and kind not in LOOP_KINDS:
+        raise BadParameter("loop", kind, "there is no such kind of loop", f"use {', '.join(LOOP_KINDS)}")
+    named = {name.upper(): text for name, text in (columns or {}).items()}
+    unknown = next((name for name in named if name not in SYNONYMS), None)
+    if unknown:
+        raise BadParameter("columns", unknown, "it is not a column of a loop", f"there are {', '.join(SYNONYMS)}")
+    if isinstance(source, Recording):
+        return _from_recording(source, _kind(kind), named)
+    return _from_file(Path(source), _kind(kind), named)
+
+
+def _kind(kind: str | None) -> LoopKind | None:
+    return next((one for one in LOOP_KINDS if one == kind), None)
+
+
+def _from_recording(
+    recording: Recording, kind: LoopKind | None, named: Mapping[str, str]
+) -> tuple[ControlLoop, tuple[str, ...]]:
+    found: dict[str, Array | None] = {}
+    unit = ""
+    for role in ("SP", "PV", "OP"):
+        name = named.get(role, "").partition(":")[0] or _first(recording, SYNONYMS[role])
+        if name is None and role != "SP":
+            raise BadInput(
+                recording.label, f"nothing says which signal is {role}", f"--columns {role}=NAME; {_there(recording)}"
+            )
+        found[role] = None if name is None else recording[name].values
+        if role == "OP" and name is not None:
+            unit = named.get("OP", "").partition(":")[2] or recording[name].unit
+    pv, op = found["PV"], found["OP"]
+    assert pv is not None
+    assert op is not None
+    kind, said = (kind, ()) if kind else _guessed_kind(recording.plant.tag or "")
+    op, percent, more = _op_in_percent(op, unit)
+    return loop_of(recording.label, recording.time, found["SP"], pv, op, percent, kind), (*said, *more)
+
+
+def _there(recording: Recording) -> str:
+    return f"signals there: {', '.join(recording)}"
+
+
+def _first(there: Recording, names: Sequence[str]) -> str | None:
+    by_fold = {name.casefold(): name for name in there}
+    return next((by_fold[name] for name in names if name in by_fold), None)
+
+
+def _from_file(path: Path, kind: LoopKind | None, named: Mapping[str, str]) -> tuple[ControlLoop, tuple[str, ...]]:
+    table = read_table(path)
+    chosen = {role: _column(table, role, named.get(role)) for role in SYNONYMS}
+    for role in ("PV", "OP", "TIME"):
+        if chosen[role] is None:
+            there = ", ".join(table.names[:20])
+            raise BadInput(
+                str(path), f"nothing says which column is {role}", f"--columns {role}=NAME; columns there: {there}"
+            )
+    signals = {role.lower(): {"column": name, "unit": "1"} for role, name in chosen.items() if name and role != "TIME"}
+    clock, said = _clock(table, str(chosen["TIME"]), named.get("TIME", "").partition(":")[2])
+    about = {"signals": signals, "time": clock, "carry": False}
+    try:
+        recording = import_file(path, mapping_of(about, "columns")).recording
+    except BadInput as wrong:
+        if "time_repair" in wrong.parameters:
+            found = f"the clock runs backwards or stands still ({wrong.found})"
+            raise BadInput(
+                wrong.where, found, "sort the rows by time and leave out those that are there twice"
+            ) from None
+        raise
+    unit = named.get("OP", "").partition(":")[2] or table.units.get(str(chosen["OP"]), "")
+    op, percent, more = _op_in_percent(recording["op"].values, unit)
+    guess: tuple[str, ...] = ()
+    if kind is None:
+        kind, guess = _guessed_kind(" ".join((path.name, *(str(name) for name in chosen.values()))))
+    sp = recording["sp"].values if "sp" in recording else None
+    loop = loop_of(str(path), recording.time, sp, recording["pv"].values, op, percent, kind)
+    return loop, (*said, *guess, *more)
+
+
+def _column(table: ForeignTable, role: str, given: str | None) -> str | None:
+    if given:
+        return table.name_of(given.partition(":")[0])
+    for name in SYNONYMS[role]:
+        found = table.find(name)
+        if found is not None:
+            return found
+    ends = [name for name in table.names if name.casefold().endswith((f".{role.casefold()}", f"_{role.casefold()}"))]
+    return ends[0] if len(ends) == 1 else None
+
+
+def _clock(table: ForeignTable, column: str, unit: str) -> tuple[dict[str, str], tuple[str, ...]]:
+    """What the importer is told of the time: dates where the cells are no numbers, else a unit or seconds."""
+    if column in table.bad_cells:
+        return {"column": column, "unit": "iso8601"}, ()
+    unit = unit or table.units.get(column, "")
+    said = () if unit else ("the time has no unit: seconds are taken (--columns TIME=COLUMN:UNIT)",)
+    return {"column": column, "unit": unit or "s"}, said
+
+
+def _op_in_percent(op: Array, unit: str) -> tuple[Array, bool, tuple[str, ...]]:
+    """OP in % of its range and whether that is known; a sentence where the unit is missing."""
+    if unit in ("%", "percent"):
+        return op, True, ()
+    known = op[np.isfinite(op)]
+    if unit == "1" and len(known) and np.max(np.abs(known)) <= 1.5:
+        return op * 100.0, True, ()
+    if len(known) and known.min() >= -10.0 and known.max() <= 110.0 and known.max() > 1.5:
+        return op, True, ("OP has no unit: it is taken as % (--columns OP=COLUMN:UNIT)",)
+    words = "the unit of OP is missing and cannot be guessed: S and J are not given (--columns OP=COLUMN:%)"
+    return op, False, (words,)
+
+
+def _guessed_kind(text: str) -> tuple[LoopKind | None, tuple[str, ...]]:
+    """The kind of loop that a tag such as FIC-211 says."""
+    found = re.search(r"(?<![A-Za-z])([FPLT])I?C(?![A-Za-z])", text)
+    if found is None:
+        return None, ()
+    kind = TAGS[found.group(1)]
+    return kind, (f"the tag {found.group(0)} says that it is a {kind} loop (--loop)",)

@@ -1,0 +1,39 @@
+"""One answer from all evidence: a probability of stiction, and what may be said with it."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from identification.loops.calibration import CAUSES_TOLD, TABLES, CalibrationTable
+from recordings import Array
+
+LoopVerdict = Literal["stiction", "no_stiction", "cannot_tell"]
+
+
+def weighed(evidence: Array, integrating: bool) -> dict[str, float]:
+    """The probability of every cause of `CAUSES_TOLD` (they add to 1) for the evidence of a loop.
+
+    Multinomial logistic regression on standardised evidence; what does not apply counts as average.
+    """
+    table = TABLES["integrating" if integrating else "self-regulating"]
+    return dict(zip(CAUSES_TOLD, map(float, _softmax(table, evidence)), strict=True))
+
+
+def _softmax(table: CalibrationTable, evidence: Array) -> Array:
+    mean, spread, weights = (np.array(part) for part in (table.mean, table.spread, table.weights))
+    scaled = np.nan_to_num(np.clip((evidence - mean) / spread, -3.0, 3.0))
+    scores = weights @ np.concatenate([[1.0], scaled])
+    odds = np.exp(scores - scores.max())
+    return np.asarray(odds / odds.sum(), float)
+
+
+def verdict(probability: float) -> LoopVerdict:
+    """What may be said with a probability of stiction; the limits keep false `stiction` of fresh seeds below 2 %."""
+    if probability >= CERTAIN:
+        return "stiction"
+    return "no_stiction" if probability <= UNLIKELY else "cannot_tell"
+
+
+CERTAIN, UNLIKELY = 0.8, 0.2

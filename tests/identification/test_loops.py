@@ -1,0 +1,167 @@
+"""Control loops from SP, PV and OP: simulated ones whose cause is known, data that cannot tell, and refusals."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+import bristle as br
+from benchmarks.measured_data import DATA
+from identification.loops import Assessment, SimulatedLoop, assess_loop, compressed, loop_of, read_loop, simulated_loop
+
+STICKY = [(6001, "flow"), (6002, "level"), (6003, "temperature"), (6004, "flow"), (6005, "pressure")]
+OTHERS = [(6011, "tuning"), (6012, "disturbance"), (6013, "disturbance"), (6014, "tuning"), (6015, "noise")]
+REFINERY = DATA / "loops" / "refinery"
+
+
+@cache
+def assessed(seed: int, cause: str | None = None, kind: str | None = None) -> tuple[SimulatedLoop, Assessment]:
+    known = simulated_loop(seed, cause, kind)
+    return known, assess_loop(known.loop)
+
+
+def test_sticky_valves_are_found_with_their_s_on_fresh_seeds():
+    found = [assessed(seed, "stiction", kind) for seed, kind in STICKY]
+    assert sum(answer.verdict == "stiction" for _, answer in found) >= 4
+    assert all(answer.verdict != "no_stiction" for _, answer in found)
+    told = [(known, answer.amount) for known, answer in found if answer.amount]
+    assert sum(amount.s.lower <= known.s <= amount.s.upper for known, amount in told) >= len(told) - 1
+
+
+@pytest.mark.parametrize(("seed", "cause"), OTHERS)
+def test_other_causes_are_not_called_stiction_on_fresh_seeds(seed, cause):
+    _, answer = assessed(seed, cause)
+    assert answer.verdict != "stiction"
+    assert answer.amount is None
+
+
+def test_probabilities_add_to_one():
+    _, answer = assessed(6001, "stiction", "flow")
+    assert answer.probability + sum(answer.other_causes.values()) == pytest.approx(1.0)
+
+
+def test_a_dead_band_of_the_historian_makes_the_answer_cannot_tell():
+    known, answer = assessed(6001, "stiction", "flow")
+    assert answer.verdict == "stiction"
+    noise = float(np.median(np.abs(np.diff(known.loop.pv, 2)))) / 0.6745 / np.sqrt(6)
+    kept = assess_loop(compressed(known.loop, max(2.0 * noise, 0.3 * float(np.std(known.loop.pv)))))
+    assert kept.verdict == "cannot_tell"
+    assert kept.probability is None
+    assert "repeat the one before" in kept.why
+
+
+def test_interpolated_data_are_seen():
+    known, _ = assessed(6001, "stiction", "flow")
+    n = len(known.loop.pv)
+    straight = np.interp(np.arange(n), np.arange(0, n, 6), known.loop.pv[::6])
+    assert "interpolated" in assess_loop(replace(known.loop, pv=straight)).why
+
+
+def test_too_few_cycles_and_too_few_samples_a_cycle_are_said():
+    known, answer = assessed(6001, "stiction", "flow")
+    loop, period = known.loop, int(answer.oscillations[0].period_s / known.loop.dt)
+    few = slice(0, max(61, 6 * period))
+    short = assess_loop(replace(loop, pv=loop.pv[few], op=loop.op[few], sp=loop.sp[few]))
+    assert short.verdict == "cannot_tell"
+    t = np.arange(3000.0)
+    fast = loop_of("fast", t, None, np.sin(2 * np.pi * t / 6.1), np.cos(2 * np.pi * t / 6.1), True, "flow")
+    assert "samples a cycle" in assess_loop(fast).why
+
+
+def test_oscillations_have_their_periods_and_noise_has_none():
+    t, rng = np.arange(4000.0), np.random.default_rng(5)
+    pv = np.sin(2 * np.pi * t / 40) + 0.8 * np.sin(2 * np.pi * t / 171) + rng.normal(0, 0.3, 4000)
+    found = assess_loop(loop_of("two", t, None, pv, rng.normal(0, 1, 4000), True, "flow")).oscillations
+    assert sorted(round(one.period_s) for one in found) == [pytest.approx(40, abs=1), pytest.approx(171, abs=4)]
+    quiet = assess_loop(loop_of("noise", t, None, rng.normal(0, 1, 4000), rng.normal(0, 1, 4000), True, "flow"))
+    assert quiet.verdict == "cannot_tell"
+
+
+def test_methods_say_where_they_do_not_apply():
+    level = {one.method: one.says for one in assessed(6002, "stiction", "level")[1].answers}
+    assert {name for name, says in level.items() if says == "not applicable"} == {
+        "cross-correlation", "yamashita", "relay-fit", "area-ratio", "parallelogram",
+    }  # fmt: skip
+    flow = {one.method: one.says for one in assessed(6001, "stiction", "flow")[1].answers}
+    assert len(flow) == 8
+    assert "not applicable" not in flow.values()
+
+
+def sines(n: int = 400, **changes: object) -> dict[str, np.ndarray]:
+    t = np.arange(float(n))
+    columns = {"t": t, "sp": np.zeros(n), "pv": np.sin(t / 5), "op": np.cos(t / 5)}
+    return columns | changes
+
+
+BACK = np.concatenate([np.arange(200.0), np.arange(150.0, 350.0)])
+MIXED = np.cumsum(np.where(np.arange(400) % 2, 1.0, 1.37))
+
+
+@pytest.mark.parametrize(
+    ("columns", "said"),
+    [
+        (sines(op=np.full(400, 30.0)), "OP never changes"),
+        (sines(sp=np.sin(np.arange(400.0) / 5)), "copy of the set point"),
+        (sines(op=np.sin(np.arange(400.0) / 5)), "copy of OP"),
+        (sines(t=BACK), "runs backwards"),
+        (sines(t=MIXED), "sampling is mixed"),
+        (sines(40), "give at least 60"),
+    ],
+)
+def test_what_cannot_be_judged_is_refused_in_words(columns, said):
+    with pytest.raises(br.BadInput, match=said):
+        loop_of("loop.csv", columns["t"], columns["sp"], columns["pv"], columns["op"], True, None)
+
+
+def csv(folder, head: str, loop, stamps: bool = False):
+    times = [str(k) for k in range(len(loop.pv))]
+    if stamps:
+        start = np.datetime64("2024-06-13T21:00:00")
+        times = [str(start + np.timedelta64(k, "s")) for k in range(len(loop.pv))]
+    rows = [f"{t},{sp},{pv},{op}" for t, sp, pv, op in zip(times, loop.sp, loop.pv, loop.op, strict=True)]
+    file = folder / "FIC-211.csv"
+    file.write_text("\n".join([head, *rows]) + "\n")
+    return file
+
+
+def test_a_file_of_a_historian_is_read_with_its_dates_and_its_tag(tmp_path):
+    known, _ = assessed(6001, "stiction", "flow")
+    loop, said = read_loop(csv(tmp_path, "time,SP,PV,OP [%]", known.loop, stamps=True))
+    assert (loop.kind, loop.op_percent, len(loop.pv), loop.dt) == ("flow", True, len(known.loop.pv), 1.0)
+    assert any("says that it is a flow loop" in words for words in said)
+
+
+def test_columns_are_named_and_missing_units_are_said(tmp_path):
+    known, _ = assessed(6001, "stiction", "flow")
+    file = csv(tmp_path, "clock,a,b,c", known.loop)
+    with pytest.raises(br.BadInput, match="which column is PV"):
+        read_loop(file)
+    names = {"SP": "a", "PV": "b", "OP": "c", "TIME": "clock:s"}
+    assert any("OP has no unit" in words for words in read_loop(file, columns=names)[1])
+    assert read_loop(file, columns=names | {"OP": "c:%"})[0].op_percent
+    with pytest.raises(br.BadInput, match="use flow, pressure"):
+        read_loop(file, "speed", names)
+
+
+def test_the_answer_is_plain_json_and_a_page(tmp_path):
+    _, answer = assessed(6001, "stiction", "flow")
+    answer.write(tmp_path / "a.json")
+    answer.report(tmp_path / "a.html")
+    content = json.loads((tmp_path / "a.json").read_text())
+    assert (content["format"], content["version"], content["verdict"]) == ("loop-assessment", 1, "stiction")
+    assert set(content["stiction"]) == {"S_percent", "J_percent"}
+    assert set(content["methods"][0]) == {"method", "value", "says", "why"}
+    assert content["data"]["cycles"] > 10
+    assert "stiction" in (tmp_path / "a.html").read_text()
+
+
+@pytest.mark.skipif(not REFINERY.is_dir(), reason=f"no measured loops in {REFINERY}")
+def test_a_measured_sticky_loop_is_not_called_healthy():
+    file = REFINERY / "2111FIC46005_0614_0003.txt.gz"
+    table = np.genfromtxt(file, skip_header=5, delimiter="\t", usecols=(1, 2, 3))
+    loop = loop_of(file.name, np.arange(len(table)) * 10.0, table[:, 2], table[:, 1], table[:, 0], True, "flow")
+    assert assess_loop(loop).verdict in ("stiction", "cannot_tell")
