@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from rich.table import Column, Table
 
@@ -35,3 +37,32 @@ def error_lines(found: Trace) -> Iterator[str]:
             if value and "rmse_N" in value:
                 yield f"force error {side}, {where}: {value['rmse_N']:.3g} N (nrmse {value['nrmse_N']:.3g})"
     yield f"noise floor: {error[f'noise_floor_{found.unit}']:.3g} {found.unit}"
+
+
+def trace_words(file: Path) -> str:
+    """A `trace.json` in words. Raises BadInput when it is none."""
+    from recordings import BadInput
+
+    try:
+        return "\n".join(_told(json.loads(file.read_text(encoding="utf-8"))))
+    except (OSError, ValueError, LookupError, TypeError, AttributeError) as error:
+        raise BadInput(str(file), f"it is no trace ({error!r})", "write one with 'bristle trace --out'") from None
+
+
+def _told(content: dict[str, Any]) -> Iterator[str]:
+    yield f"trace: verdict {content['verdict']}"
+    if content["effects_added"]:
+        yield f"effects added: {', '.join(content['effects_added'])}"
+    if content.get("same_class"):
+        yield f"cannot be told from: {', '.join(content['same_class'])}"
+    if content["unlisted"]:
+        yield f"left: {content['unlisted']['description']}; {content['unlisted']['where']}"
+    for side in ("before", "after"):
+        for where, error in content["error"][side].items():
+            known = [unit for unit in ("N", "m") if f"rmse_{unit}" in (error or {})]
+            if known:
+                yield f"error {side}, {where}: {error[f'rmse_{known[0]}']:.3g} {known[0]}"
+    yield "candidates:"
+    yield from (f"  {c['effect']:28} {c['why']}" for c in content["candidates"])
+    if not content.get("complete", True):
+        yield f"the budget of time was over; left out: {', '.join(content['not_tried'])}"

@@ -87,7 +87,7 @@ def test_what_a_base_model_imitates_is_named(effect: str, values: dict[str, floa
     assert found.selection.after.loss < 1.2
 
 
-def test_the_files_follow_the_contract(tmp_path: Path):
+def test_the_files_follow_the_contract(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     found = traced("hardening_spring", k3=3e6)
     found.write(tmp_path / "trace.json")
     found.model.write(tmp_path / "model.json")
@@ -110,6 +110,13 @@ def test_the_files_follow_the_contract(tmp_path: Path):
     assert after < 0.2 * before
     model = ValveModel.read(tmp_path / "model.json")
     assert model.parameters["hardening_spring.k3"].std is not None
+    assert run(["show", str(tmp_path / "trace.json")]) == 0
+    said = capsys.readouterr().out
+    assert "verdict hardening_spring" in said
+    assert "error after, report:" in said
+    (tmp_path / "trace.json").write_text('{"format": "valve-trace"}')
+    assert run(["show", str(tmp_path / "trace.json")]) == 2
+    assert "it is no trace" in capsys.readouterr().err
 
 
 def test_the_report_is_one_page_with_the_story(tmp_path: Path):

@@ -64,16 +64,29 @@ def _model_picture(file: Path) -> str:
     raise BadInput(f"{file}: --plot", "a model alone has no picture", "use 'bristle fit --report' on its recordings")
 
 
+def _trace_words(file: Path) -> str:
+    from bristle.cli.tracing import trace_words
+
+    return trace_words(file)
+
+
+def _trace_picture(file: Path) -> str:
+    from recordings import BadInput
+
+    raise BadInput(f"{file}: --plot", "a trace alone has no picture", "use 'bristle trace --report' on its recordings")
+
+
 KINDS: Mapping[str, Kind] = {
     "recording": Kind(_recording_words, _recording_picture),
     "register-map": Kind(_map_words, _map_picture),
     "valve-model": Kind(_model_words, _model_picture),
+    "valve-trace": Kind(_trace_words, _trace_picture),
 }
 """By what `kind_of` says: the `format` that a JSON file names, `register-map` for TOML, else `recording`."""
 
 
 def command(
-    file: Annotated[Path, typer.Argument(help="A recording, a model or a register map.")],
+    file: Annotated[Path, typer.Argument(help="A recording, a model, a trace or a register map.")],
     plot: Annotated[Path | None, typer.Option(help="Write a picture to this HTML file.")] = None,
 ) -> None:
     """Say what is in a file; with --plot, draw it too.
