@@ -51,13 +51,14 @@ def data_problems(loop: ControlLoop, oscillations: tuple[Oscillation, ...]) -> t
 def _compressed(loop: ControlLoop) -> list[DataProblem]:
     """Historians keep a sample only when it leaves a dead band, and repeat or interpolate what they left out."""
     found = []
-    still = np.diff(loop.pv) == 0  # the PI output is a straight line while the error is constant
-    for name, values in (("PV", loop.pv), ("OP", loop.op)):
+    moving = np.diff(loop.pv)[1:] != 0  # the PI output is a straight line while the error is constant
+    rough = np.abs(np.diff(loop.op, 3, append=loop.op[-1])) > 1e-8 * float(np.ptp(loop.op))
+    bends = rough if loop.integrating else np.ones(len(rough), bool)  # a level runs straight while the valve sticks
+    for name, values, free in (("PV", loop.pv, bends), ("OP", loop.op, moving)):
         change = np.diff(values)
         held = float(np.mean(change == 0))
         scale = max(float(np.ptp(values)), 1e-300)
         bent = np.abs(np.diff(change)) > 1e-9 * scale
-        free = ~still[1:] if name == "OP" else np.ones(len(bent), bool)
         straight = float(np.mean(~bent & free & (np.abs(change[1:]) > 1e-9 * scale)))
         quantum = _quantum(change, scale)
         if quantum > COARSE * float(np.std(values)):

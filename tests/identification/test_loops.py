@@ -61,6 +61,17 @@ def test_interpolated_data_are_seen():
     assert "interpolated" in assess_loop(replace(known.loop, pv=straight)).why
 
 
+def test_a_level_that_runs_straight_while_the_valve_sticks_is_not_called_compressed():
+    known, _ = assessed(6002, "stiction", "level")
+    t = np.arange(3000.0)
+    pv = np.abs((t / 100) % 2 - 1)  # the level between two positions of the valve
+    op = -2.0 * pv - np.cumsum(pv - 0.5) / 30
+    clean = assess_loop(replace(known.loop, pv=pv, op=op, sp=np.full(3000, 0.5)))
+    assert not any("compressed" in one.words for one in clean.problems)
+    kept = assess_loop(replace(known.loop, pv=pv, op=op + np.random.default_rng(1).normal(0, 0.01, 3000), sp=None))
+    assert any("interpolated" in one.words for one in kept.problems)
+
+
 def test_too_few_cycles_and_too_few_samples_a_cycle_are_said():
     known, answer = assessed(6001, "stiction", "flow")
     loop, period = known.loop, int(answer.oscillations[0].period_s / known.loop.dt)
