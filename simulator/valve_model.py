@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from recordings import BadInput, save_text
 from simulator.effect import Catalogue
@@ -21,12 +21,18 @@ class Value(BaseModel):
 
     model_config = ConfigDict(frozen=True, allow_inf_nan=False)
     value: float
-    std: float | None = None
+    std: float | None = Field(default=None, ge=0.0)
     unit: str
     lower: float | None = None
     upper: float | None = None
     status: Status = "given"
     note: str | None = None
+
+    @model_validator(mode="after")
+    def _bounds_in_order(self) -> Value:
+        if self.lower is not None and self.upper is not None and self.lower > self.upper:
+            raise ValueError(f"the lower bound {self.lower:g} is above the upper one, {self.upper:g}")
+        return self
 
 
 class FittedTo(BaseModel):

@@ -62,6 +62,16 @@ def test_the_file_is_plain_json_and_ends_with_a_line(tmp_path):
     assert json.loads(text)["parameters"]["lugre.fc"]["unit"] == "N"
 
 
+@pytest.mark.parametrize(
+    ("item", "value", "words"), [("std", -1.0, "greater than or equal to 0"), ("upper", -5.0, "above the upper one")]
+)
+def test_numbers_that_contradict_one_another_are_refused(tmp_path, content, item, value, words):
+    content["parameters"]["spring.K"][item] = value
+    said = refused(tmp_path, json.dumps(content))
+    assert "parameters.spring.K" in said
+    assert words in said
+
+
 def test_writing_is_all_or_nothing(tmp_path):
     model(1).write(tmp_path / "model.json")
     model(2).write(tmp_path / "model.json")
