@@ -14,7 +14,7 @@ from collections.abc import Mapping
 
 import bristle as br
 from benchmarks.machine import machine
-from identification import Comparison
+from identification import ValveComparison
 from recordings import NegativeAnswer
 from simulator import BASE, Excitation, Sensors, random_valve, simulate
 
@@ -35,7 +35,7 @@ def changed(change: str, values: Mapping[str, float], stroke: float) -> dict[str
     return dict(values)
 
 
-def compared(change: str, seed: int) -> Comparison | None:
+def compared(change: str, seed: int) -> ValveComparison | None:
     """A valve before and after a change, compared; None where the recordings do not tell."""
     values, stroke = random_valve(seed)
     sensors = Sensors(100.0, position_noise=2e-4 * stroke, force_noise=1e-3 * values["spring.K"] * stroke)
@@ -52,7 +52,7 @@ def compared(change: str, seed: int) -> Comparison | None:
         return None
 
 
-def found(change: str, answer: Comparison) -> bool:
+def found(change: str, answer: ValveComparison) -> bool:
     """Whether the change is seen in the right quantity, or for no change whether any is seen."""
     if change == CHANGES[0]:
         return bool(answer.changed or answer.places)

@@ -1,6 +1,6 @@
 """What does a recording teach us? Fit, uncertainty, cross-check and report."""
 
-from identification.compared import Comparison, compare_models, compare_recordings
+from identification.compared import ValveComparison, compare_models, compare_recordings
 from identification.data.experiment import Experiment, Segment, experiment
 from identification.data.noise import noise_std
 from identification.estimators.fit import Estimator, fit
@@ -19,7 +19,6 @@ from identification.uncertainty.profile import Profile, profile
 __all__ = [
     "Candidate",
     "ComparedQuantity",
-    "Comparison",
     "Crosscheck",
     "Estimator",
     "Experiment",
@@ -32,6 +31,7 @@ __all__ = [
     "Trace",
     "Trajectory",
     "Uncertainty",
+    "ValveComparison",
     "compare_models",
     "compare_recordings",
     "crosscheck",

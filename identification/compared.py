@@ -13,7 +13,7 @@ from simulator import ValveModel
 
 
 @dataclass(frozen=True)
-class Comparison(ComparisonResult):
+class ValveComparison(ComparisonResult):
     """What changed between two recordings or models of one valve."""
 
     def report(self, path: str | os.PathLike[str]) -> None:
@@ -23,17 +23,17 @@ class Comparison(ComparisonResult):
         write_comparison_report(path, self)
 
 
-def compare_recordings(before: Experiment, after: Experiment, repeatability: float = 0.0) -> Comparison:
+def compare_recordings(before: Experiment, after: Experiment, repeatability: float = 0.0) -> ValveComparison:
     """Two recordings of one valve: `recording_comparison`."""
     return _shown(recording_comparison(before, after, repeatability))
 
 
 def compare_models(
     before: ValveModel, after: ValveModel, names: tuple[str, str], repeatability: float = 0.0
-) -> Comparison:
+) -> ValveComparison:
     """Two models of one valve, of files with these names: `model_comparison`."""
     return _shown(model_comparison(before, after, names, repeatability))
 
 
-def _shown(found: ComparisonResult) -> Comparison:
-    return Comparison(**{field.name: getattr(found, field.name) for field in fields(found)})
+def _shown(found: ComparisonResult) -> ValveComparison:
+    return ValveComparison(**{field.name: getattr(found, field.name) for field in fields(found)})

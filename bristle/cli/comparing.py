@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 from rich.table import Column, Table
 
 if TYPE_CHECKING:
-    from identification import Comparison
+    from identification import ValveComparison
 
 
-def quantity_table(found: Comparison) -> Table:
+def quantity_table(found: ValveComparison) -> Table:
     """Every quantity before and after, with the interval of its difference."""
     table = Table(Column("quantity", no_wrap=True), "unit", "before", "after", "difference", "changed")
     for q in found.quantities:

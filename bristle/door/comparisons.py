@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 
 from bristle.door.sources import RecordingLike, read
-from identification import Comparison, compare_models, compare_recordings, experiment, with_area
+from identification import ValveComparison, compare_models, compare_recordings, experiment, with_area
 from recordings import BadInput, BadParameter, Recording
 from simulator import ValveModel
 
@@ -16,7 +16,7 @@ Comparable = RecordingLike | ValveModel
 
 def compare(
     before: Comparable, after: Comparable, *, area: float | None = None, repeatability: float = 0.0
-) -> Comparison:
+) -> ValveComparison:
     """Find what changed between two recordings, or two models, of one valve, beyond noise and repeatability.
 
     Parameters
@@ -32,7 +32,7 @@ def compare(
 
     Returns
     -------
-    Comparison
+    ValveComparison
         `changed`, `quantities`, `places`, `sentences`, `write`, `report`.
 
     Raises
@@ -43,9 +43,9 @@ def compare(
         When strokes or common travel are too few to tell.
 
     >>> import bristle as br
-    >>> before, after = (br.simulate("staircase:20", seed=seed, position_noise=3e-6) for seed in (1, 2))
-    >>> br.compare(before, after).changed
-    ()
+    >>> found = br.compare("bundled:mixed", "bundled:step")
+    >>> found.changed, found.sentences()[0]
+    ((), 'Nothing changed beyond noise and repeatability.')
     """
     if not 0.0 <= repeatability < 1.0:
         raise BadParameter("repeatability", repeatability, "it is not a share", "give for example 0.03")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.stats import norm
 
-from identification.comparison.result import ComparisonResult, Curve, Estimate, Picture, Quantity
+from identification.comparison.result import ComparedCurve, ComparedPicture, ComparedValue, ComparisonResult, Difference
 from recordings import Array
 from simulator import ValveModel
 
@@ -32,15 +32,15 @@ def model_comparison(
         half = reach * float(np.hypot(first.std, last.std))
         difference = last.value - first.value
         unit = before.parameters[name].unit
-        found.append(Quantity(name, unit, first, last, difference - half, difference + half))
+        found.append(Difference(name, unit, first, last, difference - half, difference + half))
     notes = list(_notes(before, after, [n for n in shared if n not in told]))
     pictures = tuple(_pictures(before, after, names))
-    return ComparisonResult("models", *names, tuple(found), (), tuple(notes), pictures, LEVEL)
+    return ComparisonResult("models", *names, tuple(found), (), tuple(notes), pictures, LEVEL, alike=True)
 
 
-def _estimate(model: ValveModel, name: str, share: float) -> Estimate:
+def _estimate(model: ValveModel, name: str, share: float) -> ComparedValue:
     p = model.parameters[name]
-    return Estimate(p.value, float(np.hypot(p.std or 0.0, share * abs(p.value))))
+    return ComparedValue(p.value, float(np.hypot(p.std or 0.0, share * abs(p.value))))
 
 
 def _notes(before: ValveModel, after: ValveModel, untold: list[str]) -> list[str]:
@@ -54,15 +54,15 @@ def _notes(before: ValveModel, after: ValveModel, untold: list[str]) -> list[str
     return notes
 
 
-def _pictures(before: ValveModel, after: ValveModel, names: tuple[str, str]) -> list[Picture]:
+def _pictures(before: ValveModel, after: ValveModel, names: tuple[str, str]) -> list[ComparedPicture]:
     if not all(name in model.values for model in (before, after) for name in STEADY):
         return []
     curves = [[_steady(model.values, name)] for model, name in zip((before, after), names, strict=True)]
-    return [Picture("Steady friction against speed", "velocity [mm/s]", "friction [N]", *curves)]
+    return [ComparedPicture("Steady friction against speed", "velocity [mm/s]", "friction [N]", *curves)]
 
 
-def _steady(values: dict[str, float], name: str) -> Curve:
+def _steady(values: dict[str, float], name: str) -> ComparedCurve:
     """The steady friction of LuGre (2.18) up to `FASTEST` Stribeck velocities."""
     fc, fs, vs, s2 = (values[name] for name in STEADY)
     v: Array = np.linspace(0.0, FASTEST * vs, 400)
-    return Curve(name, 1e3 * v, fc + (fs - fc) * np.exp(-((v / vs) ** 2)) + s2 * v)
+    return ComparedCurve(name, 1e3 * v, fc + (fs - fc) * np.exp(-((v / vs) ** 2)) + s2 * v)

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.stats import t as student
 
-from identification.comparison.result import ComparisonResult, Curve, Estimate, Picture, Quantity
+from identification.comparison.result import ComparedCurve, ComparedPicture, ComparedValue, ComparisonResult, Difference
 from identification.comparison.signature import Signature, line, signature, travel
 from identification.data.experiment import Experiment
 from recordings import Array, NegativeAnswer
@@ -21,8 +21,9 @@ LEVEL = 0.01
 """Probability that anything is called changed where nothing is, by half for the quantities and for the places."""
 SHARED = 0.3
 """Share of the longer travel that both recordings have in common at least."""
-SPEEDS = 1.5
-"""Ratio of the speeds from which the comparison says that they differ: viscous friction then looks like a change."""
+UNLIKE = 1.5
+"""Ratio of the speeds, and of the shares of time in motion, from which two tests are not alike: viscous friction, and
+rests below break-away, then look like a change."""
 
 
 def recording_comparison(before: Experiment, after: Experiment, repeatability: float = 0.0) -> ComparisonResult:
@@ -38,14 +39,14 @@ def recording_comparison(before: Experiment, after: Experiment, repeatability: f
     for name, unit in (("friction", "N"), ("spring rate", "N/m"), ("force at mid travel", "N")):
         first, last = (_with_share(row[name], repeatability) for row in rows)
         found.append(_quantity(name, unit, first, last, LEVEL / 2 / len(rows[0])))
-    places = _places(*pair, repeatability)
+    places, unlike = _places(*pair, repeatability), _unlike(*pair)
     return ComparisonResult(
-        "recordings", before.name, after.name, tuple(found), places, tuple(_notes(*pair, repeatability)),
-        _pictures(before, after, pair), LEVEL,
+        "recordings", before.name, after.name, tuple(found), places, tuple(_notes(unlike, repeatability)),
+        _pictures(before, after, pair), LEVEL, unlike is None,
     )  # fmt: skip
 
 
-Figure = tuple[Estimate, float]
+Figure = tuple[ComparedValue, float]
 """An estimate and the degrees of freedom of its standard deviation."""
 
 
@@ -65,22 +66,22 @@ def _figures(s: Signature) -> dict[str, Figure]:
     found, covariance, freedom = line(s)
     std = np.sqrt(np.diag(covariance))
     names = ("force at mid travel", "spring rate", "friction")
-    return {n: (Estimate(float(v), float(sd)), freedom) for n, v, sd in zip(names, found, std, strict=True)}
+    return {n: (ComparedValue(float(v), float(sd)), freedom) for n, v, sd in zip(names, found, std, strict=True)}
 
 
 def _with_share(figure: Figure, share: float) -> Figure:
     """The figure with what differs from test to test in its standard deviation."""
     estimate, freedom = figure
-    return Estimate(estimate.value, float(np.hypot(estimate.std, share * abs(estimate.value)))), freedom
+    return ComparedValue(estimate.value, float(np.hypot(estimate.std, share * abs(estimate.value)))), freedom
 
 
-def _quantity(name: str, unit: str, before: Figure, after: Figure, level: float) -> Quantity:
+def _quantity(name: str, unit: str, before: Figure, after: Figure, level: float) -> Difference:
     (first, m), (last, n) = before, after
     variance = first.std**2 + last.std**2
     freedom = variance**2 / max(first.std**4 / m + last.std**4 / n, 1e-300)
     reach = float(student.isf(level / 2, max(freedom, 1.0))) * float(np.sqrt(variance))
     difference = last.value - first.value
-    return Quantity(name, unit, first, last, difference - reach, difference + reach)
+    return Difference(name, unit, first, last, difference - reach, difference + reach)
 
 
 def _profile(s: Signature) -> tuple[Array, Array, Array]:
@@ -107,7 +108,7 @@ def _places(before: Signature, after: Signature, share: float) -> tuple[tuple[fl
     changed = np.zeros(len(f0), bool)
     for i in np.flatnonzero(known):
         one, other = (
-            _with_share((Estimate(float(f[i]), float(s[i])), float(n[i])), share)
+            _with_share((ComparedValue(float(f[i]), float(s[i])), float(n[i])), share)
             for f, s, n in ((f0, s0, n0), (f1, s1, n1))
         )
         changed[i] = _quantity("friction", "N", one, other, LEVEL / 2 / known.sum()).changed
@@ -120,13 +121,24 @@ def _places(before: Signature, after: Signature, share: float) -> tuple[tuple[fl
     return tuple(found)
 
 
-def _notes(before: Signature, after: Signature, share: float) -> list[str]:
+def _unlike(before: Signature, after: Signature) -> str | None:
+    """In what two tests are not alike, in words; None where they are."""
+    pairs = {
+        "the stem's speed in motion": (before.speed, after.speed, "m/s"),
+        "the share of time in motion": (before.moving, after.moving, ""),
+    }
+    for what, (one, other, unit) in pairs.items():
+        if not 1 / UNLIKE < other / one < UNLIKE:
+            return f"{what} is {one:.2g} before and {other:.2g} {unit}".rstrip() + " after"
+    return None
+
+
+def _notes(unlike: str | None, share: float) -> list[str]:
     notes = []
-    ratio = after.speed / before.speed
-    if not 1 / SPEEDS < ratio < SPEEDS:
+    if unlike is not None:
         notes.append(
-            f"The stem moves {ratio:.2g} times as fast after as before: viscous friction differs by that alone. "
-            "Record both tests alike."
+            f"The tests are not alike: {unlike}. Force over speed and at rest differs by that alone; record both alike "
+            "before you trust a change."
         )
     if not share:
         notes.append(
@@ -136,17 +148,17 @@ def _notes(before: Signature, after: Signature, share: float) -> list[str]:
     return notes
 
 
-def _pictures(before: Experiment, after: Experiment, pair: Sequence[Signature]) -> tuple[Picture, ...]:
+def _pictures(before: Experiment, after: Experiment, pair: Sequence[Signature]) -> tuple[ComparedPicture, ...]:
     loops = [
-        [Curve(f"{e.name}", 1e3 * s.motion.x, s.u) for s in e.segments] for e in (before, after)
+        [ComparedCurve(f"{e.name}", 1e3 * s.motion.x, s.u) for s in e.segments] for e in (before, after)
     ]  # fmt: skip
     profiles = []
     for one in pair:
         friction, std, freedom = _profile(one)
         reach = student.isf(0.05, np.maximum(freedom, 1.0)) * std
         known = np.isfinite(friction)
-        profiles.append([Curve(one.name, 1e3 * one.x[known], friction[known], np.nan_to_num(reach[known]))])
+        profiles.append([ComparedCurve(one.name, 1e3 * one.x[known], friction[known], np.nan_to_num(reach[known]))])
     return (
-        Picture("Force against position", "position [mm]", "force [N]", *loops),
-        Picture("Friction along the travel, with 90 % intervals", "position [mm]", "friction [N]", *profiles),
+        ComparedPicture("Force against position", "position [mm]", "force [N]", *loops),
+        ComparedPicture("Friction along the travel, with 90 % intervals", "position [mm]", "friction [N]", *profiles),
     )

@@ -15,7 +15,7 @@ from recordings import Array, save_text
 
 
 @dataclass(frozen=True)
-class Estimate:
+class ComparedValue:
     """A value and its standard deviation, by what differed from stroke to stroke or by the fit."""
 
     value: float
@@ -23,15 +23,15 @@ class Estimate:
 
 
 @dataclass(frozen=True)
-class Quantity:
+class Difference:
     """A quantity before and after, in `unit`. difference : after less before; lower, upper : its interval, at the level
     of all quantities together; changed : whether that leaves out zero.
     """
 
     name: str
     unit: str
-    before: Estimate
-    after: Estimate
+    before: ComparedValue
+    after: ComparedValue
     lower: float
     upper: float
 
@@ -54,7 +54,7 @@ class Quantity:
 
 
 @dataclass(frozen=True)
-class Curve:
+class ComparedCurve:
     """A line to draw: x (n,) and y (n,) in the units of the picture's axes; bars : half widths of intervals of y."""
 
     name: str
@@ -64,14 +64,14 @@ class Curve:
 
 
 @dataclass(frozen=True)
-class Picture:
+class ComparedPicture:
     """Curves before and after over the same axes."""
 
     title: str
     x_label: str
     y_label: str
-    before: Sequence[Curve]
-    after: Sequence[Curve]
+    before: Sequence[ComparedCurve]
+    after: Sequence[ComparedCurve]
 
 
 @dataclass(frozen=True)
@@ -80,17 +80,18 @@ class ComparisonResult:
 
     kind : what was compared; before, after : names of the files; quantities : in the order of the table; places : of a
     changed friction, low and high end [m] with the friction before and after [N]; notes : what limits the answer;
-    level : probability that anything at all is called changed where nothing is.
+    level : probability that anything at all is called changed where nothing is; alike : whether the tests are.
     """
 
     kind: Literal["recordings", "models"]
     before: str
     after: str
-    quantities: tuple[Quantity, ...]
+    quantities: tuple[Difference, ...]
     places: tuple[tuple[float, float, float, float], ...]
     notes: tuple[str, ...]
-    pictures: tuple[Picture, ...]
+    pictures: tuple[ComparedPicture, ...]
     level: float
+    alike: bool
 
     @property
     def changed(self) -> tuple[str, ...]:
@@ -100,7 +101,8 @@ class ComparisonResult:
     def sentences(self) -> list[str]:
         """The answer in words."""
         found = [q.sentence for q in self.quantities if q.changed]
-        head = f"Changed: {', '.join(self.changed)}." if found else "Nothing changed beyond noise and repeatability."
+        word = "Changed" if self.alike else "Changed, or tested differently"
+        head = f"{word}: {', '.join(self.changed)}." if found else "Nothing changed beyond noise and repeatability."
         where = [
             f"friction between {1e3 * low:.1f} and {1e3 * high:.1f} mm: {before:.3g} N before, {after:.3g} N after"
             for low, high, before, after in self.places
@@ -122,8 +124,8 @@ class ComparisonResult:
         ]
         return {
             "format": "valve-comparison", "version": 1, "kind": self.kind, "before": self.before, "after": self.after,
-            "changed": list(self.changed), "level": self.level, "quantities": rows, "places": places,
-            "notes": list(self.notes),
+            "changed": list(self.changed), "alike": self.alike, "level": self.level, "quantities": rows,
+            "places": places, "notes": list(self.notes),
         }  # fmt: skip
 
     def write(self, path: str | os.PathLike[str]) -> None:

@@ -29,7 +29,8 @@ PLACES = 3
 @dataclass(frozen=True)
 class Signature:
     """Mean forces of strokes in bins. name : of the recording; x (n_bins,) : middles of the bins [m]; force (n_strokes,
-    n_bins) [N] : NaN where a stroke hardly was; direction (n_strokes,) : 1 or -1; speed [m/s] : median in motion.
+    n_bins) [N] : NaN where a stroke hardly was; direction (n_strokes,) : 1 or -1; speed [m/s] : median in motion;
+    moving : share of the time in motion.
     """
 
     name: str
@@ -37,6 +38,7 @@ class Signature:
     force: Array
     direction: Array
     speed: float
+    moving: float
 
 
 def travel(e: Experiment) -> tuple[float, float]:
@@ -60,7 +62,8 @@ def signature(e: Experiment, low: float, high: float) -> Signature:
             f"{EACH_WAY} each way and to {PLACES} places are needed; record an ordinary step test of five strokes"
         )
     v = np.concatenate([np.abs(s.motion.v[s.motion.crept != 0.0]) for s in e.segments])
-    return Signature(e.name, 0.5 * (edges[1:] + edges[:-1]), force, direction, float(np.median(v)))
+    moving = len(v) / sum(len(s.t) for s in e.segments)
+    return Signature(e.name, 0.5 * (edges[1:] + edges[:-1]), force, direction, float(np.median(v)), moving)
 
 
 def _binned(s: Segment, stroke: Stroke, edges: Array) -> Array:

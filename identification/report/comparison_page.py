@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from identification.comparison.result import ComparisonResult, Curve, Picture
+from identification.comparison.result import ComparedCurve, ComparedPicture, ComparisonResult
 from identification.report.assembly import Front, assembled, save_page
 from identification.report.canvas import BEFORE, MEASURED, NARROW, WIDE, canvas, finish_legend
 from identification.report.decimate import extremes
@@ -53,7 +53,7 @@ def _sized(value: float, std: float) -> str:
     return f"{number(value)} ± {number(std)}"
 
 
-def _drawn(picture: Picture) -> Any:
+def _drawn(picture: ComparedPicture) -> Any:
     plot = canvas(picture.x_label, picture.y_label, 380)
     for curves, colour, width in ((picture.before, BEFORE, WIDE), (picture.after, MEASURED, NARROW)):
         for curve in curves:
@@ -62,7 +62,7 @@ def _drawn(picture: Picture) -> Any:
     return plot
 
 
-def _add(plot: Any, curve: Curve, colour: str, width: float) -> None:
+def _add(plot: Any, curve: ComparedCurve, colour: str, width: float) -> None:
     kept = extremes([curve.x, curve.y], MOST_POINTS)
     x, y = curve.x[kept].astype(np.float32), curve.y[kept].astype(np.float32)
     plot.line(x, y, color=colour, line_width=width, line_alpha=0.8, legend_label=curve.name)

@@ -76,6 +76,14 @@ def test_what_tests_of_an_unchanged_valve_differ_by_is_no_change():
     assert br.compare(before(), after, repeatability=0.1).changed == ()
 
 
+def test_tests_that_are_not_alike_are_said_to_be_so():
+    found = br.compare("bundled:mixed", "bundled:sine")
+    assert not found.alike
+    assert "not alike" in found.notes[0]
+    assert found.sentences()[0].startswith("Changed, or tested differently")
+    assert br.compare(before(), recorded({}, 2)).alike
+
+
 def test_too_few_strokes_are_no_answer():
     with pytest.raises(NegativeAnswer, match="strokes up"):
         br.compare(before(), recorded({}, 2, "step:6"))

@@ -39,5 +39,6 @@ def test_the_picture_draws_and_fetches_nothing(browser: Browser, tmp_path: Path)
     labels = browser.run(
         "const models = [...Bokeh.documents[0].roots()[0].references()];"
         "return models.filter((model) => model.type === 'Figure').map((figure) => figure.left[0].axis_label)"
+        ".map((label) => typeof label === 'string' ? label : label.text)"
     )
     assert sorted(labels) == ["force [N]", "force [N]", "gland_colour [furlong]", "position [mm]"]
