@@ -8,7 +8,7 @@ recordings.errors.BadInput: nowhere.h5: there is no such file; check the path
 """
 
 from recordings.arrays import Array, IndexArray, Integers
-from recordings.atomic_files import save_text
+from recordings.atomic_files import save_json, save_text
 from recordings.discovery import classes_of, instances_of
 from recordings.errors import BadInput, BadParameter, BristleError, LinkError, NegativeAnswer, ProtocolError
 from recordings.hdf5.header import Header, Origin
@@ -66,6 +66,7 @@ __all__ = [
     "read",
     "read_truth",
     "recover",
+    "save_json",
     "save_text",
     "silent",
     "tracked",

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import errno
+import json
 import os
 import secrets
 import stat
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from recordings.errors import BadInput
 
@@ -93,6 +97,23 @@ def save_text(path: str | Path, text: str) -> None:
     """Write a text file in UTF-8, whole or not at all; `BadInput` in words when the disk refuses."""
     with appearing(Path(path)) as draft:
         draft.write_text(text, encoding="utf-8")
+
+
+def save_json(path: str | Path, content: Mapping[str, Any]) -> None:
+    """Write a result as JSON, whole or not at all, with null for numbers that are not finite: JSON has no word for
+    them. Raises BadInput when the disk refuses.
+    """
+    save_text(path, json.dumps(_finite(content), indent=1, allow_nan=False) + "\n")
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {name: _finite(one) for name, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(one) for one in value]
+    if isinstance(value, float | np.floating):
+        return float(value) if np.isfinite(value) else None
+    return bool(value) if isinstance(value, np.bool_) else value
 
 
 def sync(path: Path) -> None:

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-import numpy as np
-
-from recordings import Array, save_text
+from recordings import Array, save_json
 
 
 @dataclass(frozen=True)
@@ -130,14 +127,4 @@ class ComparisonResult:
 
     def write(self, path: str | os.PathLike[str]) -> None:
         """Write `compare.json`, all or nothing. Raises BadInput when it cannot be written."""
-        text = json.dumps(_finite(self.as_json()), indent=1, allow_nan=False)
-        save_text(Path(path), text + "\n")
-
-
-def _finite(value: Any) -> Any:
-    """The same with None for numbers that are not finite."""
-    if isinstance(value, dict):
-        return {k: _finite(v) for k, v in value.items()}
-    if isinstance(value, list):
-        return [_finite(v) for v in value]
-    return None if isinstance(value, float) and not np.isfinite(value) else value
+        save_json(Path(path), self.as_json())

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,7 +14,7 @@ from identification.loops.loop import ControlLoop
 from identification.loops.methods import MethodAnswer
 from identification.loops.oscillation import Oscillation
 from identification.loops.verdict import LoopVerdict
-from recordings import Array, save_text
+from recordings import Array, save_json
 
 
 @dataclass(frozen=True, repr=False)
@@ -73,7 +72,7 @@ class Assessment:
 
     def write(self, path: str | os.PathLike[str]) -> None:
         """Write `assessment.json`, all or nothing. Raises BadInput when it cannot be written."""
-        save_text(Path(path), json.dumps(self.as_json(), indent=1, allow_nan=False) + "\n")
+        save_json(Path(path), self.as_json())
 
     def report(self, path: str | os.PathLike[str]) -> None:
         """Write the report, one self-contained HTML page. Raises BadInput when it cannot be written."""

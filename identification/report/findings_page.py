@@ -10,6 +10,7 @@ from typing import Any
 
 from identification.report.assembly import Front, assembled, save_page
 from identification.report.canvas import INK, MEASURED, REFERENCE, canvas, finish_legend
+from identification.report.decimate import extremes
 from identification.report.section import Section
 from recordings import Array
 
@@ -41,7 +42,7 @@ def write_findings(path: str | os.PathLike[str], findings: Findings) -> None:
 def _drawn(name: str, x_label: str, y_label: str, lines: Sequence[tuple[str, Array, Array]]) -> Any:
     plot = canvas(x_label, y_label, 300, title=name)
     for (label, x, y), colour in zip(lines, (REFERENCE, MEASURED, INK), strict=False):
-        every = max(1, len(x) // MOST)
-        plot.line(x[::every], y[::every], legend_label=label, line_color=colour, line_width=1.5)
+        kept = extremes([x, y], MOST)
+        plot.line(x[kept], y[kept], legend_label=label, line_color=colour, line_width=1.5)
     finish_legend(plot)
     return plot

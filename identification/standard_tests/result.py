@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from identification.standard_tests.interval import Interval
-from recordings import BadInput, save_text
+from recordings import BadInput, save_json
 
 FORMAT, VERSION = "valve-test", 1
 
@@ -54,7 +54,7 @@ class ValveTest:
 
     def write(self, path: str | os.PathLike[str]) -> None:
         """Write `test.json`, all or nothing. Raises BadInput when it cannot be written."""
-        save_text(Path(path), json.dumps(self.as_json(), indent=1, allow_nan=False) + "\n")
+        save_json(Path(path), self.as_json())
 
     def report(self, path: str | os.PathLike[str]) -> None:
         """Write the report, one self-contained HTML page. Raises BadInput when it cannot be written."""

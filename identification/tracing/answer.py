@@ -68,17 +68,6 @@ def _nearest(found: Selection) -> list[str]:
     ]
 
 
-def finite(value: Any) -> Any:
-    """The same with None for what is not finite: JSON has no word for it."""
-    if isinstance(value, dict):
-        return {k: finite(v) for k, v in value.items()}
-    if isinstance(value, list):
-        return [finite(v) for v in value]
-    if isinstance(value, float | np.floating):
-        return float(value) if np.isfinite(value) else None
-    return bool(value) if isinstance(value, np.bool_) else value
-
-
 def candidate_row(c: Candidate, rmse: Mapping[str, float], unit: str) -> dict[str, Any]:
     """A candidate as `trace.json` has it."""
     return {

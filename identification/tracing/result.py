@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
@@ -17,7 +16,7 @@ from identification.tracing.crosscheck import SecondOpinion
 from identification.tracing.judge import Candidate
 from identification.tracing.residual import ResidualDescription
 from identification.tracing.verdict import Selection
-from recordings import save_text
+from recordings import save_json
 from simulator import Catalogue, ValveModel
 
 
@@ -120,7 +119,7 @@ class TraceResult:
 
     def write(self, path: str | os.PathLike[str]) -> None:
         """Write `trace.json`, all or nothing. Raises BadInput when it cannot be written."""
-        save_text(Path(path), json.dumps(answer.finite(self.as_json()), indent=1, allow_nan=False) + "\n")
+        save_json(Path(path), self.as_json())
 
     def sentences(self) -> list[str]:
         """The answer in words."""

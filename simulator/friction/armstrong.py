@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from recordings import Array, BadParameter
+
+
+def _check(values: Mapping[str, float], positive: tuple[str, ...]) -> None:
+    """Raise BadParameter for a value that is not finite or negative, or 0 where it is to be positive."""
+    for name, value in values.items():
+        if not 0 <= value < np.inf or (name in positive and value == 0):
+            remedy = "more than 0" if name in positive else "0 or more"
+            raise BadParameter(name, f"{value:g}", "it is out of range", remedy)
 
 
 @dataclass(frozen=True)
@@ -28,10 +37,7 @@ class SevenParameters:
     rise: float = 0.0
 
     def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            positive = name in ("stiffness", "speed")
-            if not 0 <= value < np.inf or (positive and value == 0):
-                raise BadParameter(name, f"{value:g}", "it is out of range", "more than 0" if positive else "0 or more")
+        _check(vars(self), ("stiffness", "speed"))
 
 
 @dataclass(frozen=True)
@@ -48,10 +54,7 @@ class Drive:
     integral: float = 0.0
 
     def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            positive = name in ("mass", "stiffness")
-            if not 0 <= value < np.inf or (positive and value == 0):
-                raise BadParameter(name, f"{value:g}", "it is out of range", "more than 0" if positive else "0 or more")
+        _check(vars(self), ("mass", "stiffness"))
 
 
 @dataclass(frozen=True)

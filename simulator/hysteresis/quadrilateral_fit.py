@@ -33,23 +33,12 @@ def fit_quadrilateral(input: ArrayLike, output: ArrayLike, **lines: float) -> Qu
     first = _coordinates(Lines(**lines))
 
     def run(p: Array) -> Array:
-        model = Quadrilateral(start=(float(v[0]), float(u[0])), **_lines(p)._asdict())
+        model = Quadrilateral(start=(float(v[0]), float(u[0])), **_lines(p))
         return np.array([model.update(float(x)) for x in v])
 
     size = max(float(np.std(u)), 1e-300)
     found = least_squares(lambda p: (run(p) - u) / size, first, diff_step=1e-5)
-    return QuadrilateralFit(Lines(**_lines(found.x)._asdict()), float(np.sqrt(np.mean((run(found.x) - u) ** 2))))
-
-
-class _Eight(NamedTuple):
-    mt: float
-    ct: float
-    mb: float
-    cb: float
-    mr: float
-    cr: float
-    ml: float
-    cl: float
+    return QuadrilateralFit(Lines(**_lines(found.x)), float(np.sqrt(np.mean((run(found.x) - u) ** 2))))
 
 
 def _coordinates(k: Lines) -> Array:
@@ -58,9 +47,10 @@ def _coordinates(k: Lines) -> Array:
     return np.array([*slopes, k.ct, k.cb, k.cr, k.cl])
 
 
-def _lines(p: Array) -> _Eight:
+def _lines(p: Array) -> dict[str, float]:
+    """The eight parameters by name."""
     mt, mb = float(np.exp(p[0])), float(np.exp(p[1]))
     flat = max(mt, mb)
     mr, ml = flat + float(np.exp(p[2])), flat + float(np.exp(p[3]))
     ct, cb, cr, cl = (float(x) for x in p[4:])
-    return _Eight(mt, ct, mb, cb, mr, cr, ml, cl)
+    return {"mt": mt, "ct": ct, "mb": mb, "cb": cb, "mr": mr, "cr": cr, "ml": ml, "cl": cl}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -30,6 +31,7 @@ from recordings import (
     open_recording,
     read,
     read_truth,
+    save_json,
     save_text,
     validate,
     write,
@@ -247,3 +249,9 @@ def test_bundled_recordings_open_by_name() -> None:
         assert len(bundled(name)) > 100
     with pytest.raises(BadInput, match="nothing like it: there is no bundled recording of that name; names there:"):
         bundled("nothing like it")
+
+
+def test_a_result_is_written_as_json_with_null_for_what_is_not_finite(tmp_path):
+    path = tmp_path / "result.json"
+    save_json(path, {"a": np.float32(1.5), "b": [np.nan, float("inf"), (2.0,)], "c": np.bool_(True), "d": {"e": None}})
+    assert json.loads(path.read_text()) == {"a": 1.5, "b": [None, None, [2.0]], "c": True, "d": {"e": None}}
