@@ -55,6 +55,14 @@ class Innovations:
     totals: Totals | None = None
 
 
+def costs(innovations: Array, variances: Array, tuning: float = TUNING) -> Array:
+    """Robust loss plus log variance of the innovations of every node (n,), from innovations and variances (n, 2)."""
+    seen = np.isfinite(variances)
+    known = np.where(seen, variances, 1.0)
+    loss = cauchy(np.where(seen, innovations, 0.0) / np.sqrt(known), tuning)
+    return np.asarray((loss + np.log(known)).sum(axis=1), float)
+
+
 def totals(line: Innovations) -> Totals:
     """The sums over some innovations."""
     seen = np.isfinite(line.variances)

@@ -12,12 +12,12 @@ from identification.data.experiment import Experiment
 from identification.data.grid import grids, with_smooth_force
 from identification.estimators.constraints import checked
 from identification.estimators.coordinates import Coordinates
+from identification.estimators.damped import fit_damped
 from identification.estimators.feasibility import check_constraints, check_given, check_priors, obstacle
 from identification.estimators.fitted import Fit, Outcome
 from identification.estimators.imposed_motion.fit import fit_imposed_motion
 from identification.estimators.noise_aware.fit import fit_noise_aware, force_noise_matters
 from identification.estimators.order import Order, order_of, swing
-from identification.estimators.output_error.damped import fit_damped
 from identification.estimators.output_error.fit import fit_output_error, integrates
 from identification.estimators.output_error.homotopy import chunked
 from identification.estimators.output_error.starting_values import StartingPoint, starting_values
@@ -121,7 +121,7 @@ def _force_driven(
     chosen: Order = _order(coordinates, ranked, spacing, noisy) if order == "auto" else order
     if chosen != "full":
         smooth = driven if noisy else with_smooth_force(experiments)
-        found = fit_damped(valve, coordinates, smooth, chosen, progress)
+        found = fit_damped(valve, coordinates, smooth, chosen, segment_grids, progress)
         if told or found.outcome is not Outcome.TOO_SHORT:  # for the loop of force over position
             return found
     if noisy:

@@ -92,6 +92,15 @@ def fit_of(estimate: Estimate, work: NoiseAware, problem: Problem, minimum: Mini
     return Fit(outcome, problem.kernel, problem.coordinates, problem, minimum, rms, estimate, work)
 
 
+def free_run_start(problem: Problem, estimate: Estimate) -> Array:
+    """Unknowns of free runs that start where the smoothed paths do."""
+    local = [
+        path[0, problem.local] / problem.local_scale(piece)
+        for piece, path in zip(problem.pieces, estimate.paths, strict=True)
+    ]
+    return np.concatenate([estimate.theta, *local])
+
+
 EXPLAINED = 2.0
 """How many times the loss of a right model a fit of windows may leave and count as converged."""
 

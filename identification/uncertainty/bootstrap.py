@@ -15,6 +15,7 @@ from identification.data.experiment import Experiment, Segment, noisy
 from identification.data.grid import grids
 from identification.estimators.fit import fit
 from identification.estimators.fitted import Fit
+from identification.estimators.noise_aware.damped import damped_for
 from identification.estimators.noise_aware.fit import noise_aware_for
 from identification.estimators.output_error.replicates import replicates
 from identification.uncertainty.covariance import Uncertainty, status_and_note, widened_rms
@@ -51,7 +52,7 @@ def bootstrap_of(found: Fit, trials: int, seed: int = 0, progress: Progress = si
     Raises NegativeAnswer when more than half of them lead nowhere.
     """
     free = found.coordinates.free
-    if found.order != "full":
+    if found.order != "full" and found.noise_aware is None:
         return _of_windows(found, trials, seed)
     rng = np.random.default_rng(seed)
     values = []
@@ -125,6 +126,11 @@ def _refitted(found: Fit, experiments: list[Experiment]) -> Array | None:
             catalogue=found.kernel.catalogue,
         )  # fmt: skip
         return again.p if again.outcome.usable else None
-    theta = found.estimate.theta
-    end = noise_aware_for(found.kernel, c, grids(experiments), [theta]).in_stages(theta)
+    theta, known = found.estimate.theta, grids(experiments)
+    work = (
+        damped_for(found.kernel, c, known, theta)
+        if found.kernel.damped
+        else noise_aware_for(found.kernel, c, known, [theta])
+    )
+    end = work.in_stages(theta)
     return None if end is None else c.p(end.theta)

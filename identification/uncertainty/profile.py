@@ -14,7 +14,7 @@ from identification.estimators.coordinates import Coordinates
 from identification.estimators.estimate import Estimate
 from identification.estimators.fitted import Fit
 from identification.estimators.least_squares import minimise
-from identification.estimators.noise_aware.estimator import STAGES, TAKEN_OVER
+from identification.estimators.noise_aware.estimator import TAKEN_OVER
 from identification.estimators.output_error.problem import Problem
 from identification.uncertainty.covariance import Uncertainty
 from recordings import Array, BadParameter
@@ -129,7 +129,7 @@ class Valley:
         """The same along the paths of a noise-aware estimate."""
         assert self.estimate is not None
         assert self.fit.noise_aware is not None
-        work = replace(self.fit.noise_aware, coordinates=held, freedom=STAGES[-1][0])
+        work = replace(self.fit.noise_aware, coordinates=held, freedom=self.fit.noise_aware.last_stages[-1][0])
         first = work.along(others, self.estimate.paths, TAKEN_OVER)
         end = None if first is None else work.strict(work.descend(first, STEPS))
         if end is None:

@@ -93,16 +93,24 @@ class Kernel:
         return self.scanner.run(t, given, p, s0, h_max=h_max, hold=hold, sensitivities=sensitivities, resets=resets)
 
     def shoot(
-        self, t: Array, u: Array, p: Array, path: Array, *, h_max: float = 0.0, carry: bool = False
-    ) -> Shots:  # fmt: skip
+        self,
+        t: Array,
+        u: Array,
+        p: Array,
+        path: Array,
+        *,
+        h_max: float = 0.0,
+        carry: Literal["nothing", "memory", "motion and memory"] = "nothing",
+    ) -> Shots:
         """Every interval between samples on its own from a path (n_samples, n_states): `Scanner.shoot`.
 
         For a kernel of a force with error; u (n_samples) [N]: the force as it is known, which only a dead time reads.
-        carry : run the memory of the effects along the path, and write it there, instead.
+        carry : run the memory of the effects along the path, or position and velocity as well under the force of the
+        path, and write them there, instead.
         """
-        columns = self.known_inputs(t, u, p)
-        memory = np.array([i >= 2 and name not in ("u", "du") for i, name in enumerate(self.states)])
-        return self.scanner.shoot(t, columns, p, path, h_max=h_max, carried=memory if carry else None)
+        columns, first = self.known_inputs(t, u, p), 2 if carry == "memory" else 0
+        carried = np.array([i >= first and name not in ("u", "du") for i, name in enumerate(self.states)])
+        return self.scanner.shoot(t, columns, p, path, h_max=h_max, carried=None if carry == "nothing" else carried)
 
     def known_inputs(self, t: Array, u: Array, p: Array) -> Array:
         """The inputs of a kernel of a force with error, (n_samples, 0), or with a dead time (n_samples, 2)."""

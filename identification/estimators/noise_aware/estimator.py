@@ -34,6 +34,8 @@ HOLD = 1.0 / np.log(3.0) ** 2
 """Precision that keeps a coordinate near where it is in one step."""
 NEW_PATH, TAKEN_OVER = 3, 4
 """Steps of the path alone along which a fit starts: of a new path, and of one from a stage before."""
+EQUAL = 1.0
+"""Difference of two costs that noise gives."""
 RELAXED = 2
 """Steps of the path alone after a step has failed."""
 RESTING, DENSE = 4, 30.0
@@ -103,21 +105,29 @@ class NoiseAware:
         """The estimate at fixed parameters theta (m,) along paths, one (n, n_states) for every grid, after so many
         steps of the paths. None where the model diverges.
         """
-        p, still = self.coordinates.p(theta), np.zeros(len(theta))
-
-        def one(i: int) -> tuple[Array, Innovations] | None:
-            path = paths[i]
-            for further in range(steps, -1, -1):
-                line = self.predictor.line(self.kernel, self.coordinates, self.grids[i], p, path, self.freedom)
-                if line is None or not further:
-                    break
-                path = path + self.freedom.share * self.predictor.toward(line, still)
-            return None if line is None else (path, line)
-
-        found = [f for f in each(one, range(len(self.grids))) if f is not None]
+        p = self.coordinates.p(theta)
+        found = [
+            f for f in each(lambda i: self.relaxed(i, p, paths[i], steps), range(len(self.grids))) if f is not None
+        ]
         if len(found) < len(self.grids):
             return None
         return self._estimate(theta, tuple(f[0] for f in found), tuple(f[1] for f in found))
+
+    def line(self, i: int, p: Array, path: Array) -> Innovations | None:
+        """The innovations of grid i about a path (n, n_states); None where the model has no solution."""
+        return self.predictor.line(self.kernel, self.coordinates, self.grids[i], p, path, self.freedom)
+
+    def relaxed(self, i: int, p: Array, path: Array, steps: int) -> tuple[Array, Innovations] | None:
+        """A path of grid i after so many steps to the smoothed one, and the innovations about it; None where the model
+        diverges.
+        """
+        still = np.zeros(self.coordinates.n_free)
+        for further in range(steps, -1, -1):
+            line = self.line(i, p, path)
+            if line is None or not further:
+                break
+            path = path + self.freedom.share * self.predictor.toward(line, still)
+        return None if line is None else (path, line)
 
     def descend(self, now: Estimate, steps: int, vain: Callable[[Estimate], bool] | None = None) -> Estimate:
         """Gauss-Newton steps in a trust region, with damping that adapts; a step that raises the cost is taken back.
@@ -139,10 +149,10 @@ class NoiseAware:
             if solved is None:
                 break
             step = solved.move
-            trial = self._rested(self.along(now.theta + step, self._moved(now, step), 0), now.cost)
+            trial = self.trial(now, step)
             small = bool(np.max(np.abs(step) / self._sigmas(now)) < SETTLED)
-            if trial is not None and trial.cost < now.cost + 1.0:
-                settled = small and now.cost - trial.cost < 1.0
+            if trial is not None and trial.cost < now.cost + EQUAL:
+                settled = small and now.cost - trial.cost < EQUAL
                 now, damping, failures = trial, max(damping / 5, 1e-9), 0
             elif failures == 0:
                 now = self.along(now.theta, now.paths, RELAXED) or now
@@ -155,12 +165,13 @@ class NoiseAware:
                 break
         return replace(now, settled=settled)
 
-    def _rested(self, trial: Estimate | None, below: float) -> Estimate | None:
-        """The trial after as many steps of its paths as it needs to cost less, within reason."""
+    def trial(self, now: Estimate, step: Array) -> Estimate | None:
+        """The estimate a step further, after as many steps of its paths as it needs to cost less, within reason."""
+        trial = self.along(now.theta + step, self.moved(now, step), 0)
         for _ in range(RESTING if self.dense else 0):
-            if trial is None or trial.cost < below:
+            if trial is None or trial.cost < now.cost:
                 break
-            trial = self.along(trial.theta, self._moved(trial, np.zeros(len(trial.theta))), 0)
+            trial = self.along(trial.theta, self.moved(trial, np.zeros(len(trial.theta))), 0)
         return trial
 
     def fit(self, theta: Array, steps: int) -> Estimate | None:
@@ -172,7 +183,7 @@ class NoiseAware:
         where the model diverges.
         """
         now: Estimate | None = None
-        for freedom, steps in stages or (STAGES if self.dense else SPARSE_STAGES):
+        for freedom, steps in stages or self.last_stages:
             stage = self.with_freedom(freedom)
             first = stage.start(theta) if now is None else stage.along(now.theta, now.paths, TAKEN_OVER)
             if first is None:
@@ -180,15 +191,25 @@ class NoiseAware:
             now = stage.descend(first, steps)
         return now
 
+    @property
+    def last_stages(self) -> Stages:
+        """The stages of a fit to whole recordings."""
+        return STAGES if self.dense else SPARSE_STAGES
+
+    @property
+    def strict_freedom(self) -> PathFreedom:
+        """The freedom of the paths by which ends of fits are judged."""
+        return STRICT
+
     def strict(self, now: Estimate) -> Estimate | None:
         """The estimate without allowance for the error of linearisation, which makes costs of estimates comparable."""
-        end = self.with_freedom(STRICT).along(now.theta, now.paths, STRICT_STEPS)
+        end = self.with_freedom(self.strict_freedom).along(now.theta, now.paths, STRICT_STEPS)
         return None if end is None else replace(end, settled=now.settled)
 
     def _sigmas(self, now: Estimate) -> Array:
         return np.sqrt(np.maximum(np.diag(now.covariance), 1e-12))
 
-    def _moved(self, now: Estimate, step: Array) -> list[Array]:
+    def moved(self, now: Estimate, step: Array) -> list[Array]:
         """The paths moved along with a step of the parameters."""
         still, share = np.zeros(len(step)), self.freedom.share
 

@@ -8,13 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from identification.data.experiment import Experiment
 from identification.data.grid import Grid, grids, with_smooth_force
 from identification.estimators.coordinates import Coordinates
-from identification.estimators.estimate import Estimate
-from identification.estimators.fitted import FREE_STEP, Fit, Outcome, fit_of
+from identification.estimators.fitted import FREE_STEP, Fit, Outcome, fit_of, free_run_start
 from identification.estimators.noise_aware.estimator import NoiseAware
 from identification.estimators.noise_aware.resolution import quickest, resolving
 from identification.estimators.noise_aware.search import UNEXPLAINED, best_on_chunks, on_chunks, on_whole_recordings
@@ -65,7 +62,7 @@ def fit_noise_aware(
     if estimate is None:
         return Fit(Outcome.DIVERGED, valve, coordinates)
     problem = Problem(valve, coordinates, smooth)
-    unknowns = _free_run_start(problem, estimate)
+    unknowns = free_run_start(problem, estimate)
     minimum = Minimum(unknowns, estimate.normal, ResidualForm(FREE_STEP), 0, estimate.settled)
     return fit_of(estimate, whole, problem, minimum)
 
@@ -89,12 +86,3 @@ def start_of_free_runs(valve: Kernel, coordinates: Coordinates, experiments: Seq
     whole = noise_aware_for(valve, coordinates, grids(experiments), starts)
     end = best_on_chunks(on_chunks(whole), starts, most=TRIES_FOR_FREE_RUNS)
     return None if end is None or end.loss > UNEXPLAINED else end.theta
-
-
-def _free_run_start(problem: Problem, estimate: Estimate) -> Array:
-    """Unknowns of free runs that start where the smoothed paths do."""
-    local = [
-        path[0, problem.local] / problem.local_scale(piece)
-        for piece, path in zip(problem.pieces, estimate.paths, strict=True)
-    ]
-    return np.concatenate([estimate.theta, *local])

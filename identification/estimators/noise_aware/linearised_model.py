@@ -87,7 +87,7 @@ def first_path(kernel: Kernel, grid: Grid, p: Array, h_max: float = 1e-3) -> Arr
     before = None if grid.lead is None else first_path(kernel, grid.lead, p, h_max)
     if before is not None:
         path[0, 2:-2] = before[-1, 2:-2]
-    run = kernel.shoot(grid.t, grid.force.u, p, path, h_max=h_max, carry=True)
+    run = kernel.shoot(grid.t, grid.force.u, p, path, h_max=h_max, carry="memory")
     return None if run.failed is not None or not np.isfinite(path).all() else path
 
 

@@ -133,12 +133,14 @@ def _descents(problem: NoiseAware, starts: Sequence[Array]) -> Iterator[tuple[Ar
         yield start, GENTLE
 
 
-def chunks(grids: Sequence[Grid]) -> list[Grid]:
-    """Some stretches of every grid (n_samples,), evenly spread, when grids are long."""
+def chunks(grids: Sequence[Grid], nodes: int = CHUNK, seconds: float = CHUNK_S) -> list[Grid]:
+    """Some stretches of every grid (n_samples,), evenly spread, when grids are long; nodes, seconds [s] : in a stretch,
+    at least.
+    """
     total, found = sum(len(s.t) for s in grids), []
     for s in grids:
         n, count = len(s.t), max(1, round(CHUNKS * len(s.t) / total))
-        length = max(CHUNK, int(CHUNK_S * (n - 1) / (s.t[-1] - s.t[0])))
+        length = max(nodes, int(seconds * (n - 1) / (s.t[-1] - s.t[0])))
         short = 1.5 * length * count >= n
         found += [s] if short else [s.part(c.start, c.stop) for c in centred(n, length, count)]
     return found

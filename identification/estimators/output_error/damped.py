@@ -17,13 +17,14 @@ from scipy.stats import qmc
 
 from identification.data.chunks import to_the_ends
 from identification.data.experiment import Experiment, Segment
+from identification.estimators.anchors import anchors
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.fitted import Fit, Outcome, fit_of_windows
 from identification.estimators.least_squares import Solution, cauchy, minimise
 from identification.estimators.order import Order, at_rest, sub_step
 from identification.estimators.output_error.force_position_loop import ForcePositionLoop, force_position_loop
 from identification.estimators.output_error.homotopy import Minimum
-from identification.estimators.output_error.problem import Problem, ResidualForm, anchors
+from identification.estimators.output_error.problem import Problem, ResidualForm
 from identification.estimators.output_error.replicates import in_windows, replicates
 from recordings import Array, Progress, silent
 from simulator import Kernel, kernel
@@ -44,6 +45,8 @@ TRIALS, EXPLAINED = 3, 1.2
 """Replicates, and how many times the loss of theirs a fit may leave for the search to end."""
 SEARCHED, CHUNK = 60.0, 10.0
 """Seconds of the recordings that are searched on, in chunks of so many."""
+SAMPLES = 6000
+"""Samples that are searched on, about: closer ones are thinned, for a slip takes longer than they are apart."""
 SCREEN = 20.0
 """Tuning by which starts are compared."""
 ITERATIONS, LAST = 10, 40
@@ -70,30 +73,29 @@ LIKELY = {"mass.m": (0.2, 30.0), "lugre.sigma0": (3e5, 3e8)}
 last fit is free to leave."""
 
 
-def fit_damped(
-    valve: Kernel, coordinates: Coordinates, smooth: Sequence[Experiment], order: Order = "damped",
-    progress: Progress = silent,
-) -> Fit:  # fmt: skip
-    """Fit a valve whose sampling does not resolve the bristle, without starting values.
+def search_for(valve: Kernel, coordinates: Coordinates, smooth: Sequence[Experiment], order: Order) -> Search | None:
+    """The search for a fit to experiments with a smooth force; None where they make no loop of force over position.
 
-    smooth : the experiments, with a smooth force; order : ``damped``, or ``static`` where no slip is resolved.
+    order : ``damped``, or ``static`` where slips are over between two samples: what only a slip tells is held then.
     """
-    model = kernel(valve.effects, "force", valve.catalogue, damped=True)
-    progress("starting values", 0, 0)
     loop = force_position_loop(smooth, coordinates.held("spring.K"))
     if loop is None:
-        return Fit(Outcome.TOO_SHORT, model, coordinates)
+        return None
     if order == "static":
         coordinates = coordinates.holding(at_rest(loop.K))
-    told = [_told(e, loop) for e in smooth]
-    whole = Problem(model, coordinates, told)
-    parts = _parts(told)
-    search = Search(whole if parts is None else Problem(model, coordinates, parts), loop)
-    best = search.first(progress)
-    end = None if best is None else search.refined(whole, best.theta[: coordinates.n_free])
+    model = kernel(valve.effects, "force", valve.catalogue, damped=True)
+    whole, parts = (Problem(model, coordinates, [_told(e, loop) for e in some]) for some in (smooth, _parts(smooth)))
+    return Search(whole, parts, loop)
+
+
+def fit_in_windows(search: Search, ends: Sequence[Solution], order: Order, progress: Progress = silent) -> Fit:
+    """The fit from where a search ended, the best end first."""
+    whole, coordinates = search.whole, search.coordinates
+    best = search.best(ends)
+    end = None if best is None else search.refined(best.theta[: coordinates.n_free])
     for done in range(ROUNDS + 1):
         if best is None or end is None:
-            return Fit(Outcome.DIVERGED, model, coordinates)
+            return Fit(Outcome.DIVERGED, whole.kernel, coordinates)
         progress("fit to whole recordings", done, ROUNDS + 1)
         form, level = search.form(TUNINGS[-1], FINER), end.normal.cost / whole.samples
         usual = replicates(whole, end.theta, form, TRIALS)
@@ -103,7 +105,7 @@ def fit_damped(
         better = best if usual is None or level < EXPLAINED * usual.level else search.changed(best)
         if better is best:
             break
-        best, end = better, search.refined(whole, better.theta[: coordinates.n_free])
+        best, end = better, search.refined(better.theta[: coordinates.n_free])
     return replace(found, order=order)
 
 
@@ -113,10 +115,12 @@ def window(spacing: float) -> float:
 
 
 class Search:
-    """The way from the loop of force over position to a minimum."""
+    """The way from the loop of force over position to a minimum; whole : the problem, problem : of the parts of the
+    recordings that are searched on.
+    """
 
-    def __init__(self, problem: Problem, loop: ForcePositionLoop) -> None:
-        self.problem, self.loop = problem, loop
+    def __init__(self, whole: Problem, problem: Problem, loop: ForcePositionLoop) -> None:
+        self.whole, self.problem, self.loop = whole, problem, loop
         self.coordinates = c = problem.coordinates
         ends = [LIKELY.get(name, (-np.inf, np.inf)) for name in c.names]
         lower, upper = (np.array(end) for end in zip(*ends, strict=True))
@@ -129,14 +133,17 @@ class Search:
         """How the residual is formed, with a tuning of the loss and a sub-step that is so many times finer."""
         return ResidualForm(self.h / finer, self.window, tuning)
 
-    def first(self, progress: Progress) -> Solution | None:
-        """The best end of the fits from the likeliest starts."""
+    def ends(self, progress: Progress = silent) -> list[Solution]:
+        """Where the likeliest starts lead through the wide losses, the best first."""
         ends: list[Solution] = []
         for done, theta in enumerate(self._ranked(self._starts())[:FOLLOWED]):
             progress("search", done, FOLLOWED)
             end = self._staged(self.problem, theta, TUNINGS[:-1])
             ends += [] if end is None else [end]
-        ends.sort(key=lambda end: end.normal.cost)
+        return sorted(ends, key=lambda end: end.normal.cost)
+
+    def best(self, ends: Sequence[Solution]) -> Solution | None:
+        """The best end of the descents that go on from where the search ended."""
         found: Solution | None = None
         for end in ends[:FINISHED]:
             found = _better(found, self._staged(self.problem, end.theta[: self.coordinates.n_free], TUNINGS[-1:]))
@@ -168,9 +175,9 @@ class Search:
         costs = [self._cost(theta) for theta in starts]
         return [starts[i] for i in np.argsort(costs) if np.isfinite(costs[i])]
 
-    def refined(self, whole: Problem, theta: Array) -> Solution | None:
+    def refined(self, theta: Array) -> Solution | None:
         """The end on whole recordings from theta (n_free,), with sub-steps whose error is below the noise."""
-        return self._staged(whole, theta, TUNINGS[-1:], FINER)
+        return self._staged(self.whole, theta, TUNINGS[-1:], FINER)
 
     def _starts(self) -> list[Array]:
         """Starting values: what the loop tells, and evenly spread what it does not (Sobol's sequence)."""
@@ -197,7 +204,7 @@ class Search:
     def _staged(self, problem: Problem, theta: Array, tunings: Sequence[float], finer: int = 2) -> Solution | None:
         """The end of stages with ever narrower losses, the last one in finer sub-steps."""
         unknowns, found = problem.start(theta), None
-        bounds = (self.coordinates if problem is not self.problem else self.likely).bounds.padded(len(unknowns))
+        bounds = (self.coordinates if problem is self.whole else self.likely).bounds.padded(len(unknowns))
         for tuning in tunings:
             last = tuning == TUNINGS[-1]
             evaluate = functools.partial(in_windows, problem, self.form(tuning, finer if last else 1))
@@ -241,18 +248,19 @@ def _trades(values: Mapping[str, float]) -> list[dict[str, float]]:
     ]  # fmt: skip
 
 
-def _parts(experiments: Sequence[Experiment]) -> list[Experiment] | None:
-    """Chunks spread over the experiments, enough to search on; None where they are hardly longer."""
+def _parts(experiments: Sequence[Experiment]) -> list[Experiment]:
+    """Chunks spread over the experiments, enough to search on, of samples no closer than that needs."""
     total = sum(float(s.t[-1] - s.t[0]) for e in experiments for s in e.segments)
-    if total < 1.5 * SEARCHED:
-        return None
-    return [e.with_segments(tuple(c for s in e.segments for c in _chunks(s, SEARCHED / total))) for e in experiments]
+    share = SEARCHED / total if total > 1.5 * SEARCHED else 1.0
+    every = max(1, round(share * sum(e.samples for e in experiments) / SAMPLES))
+    return [e.with_segments(tuple(c for s in e.segments for c in _chunks(s, share, every))) for e in experiments]
 
 
-def _chunks(segment: Segment, share: float) -> list[Segment]:
-    n, size = len(segment.t), round(CHUNK / segment.dt)
+def _chunks(segment: Segment, share: float, every: int) -> list[Segment]:
+    n = len(segment.t)
+    size = min(n, round(CHUNK / segment.dt)) if share < 1 else n
     count = max(1, round(share * n / size))
-    return [segment.part(at.start, at.stop) for at in to_the_ends(n, min(n, size), count)]
+    return [segment.part(at.start, at.stop, every) for at in to_the_ends(n, size, count)]
 
 
 def _told(e: Experiment, loop: ForcePositionLoop) -> Experiment:
@@ -264,7 +272,8 @@ def _known(segment: Segment, allowed: float) -> NDArray[np.bool_]:
     """Whether the force is known [n_samples] since the valve was last set back."""
     bend = np.zeros(len(segment.t))
     bend[1:-1] = np.abs(np.diff(segment.u, 2)) / 8
-    at = anchors(segment, window(segment.dt))
+    m = segment.motion
+    at = anchors(segment.t, m.crept, m.a, window(segment.dt), segment.dt).at
     stretch = np.searchsorted(at, np.arange(len(segment.t)), side="right")
     worst = np.zeros(len(at) + 1)
     np.maximum.at(worst, stretch, bend)

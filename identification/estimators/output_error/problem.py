@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from identification.data.experiment import Experiment, Segment
+from identification.estimators.anchors import anchors
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.least_squares import Normal, weighted
 from identification.parallel import each
@@ -178,31 +178,10 @@ class Problem:
     def _resets(self, segment: Segment, window: float) -> Array | None:
         if np.isinf(window) or self.kernel.causality == "motion":
             return None
-        resets = np.full((len(segment.t), len(self.kernel.states)), np.nan)
-        at = anchors(segment, window)
-        m = segment.motion
-        resets[at, 0], resets[at, 1] = m.x[at], np.where((m.crept[at] == 0.0) & (window >= SHORT), 0.0, m.v[at])
+        resets, m = np.full((len(segment.t), len(self.kernel.states)), np.nan), segment.motion
+        at, rest = anchors(segment.t, m.crept, m.a, window, segment.dt)
+        resets[at, 0], resets[at, 1] = m.x[at], np.where(rest, 0.0, m.v[at])
         return resets
-
-
-SHORT = 0.05
-"""Window [s] below which a free run is set back at even times: it holds no rest, and no slip."""
-
-
-def anchors(segment: Segment, window: float) -> IndexArray:
-    """The samples, one in every window [s], at which a free run is set back to the data: in the middle of the rest in
-    that window, or where nothing rests at the least acceleration. There the smoothed motion is exact, and a set-back in
-    the middle of a slip would start it at another speed. A window below `SHORT` follows the data wherever it begins.
-    """
-    m, dt = segment.motion, max(window, segment.dt)
-    edges = np.unique(np.searchsorted(segment.t, np.arange(0.0, segment.t[-1] + dt, dt)))
-    if window < SHORT:
-        return edges[:-1]
-    chosen = []
-    for first, last in itertools.pairwise(edges):
-        rest = np.flatnonzero(m.crept[first:last] == 0.0)
-        chosen.append(first + (rest[len(rest) // 2] if len(rest) else np.argmin(np.abs(m.a[first:last]))))
-    return np.array(chosen, int)
 
 
 def _noise(experiment: Experiment, kernel: Kernel) -> float:

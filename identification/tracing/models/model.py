@@ -150,6 +150,6 @@ def _extended(here: Kernel, target: Kernel, grid: Grid, path: Array, p: Array) -
     wide[:, : len(target.states) - 2] = target.start(path[0, 0], path[0, 1], path[0, -2])
     shared = [target.states.index(name) for name in here.states]
     wide[:, shared] = path
-    run = target.shoot(grid.t, grid.force.u, p, wide, h_max=settings.MEMORY_STEP, carry=True)
+    run = target.shoot(grid.t, grid.force.u, p, wide, h_max=settings.MEMORY_STEP, carry="memory")
     wide[:, shared] = path
     return None if run.failed is not None or not np.isfinite(wide).all() else wide

@@ -1,0 +1,78 @@
+"""The fit in damped order: by runs that are set back to the data, and with the force estimated where that converges.
+
+Runs in windows find their way from nothing but the loop of force over position, at any sampling. Where samples show the
+course of a slip, the noise-aware estimate goes on from there: it tells mass, viscous friction and the Stribeck curve
+many times better. Its search fails where a slip is a jump between two samples, so the fit in windows stands in.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from identification.data.experiment import Experiment
+from identification.data.grid import Grid
+from identification.estimators.coordinates import Coordinates
+from identification.estimators.fitted import Fit, Outcome, fit_of, free_run_start
+from identification.estimators.noise_aware.damped import best_on_chunks, damped_for, on_whole_recordings
+from identification.estimators.noise_aware.search import RIGHT
+from identification.estimators.order import Order
+from identification.estimators.output_error.damped import fit_in_windows, search_for
+from identification.estimators.output_error.homotopy import Minimum
+from identification.estimators.output_error.problem import Problem, ResidualForm
+from recordings import Array, Progress, silent
+from simulator import Kernel, kernel
+
+FOLLOWED = 4
+"""Ends of the search in windows from which the noise-aware estimate starts."""
+
+
+def fit_damped(
+    valve: Kernel, coordinates: Coordinates, smooth: Sequence[Experiment], order: Order = "damped",
+    segment_grids: Sequence[Grid] = (), progress: Progress = silent,
+) -> Fit:  # fmt: skip
+    """Fit a valve whose sampling does not resolve the bristle, without starting values.
+
+    smooth : the experiments, with a smooth force; order : ``damped``, or ``static`` where no slip is resolved;
+    segment_grids : of the experiments, where the recorded force is noisy.
+    """
+    progress("starting values", 0, 0)
+    search = search_for(valve, coordinates, smooth, order)
+    if search is None:
+        return Fit(Outcome.TOO_SHORT, valve, coordinates)
+    ends = search.ends(progress)
+    starts = [end.theta[: coordinates.n_free] for end in ends[:FOLLOWED]]
+    noise_aware = bool(segment_grids) and order == "damped"
+    found = _noise_aware(valve, coordinates, smooth, segment_grids, starts, progress) if noise_aware else None
+    if found is not None and found.outcome is Outcome.CONVERGED:
+        return found
+    windows = fit_in_windows(search, ends, order, progress)
+    if noise_aware and windows.minimum is not None:
+        again = windows.minimum.unknowns[: coordinates.n_free]
+        found = _noise_aware(valve, coordinates, smooth, segment_grids, [again], progress)
+        if found is not None and found.outcome is Outcome.CONVERGED:
+            return found
+    return windows
+
+
+def _noise_aware(
+    valve: Kernel, coordinates: Coordinates, smooth: Sequence[Experiment], segment_grids: Sequence[Grid],
+    starts: Sequence[Array], progress: Progress,
+) -> Fit | None:  # fmt: skip
+    """The noise-aware fit from some starting values (m,), the likeliest first; None where none leads to what explains
+    the data.
+    """
+    if not starts:
+        return None
+    best = best_on_chunks(damped_for(valve, coordinates, segment_grids, starts[0]), starts, progress)
+    if best is None or best.loss > RIGHT:
+        return None
+    progress("fit to whole recordings", 0, 0)
+    work = damped_for(valve, coordinates, segment_grids, best.theta)
+    estimate = on_whole_recordings(work, best.theta)
+    if estimate is None:
+        return None
+    problem = Problem(kernel(valve.effects, "force", valve.catalogue, damped=True), coordinates, smooth)
+    form = ResidualForm(work.freedom.h_max)
+    minimum = Minimum(free_run_start(problem, estimate), estimate.normal, form, 0, estimate.settled)
+    return replace(fit_of(estimate, work, problem, minimum), order="damped")

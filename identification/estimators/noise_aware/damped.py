@@ -1,0 +1,189 @@
+"""The noise-aware estimate where the sampling shows a slip and not the bristle: parameters and paths in damped steps.
+
+A slip lasts a few samples here. About the smoothed motion, which blurs it, the model does not find home; so paths
+start, stretch by stretch, from whichever explains the measurements better, the smoothed motion or runs of the model
+that are set back to the data. A step of a path that does harm in a stretch is taken back there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from identification.data.grid import Grid
+from identification.estimators.coordinates import Coordinates
+from identification.estimators.estimate import HOPELESS, Estimate, Innovations, converged, costs, lean
+from identification.estimators.noise_aware.estimator import EQUAL, NEW_PATH, RESTING, NoiseAware, Stages
+from identification.estimators.noise_aware.linearised_model import PathFreedom, first_path
+from identification.estimators.noise_aware.search import RIGHT, chunks
+from identification.estimators.noise_aware.set_back import set_back_path
+from identification.estimators.order import sub_step
+from identification.parallel import each
+from recordings import Array, IndexArray, Progress, silent
+from simulator import Kernel, kernel
+
+FREEDOM = PathFreedom(1.0, 1e-4, 0.1)
+"""Freedom of the path; it makes up for what the steps damp."""
+FINER = 4
+"""Part of the longest sub-step that resolves a slip which the fit takes: the step's own error biases mass and viscous
+friction by more than the noise does (at full size by ten standard deviations, at a quarter by none that shows)."""
+WIDEST = 0.01
+"""Time between the nodes of a path [s] at most."""
+STRETCH = 0.5
+"""Length [s] of the stretches in which paths are chosen: a slip, and the rest behind it."""
+WORSE, BACK = 0.1, 0.3
+"""Rise of the cost of a stretch from which a step of its path does harm, and the share of the step that is kept."""
+STEPS, ROUNDS, LAST = 6, 6, 12
+"""Steps of a descent on chunks before it goes on along new paths, times that it does at most, and steps on whole
+recordings."""
+NOTABLE = 30.0
+"""Fall of the cost from which going on along new paths is worth its time."""
+CHUNK, CHUNK_S = 1000, 4.0
+"""Least nodes and seconds of a chunk."""
+
+
+@dataclass(frozen=True)
+class DampedNoiseAware(NoiseAware):
+    """The fit of one kernel of a force with error, in damped steps, to some grids (a `PathEstimator`)."""
+
+    def start(self, theta: Array, steps: int = NEW_PATH) -> Estimate | None:
+        """The estimate at fixed parameters theta (m,), along new paths that take so many steps. None where the model
+        diverges.
+        """
+        p = self.coordinates.p(theta)
+        indices = range(len(self.grids))
+        paths = each(lambda i: self._best_of(i, p, [first_path(self.kernel, self.grids[i], p)]), indices)
+        known = [path for path in paths if path is not None]
+        return self.along(theta, known, steps) if len(known) == len(paths) else None
+
+    def relaxed(self, i: int, p: Array, path: Array, steps: int) -> tuple[Array, Innovations] | None:
+        """A path of grid i after so many steps to the smoothed one, and the innovations about it; None where the model
+        diverges. A stretch in which a step does harm goes back most of the way: about a break-away that is a sample
+        late the next path can be further off, while all others come to rest.
+        """
+        stretch, still = _stretches(self.grids[i]), np.zeros(self.coordinates.n_free)
+        line = self.line(i, p, path)
+        if line is None:
+            return None
+        best, least, better = path, _misfit(stretch, line), np.ones(stretch[-1] + 1, bool)
+        for _ in range(steps):
+            step = self.freedom.share * self.predictor.toward(line, still)
+            path = np.where(better[stretch][:, None], path + step, best + BACK * (path - best))
+            line = self.line(i, p, path)
+            if line is None:
+                return None
+            misfit = _misfit(stretch, line)
+            better = misfit < least + WORSE
+            best, least = np.where(better[stretch][:, None], path, best), np.where(better, misfit, least)
+        if not better.all():
+            path = np.ascontiguousarray(best)
+            line = self.line(i, p, path)
+        return None if line is None else (path, line)
+
+    def trial(self, now: Estimate, step: Array) -> Estimate | None:
+        """The estimate a step further. Where that is not better at once, its paths come to rest first, from the best of
+        the moved path, the present one and one that is set back to the data.
+        """
+        theta, moved = now.theta + step, self.moved(now, step)
+        trial = self.along(theta, moved, 0)
+        if not self.dense or (trial is not None and trial.cost < now.cost + EQUAL):
+            return trial
+        p = self.coordinates.p(theta)
+        paths = each(lambda i: self._best_of(i, p, [moved[i], now.paths[i]]), range(len(self.grids)))
+        known = [path for path in paths if path is not None]
+        return self.along(theta, known, RESTING) if len(known) == len(paths) else None
+
+    @property
+    def last_stages(self) -> Stages:
+        """The stage of a fit to whole recordings: there is but one."""
+        return ((self.freedom, LAST),)
+
+    @property
+    def strict_freedom(self) -> PathFreedom:
+        """The freedom of the paths by which ends of fits are judged."""
+        return self.freedom
+
+    def _best_of(self, i: int, p: Array, paths: Sequence[Array | None]) -> Array | None:
+        """Of some paths of grid i (n, n_states), and one that is set back to the data, in every stretch the one about
+        which the model explains the measurements best. None where it has no solution.
+        """
+        grid = self.grids[i]
+        known, misfits, stretch = list[Array](), list[Array](), _stretches(grid)
+        for path in (*paths, set_back_path(self.kernel, grid, p, self.freedom.h_max)):
+            line = None if path is None else self.line(i, p, path)
+            if path is not None and line is not None:
+                known.append(path)
+                misfits.append(_misfit(stretch, line))
+        if not known:
+            return None
+        return np.ascontiguousarray(np.array(known)[np.argmin(misfits, axis=0)[stretch], np.arange(len(stretch))])
+
+
+def _stretches(grid: Grid) -> IndexArray:
+    """The number of the stretch that each node of a grid lies in, (n,)."""
+    return np.asarray((grid.t - grid.t[0]) // STRETCH, int)
+
+
+def _misfit(stretch: IndexArray, line: Innovations) -> Array:
+    """The cost of the innovations in each stretch, by which estimates are compared, (n_stretches,)."""
+    return np.asarray(np.bincount(stretch, costs(*line.scored)), float)
+
+
+def damped_for(
+    valve: Kernel, coordinates: Coordinates, segment_grids: Sequence[Grid], theta: Array
+) -> DampedNoiseAware:
+    """The estimator for the grids of some experiments, with nodes and sub-steps that resolve a slip of theta (m,)."""
+    with_error = kernel(valve.effects, "force with error", valve.catalogue, damped=True)
+    freedom = replace(FREEDOM, h_max=sub_step(coordinates.values(theta)) / FINER)
+    nodes = [grid.divided(max(1, round(float(np.median(np.diff(grid.t))) / WIDEST))) for grid in segment_grids]
+    return DampedNoiseAware(with_error, coordinates, nodes, freedom)
+
+
+def best_on_chunks(whole: DampedNoiseAware, starts: Sequence[Array], progress: Progress = silent) -> Estimate | None:
+    """The best end on chunks from starting values (m,), the likeliest first; the first one that explains the data is
+    taken at once. None where the model diverges from all.
+    """
+    small, ends = replace(whole, grids=chunks(whole.grids, CHUNK, CHUNK_S)), list[Estimate]()
+    for done, start in enumerate(starts):
+        progress("search on chunks", done, len(starts))
+        end = _on_new_paths(small, start)
+        ends += [] if end is None else [end]
+        if end is not None and end.loss < RIGHT:
+            break
+    return min(ends, key=lambda end: end.cost) if ends else None
+
+
+def _on_new_paths(work: DampedNoiseAware, theta: Array) -> Estimate | None:
+    """The end of descents from theta (m,), each along new paths, as long as that helps. None where the model diverges.
+
+    The smoother holds on to slips that a path has, and to rests; the model at better parameters has others.
+    """
+    best: Estimate | None = None
+    for _ in range(ROUNDS):
+        end = work.fit(theta, STEPS)
+        if end is None:
+            break
+        fall = float("inf") if best is None else best.cost - end.cost
+        best = lean(end) if fall > 0 or best is None else best
+        if fall < NOTABLE or end.loss > HOPELESS:
+            break
+        theta = end.theta
+    return best
+
+
+def on_whole_recordings(whole: DampedNoiseAware, theta: Array) -> Estimate | None:
+    """The fit to whole recordings from theta (m,); where it fails, once more from there. None where the model
+    diverges.
+    """
+    found = None
+    for _ in range(2):
+        end = whole.in_stages(theta)
+        end = None if end is None else whole.strict(end)
+        if end is not None and (found is None or end.cost < found.cost):
+            found = end
+        if found is None or converged(found, resolved=False) or found.loss > HOPELESS:
+            break
+        theta = found.theta
+    return found
