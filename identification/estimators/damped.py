@@ -16,7 +16,7 @@ from identification.estimators.coordinates import Coordinates
 from identification.estimators.fitted import Fit, Outcome, fit_of, free_run_start
 from identification.estimators.noise_aware.damped import best_on_chunks, damped_for, on_whole_recordings
 from identification.estimators.noise_aware.search import RIGHT
-from identification.estimators.order import Order
+from identification.estimators.order import Order, slip_is_seen
 from identification.estimators.output_error.damped import fit_in_windows, search_for
 from identification.estimators.output_error.homotopy import Minimum
 from identification.estimators.output_error.problem import Problem, ResidualForm
@@ -46,13 +46,7 @@ def fit_damped(
     found = _noise_aware(valve, coordinates, smooth, segment_grids, starts, progress) if noise_aware else None
     if found is not None and found.outcome is Outcome.CONVERGED:
         return found
-    windows = fit_in_windows(search, ends, order, progress)
-    if noise_aware and windows.minimum is not None:
-        again = windows.minimum.unknowns[: coordinates.n_free]
-        found = _noise_aware(valve, coordinates, smooth, segment_grids, [again], progress)
-        if found is not None and found.outcome is Outcome.CONVERGED:
-            return found
-    return windows
+    return fit_in_windows(search, ends, order, progress)
 
 
 def _noise_aware(
@@ -60,12 +54,13 @@ def _noise_aware(
     starts: Sequence[Array], progress: Progress,
 ) -> Fit | None:  # fmt: skip
     """The noise-aware fit from some starting values (m,), the likeliest first; None where none leads to what explains
-    the data.
+    the data, or where its slips are over within a few samples.
     """
     if not starts:
         return None
     best = best_on_chunks(damped_for(valve, coordinates, segment_grids, starts[0]), starts, progress)
-    if best is None or best.loss > RIGHT:
+    spacing = max(s.dt for e in smooth for s in e.segments)
+    if best is None or best.loss > RIGHT or not slip_is_seen(coordinates.values(best.theta), spacing):
         return None
     progress("fit to whole recordings", 0, 0)
     work = damped_for(valve, coordinates, segment_grids, best.theta)

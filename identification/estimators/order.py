@@ -23,6 +23,9 @@ RESOLVED, RESOLVED_EXACT = 1.0, 12.0
 the force is noisy, and where its samples are exact, so that only the integration has to follow."""
 SLIP = 0.45
 """Angle [rad] by which the mass may swing on its spring in a sub-step of the damped order."""
+SEEN = 2.0
+"""Angle [rad] by which the mass swings on its spring from sample to sample, up to which the course of a slip is seen.
+Beyond, a slip is a jump between two samples, and estimates of the force in between have more than one end."""
 LONGEST = 0.2
 """Time between samples [s] from which a slip is over before the next sample: nothing of it can be seen."""
 
@@ -54,6 +57,11 @@ def order_of(values: Mapping[str, float], spacing: float, *, noisy: bool) -> Ord
         return "static"
     limit = RESOLVED if noisy else RESOLVED_EXACT
     return "full" if turn(values, spacing) < limit else "damped"
+
+
+def slip_is_seen(values: Mapping[str, float], spacing: float) -> bool:
+    """Whether samples `spacing` [s] apart show the course of a slip, for parameters by full name."""
+    return float(np.sqrt(max(values["spring.K"], 1.0) / values["mass.m"])) * spacing < SEEN
 
 
 def sub_step(values: Mapping[str, float]) -> float:
