@@ -11,18 +11,23 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from identification.data.experiment import Experiment
-from identification.data.grid import Grid
+from identification.data.grid import Grid, grids
 from identification.estimators.coordinates import Coordinates
+from identification.estimators.estimate import Estimate
 from identification.estimators.fitted import Fit, Outcome, fit_of, free_run_start
 from identification.estimators.noise_aware.damped import best_on_chunks, damped_for, on_whole_recordings
+from identification.estimators.noise_aware.estimator import NoiseAware
 from identification.estimators.noise_aware.search import RIGHT
 from identification.estimators.order import Order, slip_is_seen
 from identification.estimators.output_error.damped import fit_in_windows, search_for
 from identification.estimators.output_error.homotopy import Minimum
 from identification.estimators.output_error.problem import Problem, ResidualForm
+from identification.estimators.output_error.replicates import replicate_without_noise
 from recordings import Array, Progress, silent
 from simulator import Kernel, kernel
 
+STEPS = 4
+"""Steps of the fit to what the model gives in full order."""
 FOLLOWED = 4
 """Ends of the search in windows from which the noise-aware estimate starts."""
 
@@ -70,4 +75,13 @@ def _noise_aware(
     problem = Problem(kernel(valve.effects, "force", valve.catalogue, damped=True), coordinates, smooth)
     form = ResidualForm(work.freedom.h_max)
     minimum = Minimum(free_run_start(problem, estimate), estimate.normal, form, 0, estimate.settled)
-    return replace(fit_of(estimate, work, problem, minimum), order="damped")
+    return replace(fit_of(estimate, work, problem, minimum), order="damped", bias=_bias(valve, problem, work, estimate))
+
+
+def _bias(valve: Kernel, problem: Problem, work: NoiseAware, estimate: Estimate) -> Array | None:
+    """Where the fit goes from its end (m,), in coordinates, on what the model gives in full order there."""
+    experiments = replicate_without_noise(problem, estimate.theta)
+    if experiments is None:
+        return None
+    again = damped_for(valve, work.coordinates, grids(experiments), estimate.theta).fit(estimate.theta, STEPS)
+    return None if again is None else again.theta - estimate.theta

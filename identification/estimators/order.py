@@ -23,7 +23,7 @@ RESOLVED, RESOLVED_EXACT = 1.0, 12.0
 the force is noisy, and where its samples are exact, so that only the integration has to follow."""
 SLIP = 0.45
 """Angle [rad] by which the mass may swing on its spring in a sub-step of the damped order."""
-SEEN = 2.0
+SEEN = 1.5
 """Angle [rad] by which the mass swings on its spring from sample to sample, up to which the course of a slip is seen.
 Beyond, a slip is a jump between two samples, and estimates of the force in between have more than one end."""
 LONGEST = 0.2

@@ -90,11 +90,14 @@ def uncertainty_of(fit: Fit) -> Uncertainty:
     spread = np.sqrt(np.maximum(np.diag(classic), np.diag(robust)))[:n]
     slow = fit.kernel.causality == "force" and fit.order == "full" and fit.problem.spacing > SLOW
     if fit.estimate is not None:
-        spread = spread * np.array([WIDEST.get(name, WIDER) for name in names])
+        damped = fit.order == "damped"
+        spread = spread * (WIDER_DAMPED if damped else np.array([WIDEST.get(name, WIDER) for name in names]))
     if slow:
         spread = spread * (SLOW_FACTOR_EXACT if fit.estimate is None else SLOW_FACTOR)
     if fit.replicates is not None:
         spread = WIDER_DAMPED * np.sqrt(spread**2 + widened_rms(fit.replicates.moves) ** 2)
+    if fit.bias is not None:
+        spread = np.sqrt(spread**2 + fit.bias**2)
     slope = fit.coordinates.slope(fit.p)
     diagonal = np.sqrt(np.diag(classic)[:n])
     correlation = classic[:n, :n] / np.outer(diagonal, diagonal)

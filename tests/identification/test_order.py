@@ -3,17 +3,28 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from stiff_valves import STIFF, stem_test
 
 from identification import Fit, Identification, Outcome, experiment, fit, identify
-from identification.estimators.order import LONGEST, RESOLVED, RESOLVED_EXACT, order_of, sub_step, swing, turn
-from simulator import Kernel
+from identification.data.grid import grids
+from identification.estimators.coordinates import Coordinates
+from identification.estimators.noise_aware.damped import CHUNK, CHUNK_S, damped_for
+from identification.estimators.noise_aware.search import RIGHT, chunks
+from identification.estimators.order import (
+    LONGEST,
+    RESOLVED,
+    RESOLVED_EXACT,
+    order_of,
+    slip_is_seen,
+    sub_step,
+    swing,
+    turn,
+)
+from simulator import BASE, kernel
 
 SWING = float(np.sqrt(STIFF["lugre.sigma0"] / STIFF["mass.m"]))
 """2236 rad/s."""
@@ -44,39 +55,13 @@ def test_the_sub_step_of_the_damped_order_resolves_the_slip_and_not_the_bristle(
     assert sub_step(STIFF | {"spring.K": 0.0}) < 1.0
 
 
-@dataclass
-class Work:
-    """What a kernel was asked for: runs, samples of all runs, and sub-steps of all runs."""
-
-    runs: int = 0
-    samples: int = 0
-    sub_steps: float = 0.0
-
-
-@contextmanager
-def counted() -> Iterator[Work]:
-    work, run = Work(), Kernel.run
-
-    @functools.wraps(run)
-    def counting(self, t, u, p, s0, *, h_max, **more):
-        work.runs, work.samples = work.runs + 1, work.samples + len(t)
-        work.sub_steps += float(np.sum(np.ceil(np.diff(t) / h_max))) if h_max else 0.0
-        return run(self, t, u, p, s0, h_max=h_max, **more)
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Kernel, "run", counting)
-        yield work
-
-
 @functools.cache
-def identified(rate: float) -> tuple[Identification, Work]:
-    recordings = stem_test(rate)
-    with counted() as work:
-        return identify(recordings, check=False), work
+def identified(rate: float) -> Identification:
+    return identify(stem_test(rate), check=False)
 
 
 def fitted(rate: float) -> Fit:
-    return identified(rate)[0].fit
+    return identified(rate).fit
 
 
 @pytest.mark.parametrize("rate", [200.0, 50.0])
@@ -97,13 +82,30 @@ def test_it_does_not_end_with_a_heavy_stem_on_overdamped_bristles():
         assert values["lugre.sigma2"] == pytest.approx(STIFF["lugre.sigma2"], rel=0.1)
 
 
-def test_fewer_samples_cost_less():
-    (_, often), (_, seldom) = identified(200.0), identified(50.0)
-    assert seldom.samples < 0.5 * often.samples
+def test_where_the_course_of_a_slip_is_seen_the_force_is_estimated_and_mass_and_friction_come_out_ten_times_better():
+    often, seldom = fitted(200.0), fitted(50.0)
+    assert slip_is_seen(STIFF, 1 / 200)
+    assert not slip_is_seen(STIFF, 1 / 50)
+    assert (often.estimator, seldom.estimator) == ("noise-aware", "output-error")
+    for name, share in (("lugre.fc", 2e-3), ("lugre.fs", 1e-3), ("mass.m", 0.02), ("lugre.sigma2", 0.02)):
+        assert often.values[name] == pytest.approx(STIFF[name], rel=share)
+
+
+def test_a_stretch_that_begins_in_a_slip_is_reached_from_the_last_rest_before_it():
+    """A slow sine slides and slips for seconds without a rest that is far from break-away."""
+    known = grids([experiment(r) for r in stem_test(100.0, ("sine:90",))])
+    coordinates = Coordinates.of(kernel(BASE), {}, 700.0)
+    theta = coordinates.theta_of(STIFF)
+    whole = damped_for(kernel(BASE), coordinates, known, theta)
+    stretches = chunks(whole.grids, CHUNK, CHUNK_S)
+    assert len(stretches) > 3
+    estimate = replace(whole, grids=stretches).start(theta)
+    assert estimate is not None
+    assert estimate.loss < RIGHT
 
 
 def test_what_the_sampling_does_not_tell_is_unresolved_and_has_no_interval():
-    found, _ = identified(50.0)
+    found = identified(50.0)
     assert found.fit.order == found.model.quality["order"] == "damped"
     assert found.uncertainty.status["lugre.sigma1"] == "unresolved"
     note = found.uncertainty.note["lugre.sigma1"]

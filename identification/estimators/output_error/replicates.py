@@ -62,12 +62,8 @@ def replicates(
     None where the model diverges in full order.
     """
     rng, theta = np.random.default_rng(seed), unknowns[: problem.n_free]
-    values = problem.coordinates.values(theta)
-    full = kernel(problem.kernel.effects, "force", problem.kernel.catalogue)
-    curved = Problem(full, problem.coordinates, [_curved(e) for e in problem.experiments])
-    answers = curved.responses(curved.start(theta), ResidualForm(max(FINE / swing(values), FINEST)))
-    predicted = [answer.predicted[::BETWEEN] for answer in answers if answer is not None]
-    if len(predicted) < len(answers):
+    predicted = _in_full_order(problem, theta)
+    if predicted is None:
         return None
     bounds = problem.coordinates.bounds.padded(len(unknowns))
     moves, levels = [], []
@@ -79,6 +75,30 @@ def replicates(
             moves.append(end.theta[: len(theta)] - theta)
             levels.append(end.normal.cost / drawn.samples)
     return Replicates(np.array(moves), np.array(levels)) if moves else None
+
+
+def replicate_without_noise(problem: Problem, theta: Array) -> list[Experiment] | None:
+    """The experiments as the valve of theta (n_free,) would have given them in full order, without noise; None where
+    the model diverges. What a fit to them differs from theta by is the bias of its order.
+    """
+    predicted = _in_full_order(problem, theta)
+    if predicted is None:
+        return None
+    rest, rng = iter(predicted), np.random.default_rng(0)
+    return [
+        e.with_segments(tuple(noisy(e, s, next(rest), rng, size=0.0, force=False) for s in e.segments))
+        for e in problem.experiments
+    ]
+
+
+def _in_full_order(problem: Problem, theta: Array) -> list[Array] | None:
+    """The positions (n_samples,) of each segment by free runs in full order and fine steps; None where they diverge."""
+    full = kernel(problem.kernel.effects, "force", problem.kernel.catalogue)
+    curved = Problem(full, problem.coordinates, [_curved(e) for e in problem.experiments])
+    fine = max(FINE / swing(problem.coordinates.values(theta)), FINEST)
+    answers = curved.responses(curved.start(theta), ResidualForm(fine))
+    predicted = [answer.predicted[::BETWEEN] for answer in answers if answer is not None]
+    return predicted if len(predicted) == len(answers) else None
 
 
 def _curved(e: Experiment) -> Experiment:
