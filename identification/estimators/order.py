@@ -4,8 +4,9 @@ The mass swings on its bristles at sqrt(sigma0/m), and slips on its spring at sq
 of the time between samples cannot be told from the samples:
 
 - full: the swing on the bristles is resolved, and every parameter can show;
-- damped: only the slip is; the bristles' swing is damped by an L-stable step instead of followed, and what it alone
-  tells (bristle damping, often mass and Stribeck velocity) stays unresolved;
+- damped: it is not; the bristles' swing is damped by an L-stable step instead of followed, and what it alone tells
+  (bristle damping, often Stribeck velocity) stays unresolved. Where the course of a slip shows, the force can be
+  estimated along with the motion; where a slip is a jump between two samples, mass often stays unresolved, too;
 - static: not even the slip is; what is left is where the valve rests: spring, preload and the levels of friction.
 """
 
