@@ -19,7 +19,7 @@ from identification.estimators.noise_aware.damped import best_on_chunks, damped_
 from identification.estimators.noise_aware.estimator import NoiseAware
 from identification.estimators.noise_aware.search import RIGHT
 from identification.estimators.order import Order, slip_is_seen
-from identification.estimators.output_error.damped import fit_in_windows, search_for
+from identification.estimators.output_error.damped import RANGES, fit_in_windows, search_for
 from identification.estimators.output_error.homotopy import Minimum
 from identification.estimators.output_error.problem import Problem, ResidualForm
 from identification.estimators.output_error.replicates import replicate_without_noise
@@ -47,10 +47,11 @@ def fit_damped(
         return Fit(Outcome.TOO_SHORT, valve, coordinates)
     ends = search.ends(progress)
     starts = [end.theta[: coordinates.n_free] for end in ends[:FOLLOWED]]
-    noise_aware = bool(segment_grids) and order == "damped"
-    found = _noise_aware(valve, coordinates, smooth, segment_grids, starts, progress) if noise_aware else None
-    if found is not None and found.outcome is Outcome.CONVERGED:
-        return found
+    heaviest = {"spring.K": search.loop.K, "mass.m": RANGES["mass.m"][1]}
+    if segment_grids and order == "damped" and slip_is_seen(heaviest, search.whole.spacing):
+        found = _noise_aware(valve, coordinates, smooth, segment_grids, starts, progress)
+        if found is not None and found.outcome is Outcome.CONVERGED:
+            return found
     return fit_in_windows(search, ends, order, progress)
 
 
@@ -64,15 +65,14 @@ def _noise_aware(
     if not starts:
         return None
     best = best_on_chunks(damped_for(valve, coordinates, segment_grids, starts[0]), starts, progress)
-    spacing = max(s.dt for e in smooth for s in e.segments)
-    if best is None or best.loss > RIGHT or not slip_is_seen(coordinates.values(best.theta), spacing):
+    problem = Problem(kernel(valve.effects, "force", valve.catalogue, damped=True), coordinates, smooth)
+    if best is None or best.loss > RIGHT or not slip_is_seen(coordinates.values(best.theta), problem.spacing):
         return None
     progress("fit to whole recordings", 0, 0)
     work = damped_for(valve, coordinates, segment_grids, best.theta)
     estimate = on_whole_recordings(work, best.theta)
     if estimate is None:
         return None
-    problem = Problem(kernel(valve.effects, "force", valve.catalogue, damped=True), coordinates, smooth)
     form = ResidualForm(work.freedom.h_max)
     minimum = Minimum(free_run_start(problem, estimate), estimate.normal, form, 0, estimate.settled)
     return replace(fit_of(estimate, work, problem, minimum), order="damped", bias=_bias(valve, problem, work, estimate))
