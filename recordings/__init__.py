@@ -20,13 +20,16 @@ from recordings.library import bundled, bundled_names, bundled_path
 from recordings.noise import white_noise
 from recordings.plant import Event, Plant
 from recordings.progress import Progress, silent, tracked
-from recordings.recording import Recording
+from recordings.recording import Codes, Recording
+from recordings.sample_checks import NOT_KNOWN, QUALITIES
 from recordings.signal import ROLES, UNDERSTOOD, Role, Signal, SignalSpec
 from recordings.units import UNITS, Unit, convert, find_unit, unit
 from recordings.views.description import describe
 from recordings.views.page import picture
 
 __all__ = [
+    "NOT_KNOWN",
+    "QUALITIES",
     "ROLES",
     "UNDERSTOOD",
     "UNITS",
@@ -34,6 +37,7 @@ __all__ = [
     "BadInput",
     "BadParameter",
     "BristleError",
+    "Codes",
     "Event",
     "Header",
     "IndexArray",

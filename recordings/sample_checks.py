@@ -12,6 +12,11 @@ from recordings.signal import Role
 
 _BLOCK = 1 << 18
 
+QUALITIES = ("good", "stale", "out of range", "not valid", "link")
+"""What a value is, by its code in a recording of version 2."""
+NOT_KNOWN = 255
+"""The code where the disk did not keep the quality."""
+
 TIME_REMEDY = "time is finite and strictly increasing; sort the rows and drop repeated ones"
 
 
@@ -58,3 +63,13 @@ def value_problem(role: Role, values: Array) -> tuple[str, str] | None:
         remedy = f"an {role} holds at least one number; give it the role 'extra' or leave it out"
         return "every sample is missing (NaN)", remedy
     return None
+
+
+def codes_problem(codes: Array) -> tuple[str, str] | None:
+    """What is wrong with codes of quality, shape (n_samples,), as (found, remedy); None when they are fine."""
+    known = np.isin(codes, [*range(len(QUALITIES)), NOT_KNOWN]) | np.isnan(codes)
+    if known.all():
+        return None
+    first = int(np.argmin(known))
+    words = ", ".join(f"{code} {word}" for code, word in enumerate(QUALITIES))
+    return f"the code {codes[first]:g} of sample {first} is no quality", f"allowed: {words}, {NOT_KNOWN} not known"

@@ -6,6 +6,7 @@ No socket, no clock and no wire library here. What a reply must be before a valu
 
 from __future__ import annotations
 
+import math
 import struct
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -51,13 +52,14 @@ class Reply(NamedTuple):
     """The verdict on one request.
 
     words : registers 0..65535 or bits 0/1, as many as asked for; fault, text : why there are none; exception : the
-    code by which the device refused, else 0.
+    code by which the device refused, else 0; time : monotonic [s], when the reply had come; NaN when none did.
     """
 
     words: tuple[int, ...] = ()
     fault: ReplyFault | None = None
     text: str = ""
     exception: int = 0
+    time: float = math.nan
 
     @property
     def device_silent(self) -> bool:

@@ -7,6 +7,7 @@ from pathlib import Path
 from types import MappingProxyType, TracebackType
 
 import h5py
+import numpy as np
 
 from recordings.arrays import Array
 from recordings.errors import BadInput
@@ -17,7 +18,7 @@ from recordings.hdf5.opening import open_hdf5
 from recordings.hdf5.probe import probe
 from recordings.hdf5.problems import Problems, h5py_errors
 from recordings.plant import Event
-from recordings.recording import Recording
+from recordings.recording import Codes, Recording
 from recordings.sample_checks import value_problem
 from recordings.signal import Signal, SignalSpec
 
@@ -68,7 +69,7 @@ class RecordingFile:
     def load(self, signals: Iterable[str] | None = None) -> Recording:
         """Read the named signals, and time always, into a recording; every signal when none is named."""
         wanted = self.specs if signals is None else dict.fromkeys(["time", *signals])
-        header = self.header
+        header, about = self.header, [name for name in wanted if name != "time"] if self.header.per_value else []
         return Recording(
             signals={name: self._unchecked(name) for name in wanted},  # the recording checks its values
             plant=header.plant,
@@ -78,13 +79,23 @@ class RecordingFile:
             events=self.events,
             attributes=header.attributes,
             path=self.path,
+            quality={name: self.quality(name) for name in about},
+            reply_times={name: self.reply_times(name) for name in about},
         )
+
+    def quality(self, name: str) -> Codes:
+        """The quality of each value of a signal of version 2: codes of `QUALITIES`, shape (n_samples,)."""
+        return _values(self._file, "quality", name, str(self.path)).astype(np.uint8)
+
+    def reply_times(self, name: str) -> Array:
+        """When the reply came that brought each value of a signal of version 2 [s]; NaN where none did."""
+        return _values(self._file, "reply_times", name, str(self.path))
 
     def _unchecked(self, name: str) -> Signal:
         if name not in self.specs:
             there = ", ".join(self.specs)
             raise BadInput(str(self.path), f"it has no signal '{name}'", f"signals there: {there}")
-        return Signal.of(self.specs[name], _values(self._file, name, str(self.path)))
+        return Signal.of(self.specs[name], _values(self._file, "signals", name, str(self.path)))
 
     def close(self) -> None:
         """Close the file; a second call does nothing."""
@@ -116,7 +127,7 @@ def read(path: str | Path, signals: Iterable[str] | None = None) -> Recording:
     Parameters
     ----------
     path : str or Path
-        A file of recording format version 1. It may still be written by another process.
+        A recording of version 1 or 2. It may still be written by another process.
     signals : iterable of str, optional
         The signals wanted besides `time`; memory is in proportion to them. All when not given.
 
@@ -149,7 +160,7 @@ def opened(path: Path) -> h5py.File:
     return open_hdf5(path)
 
 
-def _values(file: h5py.File, name: str, path: str) -> Array:
-    where = f"{path}: /signals/{name}"
+def _values(file: h5py.File, group: str, name: str, path: str) -> Array:
+    where = f"{path}: /{group}/{name}"
     with h5py_errors(where):
-        return numbers_of(member(file["signals"], name, h5py.Dataset, where))
+        return numbers_of(member(file[group], name, h5py.Dataset, where))

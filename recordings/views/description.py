@@ -8,8 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from recordings.arrays import Array
+from recordings.arrays import Array, Integers
 from recordings.hdf5.reader import RecordingFile, open_recording
+from recordings.sample_checks import NOT_KNOWN, QUALITIES
 from recordings.signal import SignalSpec
 from recordings.views.pictures import GAP_STEPS
 
@@ -18,7 +19,7 @@ def describe(path: str | Path) -> str:
     """What a recording holds, in lines of text; `BadInput` when it is not a valid recording."""
     with open_recording(path) as file:
         time = file.signal("time").values
-        parts = [_head(file, time), _sampling(time), _table(file)]
+        parts = [_head(file, time), _sampling(time), _table(file), _quality(file)]
         parts += [_plant(file), _events(file), _attributes(file), _use(file)]
     return "\n\n".join(part for part in parts if part)
 
@@ -76,6 +77,25 @@ def _line(row: Sequence[str], widths: Sequence[int]) -> str:
     left = [cell.ljust(width) for cell, width in zip(row[:3], widths[:3], strict=True)]
     right = [cell.rjust(width) for cell, width in zip(row[3:6], widths[3:6], strict=True)]
     return ("  " + "  ".join([*left, *right, row[6]])).rstrip()
+
+
+def _quality(file: RecordingFile) -> str:
+    """How many values were not good, and why, where the file keeps that."""
+    if not file.header.per_value:
+        return ""
+    names = [spec.name for spec in file.header.signals if spec.role != "time"]
+    counts = {name: np.bincount(file.quality(name), minlength=len(QUALITIES)) for name in names}
+    found = {name: _counted(n) for name, n in counts.items() if n[1:].any()}
+    if not found:
+        return "every value is good, with the time of its reply"
+    return "\n".join(["values that are not good:", *(f"  {name}: {words}" for name, words in found.items())])
+
+
+def _counted(counts: Integers) -> str:
+    """Counts of values by the code of their quality in words."""
+    words = [f"{n} {word}" for n, word in zip(counts[1:], QUALITIES[1:], strict=False) if n]
+    words += [f"{counts[NOT_KNOWN]} not known"] if len(counts) > NOT_KNOWN else []
+    return ", ".join(words)
 
 
 def _plant(file: RecordingFile) -> str:
