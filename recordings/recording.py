@@ -19,7 +19,7 @@ from recordings.arrays import Array
 from recordings.errors import BadInput
 from recordings.hdf5.header import Header, Origin
 from recordings.plant import Event, Plant
-from recordings.sample_checks import codes_problem, value_problem
+from recordings.sample_checks import clock_problem, codes_problem, size_problem, value_problem
 from recordings.signal import UNDERSTOOD, Role, Signal
 from recordings.views import pictures
 
@@ -242,10 +242,26 @@ class Recording:
         Raises `BadInput` when there is no such signal, its unit is not known, or the stroke is needed and not known.
         """
         signal = self[name]
+        self.check(name)
         try:
             return signal.si(self.plant.stroke_m)
         except BadInput as problem:
             raise BadInput(f"{self.label}: {problem.where}", problem.found, problem.remedy) from None
+
+    def check(self, *names: str) -> None:
+        """Raise `BadInput` where the clock or the named signals, every one when none is named, cannot be computed with:
+        infinite or immense values, steps of time shorter than a nanosecond, times beyond thousands of years.
+        """
+        if self._clock_problem:
+            raise BadInput(f"{self.label}: /signals/time", *self._clock_problem)
+        for name in names or self.signals:
+            problem = size_problem(self[name].values)
+            if problem:
+                raise BadInput(f"{self.label}: /signals/{name}", *problem)
+
+    @cached_property
+    def _clock_problem(self) -> tuple[str, str] | None:
+        return clock_problem(self.time)
 
     @cached_property
     def sha256(self) -> str | None:

@@ -63,8 +63,9 @@ class RecorderSettings:
         trial = folder / f".writable-{secrets.token_hex(4)}"
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            os.close(os.open(trial, os.O_CREAT | os.O_EXCL | os.O_WRONLY))
+            descriptor = os.open(trial, os.O_CREAT | os.O_EXCL | os.O_WRONLY)
             trial.unlink()
+            os.close(descriptor)
         except OSError as error:
             found = f"nothing can be written there ({error.strerror})"
             raise BadInput(str(folder), found, "choose another directory, or change its permissions") from None
@@ -138,7 +139,7 @@ class FileSeries:
 
     def _is_full(self, writer: RecordingWriter) -> bool:
         megabytes, seconds = self._settings.rotate_mb, self._settings.rotate_s
-        too_large = megabytes is not None and writer.path.stat().st_size >= megabytes * 1e6
+        too_large = megabytes is not None and writer.n_bytes >= megabytes * 1e6
         return too_large or (seconds is not None and self._rows[0][0] - self._started >= seconds)
 
     def _next_path(self) -> Path:

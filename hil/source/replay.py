@@ -25,11 +25,12 @@ class ReplaySource:
     value that is NaN is bad. Events of the kinds that a source knows come between the samples.
 
     address : which recording, and how fast; valve : its name, else the plant's tag or the file's name. Raises BadInput
-    when the file cannot be read.
+    when the file cannot be read or computed with.
     """
 
     def __init__(self, address: ReplayAddress, valve: str | None = None) -> None:
         recording = read(address.path)
+        recording.check()
         self.valve = valve or recording.plant.tag or address.path.stem
         self.signals: Mapping[str, tuple[SignalSpec, ...]] = {self.valve: recording.header.signals}
         self.statistics = Statistics()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import secrets
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from types import TracebackType
@@ -100,15 +100,16 @@ class RecordingWriter:
                 self.path.unlink(missing_ok=True)
                 journal_path(self.path).unlink(missing_ok=True)
             self._disk = Disk(self.path)
-            self._file = self._create(header)
             try:
+                self._file = self._create(header)
                 self._disk.sync()
                 sync(self.path.parent)
                 self._journal = Journal(self.path, self._run, chunk_rows, header)
             except BaseException:
-                self._file.close()
-                self._disk.close()
+                with suppress(AttributeError):  # it was not made
+                    self._file.close()
                 self.path.unlink()
+                self._disk.close()
                 raise
         self._datasets = [self._file[column.group][column.name] for column in self._columns]
 
@@ -125,6 +126,11 @@ class RecordingWriter:
     def __len__(self) -> int:
         """The number of samples acknowledged."""
         return self._n_rows
+
+    @property
+    def n_bytes(self) -> int:
+        """The size of the file, also where somebody took it away."""
+        return self._disk.n_bytes
 
     def append(
         self,
@@ -181,13 +187,14 @@ class RecordingWriter:
         if self._closed:
             return
         self._closed = True
-        try:
-            with writing(self.path), undisturbed():
-                self._finish()
-                if self._failed and journal_path(self.path).exists():
-                    self._disk.put_back(self.path)
-        finally:
-            self._disk.close()
+        with writing(self.path):
+            try:
+                with undisturbed():
+                    self._finish()
+                    if self._failed and journal_path(self.path).exists():
+                        self._disk.put_back(self.path)
+            finally:
+                self._disk.close()
         if self._failed:
             lost = recover(self.path).lost
             if lost:

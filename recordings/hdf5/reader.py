@@ -69,6 +69,7 @@ class RecordingFile:
     def load(self, signals: Iterable[str] | None = None) -> Recording:
         """Read the named signals, and time always, into a recording; every signal when none is named."""
         wanted = self.specs if signals is None else dict.fromkeys(["time", *signals])
+        self.signal("time")  # what fills the memory does not go forward: then nothing else is read
         header, about = self.header, [name for name in wanted if name != "time"] if self.header.per_value else []
         return Recording(
             signals={name: self._unchecked(name) for name in wanted},  # the recording checks its values

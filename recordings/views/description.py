@@ -17,7 +17,7 @@ from recordings.views.pictures import GAP_STEPS
 
 def describe(path: str | Path) -> str:
     """What a recording holds, in lines of text; `BadInput` when it is not a valid recording."""
-    with open_recording(path) as file:
+    with open_recording(path) as file, np.errstate(all="ignore"):  # a file may say any number
         time = file.signal("time").values
         parts = [_head(file, time), _sampling(time), _table(file), _quality(file)]
         parts += [_plant(file), _events(file), _attributes(file), _use(file)]

@@ -20,6 +20,7 @@ import sys
 import traceback
 from collections import Counter
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -40,6 +41,7 @@ from hil import (
 from recordings import BadInput, BristleError, RecordingWriter, SignalSpec, read, recover
 
 SHIM = ctypes.CDLL(None)
+SHIM.failing_calls_arm.argtypes = [ctypes.c_char_p, ctypes.c_int, ctypes.c_long, ctypes.c_int, ctypes.c_int]
 KINDS = {"open": 1, "write": 2, "short write": 3, "fsync": 4, "rename": 5, "close": 6, "unlink": 7, "truncate": 8}
 ERRORS = {"open": errno.EMFILE, "write": errno.ENOSPC, "truncate": errno.ENOSPC, "unlink": errno.EACCES}
 STEP, N_SAMPLES, BATCH = 0.01, 60, 10
@@ -101,7 +103,7 @@ def record(folder: Path, report: Report) -> None:
     asyncio.run(Recorder(source, settings).run(asyncio.Event()))  # type: ignore[arg-type]
 
 
-def memory(folder: Path, report: Report, n: int) -> None:
+def memory(folder: Path, n: int, report: Report) -> None:
     """The writer, where the n-th allocation of Python's fails."""
     import _testcapi
 
@@ -173,7 +175,10 @@ def run_case(work: Callable[[Report], None], folder: Path, arm: Callable[[], Non
         os.close(inside)
         os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
         signal.alarm(LONGEST_S)
-        report: Report = lambda word, value: os.write(outside, (json.dumps([word, value]) + "\n").encode())  # noqa: E731
+
+        def report(word: str, value: Any) -> None:
+            os.write(outside, (json.dumps([word, value]) + "\n").encode())
+
         try:
             arm()
             work(report)
@@ -248,9 +253,8 @@ def calls_failing(
     for kind, for_good, numbers in cases(stride):
         for number in numbers:
             error = ERRORS.get(kind, errno.EIO)
-            arm = lambda: SHIM.failing_calls_arm(str(folder).encode(), KINDS[kind], number, error, for_good)  # noqa: E731
-            SHIM.failing_calls_arm.argtypes = [ctypes.c_char_p, ctypes.c_int, ctypes.c_long, ctypes.c_int, ctypes.c_int]
-            found = run_case(lambda report: work(folder, report), folder, arm)
+            arm = partial(SHIM.failing_calls_arm, str(folder).encode(), KINDS[kind], number, error, for_good)
+            found = run_case(partial(work, folder), folder, arm)
             if found.get("calls", number) < number:
                 break
             yield f"{kind} {number}{' and all later' if for_good else ''}", how(found), check(found)
@@ -262,7 +266,7 @@ def how(found: dict[str, Any]) -> str:
 
 def allocations_failing(folder: Path, stride: int) -> Iterator[tuple[str, str, str]]:
     for number in range(1, 1_000_000, stride):
-        found = run_case(lambda report: memory(folder, report, number), folder, lambda: None)
+        found = run_case(partial(memory, folder, number), folder, lambda: None)
         if how(found) == "ended":
             return
         found.pop("refused", None)
@@ -283,7 +287,8 @@ def main(folder: Path, scenario: str, stride: int, *more: str) -> None:
 
         made = calls_failing(watching, folder, stride, check)
     ends, wrong, n_cases = Counter[str](), [], 0
-    for n_cases, (case, end, problem) in enumerate(made, 1):
+    for case, end, problem in made:
+        n_cases += 1
         ends[end] += 1
         if problem:
             wrong.append([case, problem])

@@ -31,9 +31,9 @@ from recordings.importers.formats.text_dialect import (
     split_row,
 )
 from recordings.importers.mapping import FileLayout
-from recordings.importers.table import BadCell, ForeignTable
+from recordings.importers.table import BadCell, ForeignTable, check_expansion
 
-_BLOCK_ROWS = 20_000
+_BLOCK_ROWS, _BLOCK_CELLS = 20_000, 400_000
 _SAMPLE_LINES = 60
 _LONGEST_LINE = 1 << 20
 """Checked before a line is held: a file of a few MB can unpack into gigabytes without a line's end."""
@@ -106,11 +106,13 @@ class _Parser:
         if not sample:
             raise BadInput(str(self._path), "it holds no data", "give a file with at least two rows of numbers")
         headers, units, skipped = self._head(sample, separator)
+        check_expansion(self._path, 0, len(headers))
         names, named_units = named_columns(headers)
         empty = ForeignTable(str(self._path), dict.fromkeys(names, np.empty(0)))
         columns = _Columns(names, self._layout, {empty.name_of(text) for text in self._wanted_texts})
         for block in self._blocks(chain(sample[skipped:], lines), separator, len(names)):
             columns.add(block)
+            check_expansion(self._path, len(columns.rows) * (1 + len(names)))
         if len(columns.rows) == 0:
             raise BadInput(str(self._path), "it holds no data", "give a file with at least two rows of numbers")
         return columns.table(str(self._path), named_units | units)
@@ -145,7 +147,8 @@ class _Parser:
 
     def _blocks(self, lines: Iterable[TextLine], separator: str, width: int) -> Iterator[list[tuple[int, list[str]]]]:
         rows = self._rows(lines, separator, width)
-        while block := list(islice(rows, _BLOCK_ROWS)):
+        n_rows = max(min(_BLOCK_ROWS, _BLOCK_CELLS // max(width, 1)), 1)
+        while block := list(islice(rows, n_rows)):
             yield block
 
     def _rows(self, lines: Iterable[TextLine], separator: str, width: int) -> Iterator[tuple[int, list[str]]]:
