@@ -58,10 +58,13 @@ class RecordingFile:
         """What the file declares of each signal, by name."""
         return MappingProxyType({spec.name: spec for spec in self.header.signals})
 
-    def signal(self, name: str) -> Signal:
-        """Read one signal; `BadInput` when there is none of that name or its values break a rule of the format."""
+    def signal(self, name: str, *, may_be_missing: bool = False) -> Signal:
+        """Read one signal; `BadInput` when there is none of that name or its values break a rule of the format.
+
+        may_be_missing : whether an input or output without one number is accepted, to be looked at.
+        """
         signal = self._unchecked(name)
-        problem = value_problem(signal.role, signal.values)
+        problem = None if may_be_missing and name != "time" else value_problem(signal.role, signal.values)
         if problem:
             raise BadInput(f"{self.path}: /signals/{name}", *problem)
         return signal

@@ -10,7 +10,7 @@ import numpy as np
 
 from recordings.arrays import Array, Integers
 from recordings.hdf5.reader import RecordingFile, open_recording
-from recordings.sample_checks import NOT_KNOWN, QUALITIES
+from recordings.sample_checks import NOT_KNOWN, QUALITIES, holds_number
 from recordings.signal import SignalSpec
 from recordings.views.pictures import GAP_STEPS
 
@@ -50,7 +50,8 @@ def _sampling(time: Array) -> str:
 
 def _table(file: RecordingFile) -> str:
     rows: list[tuple[str, ...]] = [("signal", "role", "unit", "from", "to", "missing", "")]
-    rows += [_row(spec, file.signal(spec.name).values) for spec in file.header.signals if spec.role != "time"]
+    specs = [spec for spec in file.header.signals if spec.role != "time"]
+    rows += [_row(spec, file.signal(spec.name, may_be_missing=True).values) for spec in specs]
     widths = [max(len(row[k]) for row in rows) for k in range(6)]
     return "\n".join(_line(row, widths) for row in rows)
 
@@ -122,6 +123,9 @@ def _events(file: RecordingFile) -> str:
 def _use(file: RecordingFile) -> str:
     """What a fit could do with it, by the rule of the format."""
     specs, area = file.specs, file.header.plant.diaphragm_area_m2
+    empty = [name for name, spec in specs.items() if spec.role in ("input", "output") and not _has_numbers(file, name)]
+    if empty:
+        return f"nothing can be computed with it: every sample of {', '.join(empty)} is missing"
     if "position" not in specs:
         return "a fit needs a position, which is not here"
     if specs["position"].role == "input" and "force" in specs:
@@ -132,3 +136,7 @@ def _use(file: RecordingFile) -> str:
         return "a fit can predict the position from the pressure and the diaphragm area"
     missing = "the plant's diaphragm_area_m2" if "pressure" in specs else "a force or a pressure"
     return f"a fit needs {missing} besides the position, which is not here"
+
+
+def _has_numbers(file: RecordingFile, name: str) -> bool:
+    return holds_number(file.signal(name, may_be_missing=True).values)

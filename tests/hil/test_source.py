@@ -91,14 +91,14 @@ def two_reads(name: str) -> Valve:
     return Valve(name, RegisterMap.model_validate({"name": name, "points": points}))
 
 
-TABLES = ((1, "input"), (2, "holding"))
+TABLES = ((1, "holding"), (2, "input"))
 
 
 def test_values_before_a_loss_in_the_same_round_stay_good_each_with_its_own_time():
     async def story() -> tuple[Sample, Sample]:
         def answer(unit: int, function: int, address: int, count: int) -> list[int] | None:
             losses.append(function)
-            if function == 3 and losses.count(3) == 3:
+            if function == 4 and losses.count(4) == 3:
                 peer.drop()
                 return None
             return [len(losses)]
