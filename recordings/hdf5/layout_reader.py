@@ -18,6 +18,7 @@ from recordings.hdf5.header import ORIGINS, RESERVED, Header, attribute_problem,
 from recordings.hdf5.items import (
     NOT_PLAIN,
     check_column,
+    clock_of,
     member,
     number_attribute,
     numbers_of,
@@ -102,11 +103,10 @@ def _signals(
             dataset = member(group, signal, h5py.Dataset, item)
             found[signal] = _length(dataset, item)
             specs.append(_spec(dataset, signal, item))
-            problem = value_problem(specs[-1].role, numbers_of(dataset)) if values else None
-            if problem:
-                raise BadInput(item, *problem)
     if lengths:
         _check_lengths(found, where, problems)
+    if values and "time" in found:
+        _check_values(group, specs, found, where, problems)
     clash = signals_problem(specs) if len(specs) == len(group) else None
     if clash:
         problems.add(f"{name}: {clash[0]}", *clash[1:])
@@ -139,6 +139,22 @@ def _check_detail(
         problem = codes_problem(numbers_of(dataset)) if values and "/quality/" in item else None
         if problem:
             raise BadInput(item, *problem)
+
+
+def _check_values(
+    group: h5py.Group, specs: list[SignalSpec], lengths: dict[str, int], where: str, problems: Problems
+) -> None:
+    """Judge the samples; where the clock is wrong, or of another length, there is nothing to hold the others for."""
+    before = len(problems.found)
+    with problems.within(f"{where}/time"):
+        clock_of(group["time"], f"{where}/time")
+    for spec in specs if len(problems.found) == before else ():
+        item = f"{where}/{spec.name}"
+        with problems.within(item):
+            same = spec.name != "time" and lengths[spec.name] == lengths["time"]
+            problem = value_problem(spec.role, numbers_of(group[spec.name])) if same else None
+            if problem:
+                raise BadInput(item, *problem)
 
 
 def _length(dataset: h5py.Dataset, where: str) -> int:

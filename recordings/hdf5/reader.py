@@ -12,7 +12,7 @@ import numpy as np
 from recordings.arrays import Array
 from recordings.errors import BadInput
 from recordings.hdf5.header import Header
-from recordings.hdf5.items import member, numbers_of
+from recordings.hdf5.items import clock_of, member, numbers_of
 from recordings.hdf5.layout_reader import FileContents, layout_of
 from recordings.hdf5.opening import open_hdf5
 from recordings.hdf5.probe import probe
@@ -72,10 +72,10 @@ class RecordingFile:
     def load(self, signals: Iterable[str] | None = None) -> Recording:
         """Read the named signals, and time always, into a recording; every signal when none is named."""
         wanted = self.specs if signals is None else dict.fromkeys(["time", *signals])
-        self.signal("time")  # what fills the memory does not go forward: then nothing else is read
+        clock = self._unchecked("time")  # first: where it is wrong nothing else is read
         header, about = self.header, [name for name in wanted if name != "time"] if self.header.per_value else []
         return Recording(
-            signals={name: self._unchecked(name) for name in wanted},  # the recording checks its values
+            signals={name: clock if name == "time" else self._unchecked(name) for name in wanted},
             plant=header.plant,
             title=header.title,
             source=header.source,
@@ -167,4 +167,6 @@ def opened(path: Path) -> h5py.File:
 def _values(file: h5py.File, group: str, name: str, path: str) -> Array:
     where = f"{path}: /{group}/{name}"
     with h5py_errors(where):
+        if group == "signals" and name == "time":
+            return clock_of(member(file[group], name, h5py.Dataset, where), where)
         return numbers_of(member(file[group], name, h5py.Dataset, where))
