@@ -80,8 +80,10 @@ def _resume(monitor: Monitor, options: MonitorOptions, model: ValveModel) -> Non
         for name in monitor.resume(dict.fromkeys(monitor.valves, (watch, None))):
             _learned(name, watch)
     elif options.state is not None and options.state.exists() and options.learn_s is None:
-        for name in monitor.resume(load_state(options.state, model.model_dump_json())):
+        known = load_state(options.state, model.model_dump_json())
+        for name in monitor.resume(known):
             print(f"{name}: resumed from {options.state}", file=sys.stderr)
+            _learned(name, known[name][0])
 
 
 class _opened:
