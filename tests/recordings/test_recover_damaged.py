@@ -48,7 +48,7 @@ def details(n_samples: int, start: int = 0) -> tuple[dict[str, np.ndarray], dict
     """The quality and the reply times of the samples from `start` on."""
     row = np.arange(start, start + n_samples)
     names = ("position", "force")
-    return {name: row % 5.0 for name in names}, {name: np.where(row % 5, np.nan, 0.001 * row) for name in names}
+    return dict.fromkeys(names, row % 5.0), {name: np.where(row % 5, np.nan, 0.001 * row) for name in names}
 
 
 def journal_of(path: Path) -> Path:
