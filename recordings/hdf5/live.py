@@ -89,7 +89,7 @@ class RecordingWriter:
         self.path = Path(path)
         about = (plant or Plant(), title, source, created or datetime.now(UTC), attributes or {})
         header = Header(tuple(signals), *about, per_value=per_value)
-        self._names, self._per_value = [spec.name for spec in header.signals], per_value
+        self._names = [spec.name for spec in header.signals]
         self._columns = columns_of(header)
         self._n_rows, self._last_time, self._n_chunks, self._chunk_rows = 0, -np.inf, 0, chunk_rows
         self._run, self._failed, self._closed = secrets.token_hex(8), False, False
@@ -294,7 +294,8 @@ class RecordingWriter:
         self._n_chunks = self._n_rows // rows
         if self._journal.oversize:
             tail = self._n_chunks * rows
-            self._journal.restart(tail, np.stack([dataset[tail:] for dataset in self._datasets]))
+            parts = zip(self._columns, self._datasets, strict=True)
+            self._journal.restart(tail, np.stack([column.plain(dataset[tail:]) for column, dataset in parts]))
 
 
 def _place(dataset: h5py.Dataset, first_row: int, n_rows: int) -> tuple[int, int]:

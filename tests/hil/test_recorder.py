@@ -285,6 +285,19 @@ def test_a_disk_that_refuses_ends_the_session_in_words(tmp_path):
         recorded(Vanishing(500, 10, disk), folder, batch_s=0.02, rotate_s=0.1, acknowledge=disk)
 
 
+def test_whoever_cannot_be_told_does_not_end_the_recording_and_is_counted(tmp_path):
+    def refuse(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    why = LinkEvent(100.05, 1.7e9, "V1", "bad_value", "mode: not valid: nothing")
+    source = Script([*(sample(k) for k in range(10)), why, *(sample(k) for k in range(10, 20))])
+    report = recorded(source, tmp_path / "run.h5", tell=refuse, acknowledge=refuse)
+    assert len(read(tmp_path / "run.h5")) == 20
+    assert [event.kind for event in read(tmp_path / "run.h5").events] == ["bad_value"]
+    assert report.statistics.failures["an event could not be told ([Errno 28] No space left on device)"] == 1
+    assert report.statistics.failures["a batch could not be acknowledged ([Errno 28] No space left on device)"] >= 1
+
+
 @pytest.mark.parametrize(
     ("make", "valves", "words"),
     [
