@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from recordings.arrays import Array, Integers
+from recordings.arrays import Array, IndexArray
 from recordings.hdf5.reader import RecordingFile, open_recording
 from recordings.sample_checks import NOT_KNOWN, QUALITIES, holds_number
 from recordings.signal import SignalSpec
@@ -92,7 +92,7 @@ def _quality(file: RecordingFile) -> str:
     return "\n".join(["values that are not good:", *(f"  {name}: {words}" for name, words in found.items())])
 
 
-def _counted(counts: Integers) -> str:
+def _counted(counts: IndexArray) -> str:
     """Counts of values by the code of their quality in words."""
     words = [f"{n} {word}" for n, word in zip(counts[1:], QUALITIES[1:], strict=False) if n]
     words += [f"{counts[NOT_KNOWN]} not known"] if len(counts) > NOT_KNOWN else []
