@@ -37,6 +37,8 @@ _BLOCK_ROWS, _BLOCK_CELLS = 20_000, 400_000
 _SAMPLE_LINES = 60
 _LONGEST_LINE = 1 << 20
 """Checked before a line is held: a file of a few MB can unpack into gigabytes without a line's end."""
+_ALWAYS_CHARACTERS, _MOST_PACKED = 2_000_000, 20
+"""Text may be so long, and longer by this many times the bytes of its file: measurements shrink to a third or a tenth."""
 _MISSING = frozenset({"", "-", "--", "?", "na", "n/a", "#n/a", "nan", "null", "none", "nil", "missing"})
 
 TextLine = tuple[int, str]
@@ -119,11 +121,15 @@ class _Parser:
 
     def _lines(self, stream: TextIO) -> Iterator[TextLine]:
         """The lines that count, with their number in the file."""
-        comment = self._layout.comment
+        comment, left = self._layout.comment, _ALWAYS_CHARACTERS + _MOST_PACKED * self._path.stat().st_size
         for number, line in enumerate(iter(functools.partial(stream.readline, _LONGEST_LINE), ""), start=1):
             if len(line) == _LONGEST_LINE:
                 remedy = "give a table, one row a line"
                 raise BadInput(f"{self._path}: line {number}", f"it has {_LONGEST_LINE} characters or more", remedy)
+            left -= len(line)
+            if left < 0:
+                found = f"it unpacks into more than {_MOST_PACKED} times its size"
+                raise BadInput(f"{self._path}: line {number}", found, "unpack it first, if it holds measurements")
             line = line.rstrip("\n")
             blank = not line.strip() or (comment and line.lstrip().startswith(comment))
             if number > self._layout.skip_lines and not blank:
