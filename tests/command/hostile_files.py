@@ -282,11 +282,9 @@ def tables(folder: Path) -> Named:
         yield name, text.encode()
     packed = gzip.compress((TABLE + ROWS).encode())
     yield from cut("a packed table", packed, 10)
-    yield "a packed line", gzip.compress(b"1" * (1 << 26), 6)
-    yield (
-        "packed rows",
-        gzip.compress((TABLE + "".join(f"{k},0,0\n" for k in range(100))).encode() + b"0,0,0\n" * 9_000_000, 1),
-    )
+    yield "a packed line", squeezed(b"", b"1" * 100_000, 640, 31)
+    rows = "".join(f"{k},0,0\n" for k in range(100)).encode()
+    yield "packed rows", squeezed(TABLE.encode() + rows, b"0,0,0\n" * 10_000, 900, 31)
     yield "damaged packing", packed[:40] + bytes([packed[40] ^ 255]) + packed[41:]
     yield "packing in packing", gzip.compress(gzip.compress(packed))
     yield "UTF-16 without an end", ("\ufeff" + TABLE + ROW).encode("utf-16-le")[:-1]
@@ -296,8 +294,16 @@ def matlab(variables: bytes) -> bytes:
     return b"MATLAB 5.0 MAT-file".ljust(124) + struct.pack("<H", 0x0100) + b"IM" + variables
 
 
-def packed(data: bytes) -> bytes:
-    small = zlib.compress(data, 6)
+def squeezed(start: bytes, chunk: bytes, n: int, form: int = 15) -> bytes:
+    """A start and n times the same, packed without ever being held. form : 15 for zlib, 31 for gzip."""
+    packing = zlib.compressobj(6, wbits=form)
+    parts = [packing.compress(start), *(packing.compress(chunk) for _ in range(n)), packing.flush()]
+    return b"".join(parts)
+
+
+def packed(start: bytes, chunk: bytes = b"", n: int = 0) -> bytes:
+    """A packed variable of MATLAB."""
+    small = squeezed(start, chunk, n)
     return struct.pack("<II", 15, len(small)) + small
 
 
@@ -325,7 +331,7 @@ def matlabs(folder: Path) -> Named:
     whole = mat_of(t=np.arange(N) / 100.0, x=np.sin(np.arange(N)))
     yield from cut("MATLAB", whole, 15)
     yield "a head alone", matlab(b"")
-    yield "a bomb", matlab(packed(struct.pack("<II", 14, 1 << 29) + bytes(1 << 28)))
+    yield "a bomb", matlab(packed(struct.pack("<II", 14, 1 << 29), bytes(1 << 20), 512))
     yield "declares 4 GB", matlab(struct.pack("<II", 14, 0xFFFFFFF0) + bytes(64))
     yield "deep cells", matlab(nested_cells(3000))
     yield "packed deep cells", matlab(packed(nested_cells(3000)))
