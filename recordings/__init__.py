@@ -20,13 +20,18 @@ from recordings.library import bundled, bundled_names, bundled_path
 from recordings.noise import white_noise
 from recordings.plant import Event, Plant
 from recordings.progress import Progress, silent, tracked
-from recordings.recording import Recording
+from recordings.recording import Codes, Recording
+from recordings.sample_checks import LARGEST, NOT_KNOWN, QUALITIES
 from recordings.signal import ROLES, UNDERSTOOD, Role, Signal, SignalSpec
+from recordings.text_files import check_depth, read_small_json, read_small_text, read_small_toml
 from recordings.units import UNITS, Unit, convert, find_unit, unit
 from recordings.views.description import describe
 from recordings.views.page import picture
 
 __all__ = [
+    "LARGEST",
+    "NOT_KNOWN",
+    "QUALITIES",
     "ROLES",
     "UNDERSTOOD",
     "UNITS",
@@ -34,6 +39,7 @@ __all__ = [
     "BadInput",
     "BadParameter",
     "BristleError",
+    "Codes",
     "Event",
     "Header",
     "IndexArray",
@@ -56,6 +62,7 @@ __all__ = [
     "bundled",
     "bundled_names",
     "bundled_path",
+    "check_depth",
     "classes_of",
     "convert",
     "describe",
@@ -64,6 +71,9 @@ __all__ = [
     "open_recording",
     "picture",
     "read",
+    "read_small_json",
+    "read_small_text",
+    "read_small_toml",
     "read_truth",
     "recover",
     "save_json",

@@ -11,16 +11,20 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from numpy.typing import ArrayLike
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from recordings.array_signals import DataFrameLike, arrays_of_frame, signals_of_arrays
 from recordings.arrays import Array
 from recordings.errors import BadInput
 from recordings.hdf5.header import Header, Origin
 from recordings.plant import Event, Plant
-from recordings.sample_checks import value_problem
+from recordings.sample_checks import clock_problem, codes_problem, size_problem, value_problem
 from recordings.signal import UNDERSTOOD, Role, Signal
 from recordings.views import pictures
+
+Codes = NDArray[np.uint8]
+"""The quality of each value, shape (n_samples,): codes of `QUALITIES`."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -29,7 +33,9 @@ class Recording:
 
     signals : by name, of n_samples values each, exactly one of them `time` [s], strictly increasing;
     plant : what is known of it; title : one line; source : one of `ORIGINS`; created : with time zone;
-    events : what happened; attributes : further texts and numbers, kept; path : the file it came from.
+    events : what happened; attributes : further texts and numbers, kept; path : the file it came from;
+    quality, reply_times : by signal, what is known of each value of a device (format version 2): codes of `QUALITIES`,
+    and when the reply came that brought it [s]; empty where nothing is known.
 
     Raises `BadInput` naming the item when the parts do not make a valid recording.
 
@@ -49,12 +55,14 @@ class Recording:
     events: tuple[Event, ...] = ()
     attributes: Mapping[str, str | float] = field(default_factory=dict)
     path: Path | None = None
+    quality: Mapping[str, Codes] = field(default_factory=dict)
+    reply_times: Mapping[str, Array] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "signals", MappingProxyType(dict(self.signals)))
-        object.__setattr__(self, "attributes", MappingProxyType(dict(self.attributes)))
+        for name in _MAPPINGS:
+            object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
         object.__setattr__(self, "events", tuple(self.events))
-        problem = _mapping_problem(self.signals)
+        problem = _mapping_problem(self.signals) or _details_problem(self)
         if problem:
             raise BadInput(f"{self.label}: {problem[0]}", *problem[1:])
         _ = self.header  # building it checks the rest
@@ -208,7 +216,7 @@ class Recording:
     def __reduce__(self) -> tuple[type[Recording], tuple[Any, ...]]:
         """Pickle as plain dictionaries: read-only views of them cannot be sent to another process."""
         values = {item.name: getattr(self, item.name) for item in fields(self)}
-        values |= {"signals": dict(self.signals), "attributes": dict(self.attributes)}
+        values |= {name: dict(getattr(self, name)) for name in _MAPPINGS}
         return type(self), tuple(values.values())
 
     @property
@@ -225,7 +233,8 @@ class Recording:
     def header(self) -> Header:
         """Everything but samples and events."""
         specs = tuple(signal.spec for signal in self.signals.values())
-        return Header(specs, self.plant, self.title, self.source, self.created, self.attributes)
+        about = (self.plant, self.title, self.source, self.created, self.attributes)
+        return Header(specs, *about, per_value=bool(self.quality))
 
     def si(self, name: str) -> Signal:
         """The signal of a name in SI units; a position in % becomes metres with the plant's stroke.
@@ -233,10 +242,26 @@ class Recording:
         Raises `BadInput` when there is no such signal, its unit is not known, or the stroke is needed and not known.
         """
         signal = self[name]
+        self.check(name)
         try:
             return signal.si(self.plant.stroke_m)
         except BadInput as problem:
             raise BadInput(f"{self.label}: {problem.where}", problem.found, problem.remedy) from None
+
+    def check(self, *names: str) -> None:
+        """Raise `BadInput` where the clock or the named signals, every one when none is named, cannot be computed with:
+        infinite or immense values, steps of time shorter than a nanosecond, times beyond thousands of years.
+        """
+        if self._clock_problem:
+            raise BadInput(f"{self.label}: /signals/time", *self._clock_problem)
+        for name in names or self.signals:
+            problem = size_problem(self[name].values)
+            if problem:
+                raise BadInput(f"{self.label}: /signals/{name}", *problem)
+
+    @cached_property
+    def _clock_problem(self) -> tuple[str, str] | None:
+        return clock_problem(self.time)
 
     @cached_property
     def sha256(self) -> str | None:
@@ -245,6 +270,29 @@ class Recording:
             return None
         with self.path.open("rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+_MAPPINGS = ("signals", "attributes", "quality", "reply_times")
+
+
+def _details_problem(recording: Recording) -> tuple[str, str, str] | None:
+    """What is wrong with the quality and the reply times of the values."""
+    names = {name for name in recording.signals if name != "time"}
+    for group in ("quality", "reply_times"):
+        arrays: Mapping[str, NDArray[Any]] = getattr(recording, group)
+        if (recording.quality or recording.reply_times) and set(arrays) != names:
+            return (
+                f"/{group}",
+                f"it has {', '.join(arrays) or 'nothing'}",
+                "give it for every signal but time, or for none",
+            )
+        for name, values in arrays.items():
+            if values.shape != recording.signals["time"].values.shape:
+                return f"/{group}/{name}", f"it has the shape {values.shape}", "there is one for each sample"
+            problem = codes_problem(values) if group == "quality" else None
+            if problem:
+                return f"/{group}/{name}", *problem
+    return None
 
 
 def _mapping_problem(signals: Mapping[str, Signal]) -> tuple[str, str, str] | None:

@@ -12,6 +12,16 @@ from recordings.signal import Role
 
 _BLOCK = 1 << 18
 
+QUALITIES = ("good", "stale", "out of range", "not valid", "link")
+"""What a value is, by its code in a recording of version 2."""
+NOT_KNOWN = 255
+"""The code where the disk did not keep the quality."""
+
+LARGEST = 1e30
+"""Larger numbers measure nothing, and overflow where they are multiplied."""
+SHORTEST_STEP_S, LATEST_S = 1e-9, 1e11
+"""Nothing is sampled faster than that; a clock beyond 3000 years counts milliseconds or less."""
+
 TIME_REMEDY = "time is finite and strictly increasing; sort the rows and drop repeated ones"
 
 
@@ -58,3 +68,33 @@ def value_problem(role: Role, values: Array) -> tuple[str, str] | None:
         remedy = f"an {role} holds at least one number; give it the role 'extra' or leave it out"
         return "every sample is missing (NaN)", remedy
     return None
+
+
+def codes_problem(codes: Array) -> tuple[str, str] | None:
+    """What is wrong with codes of quality, shape (n_samples,), as (found, remedy); None when they are fine."""
+    known = np.isin(codes, [*range(len(QUALITIES)), NOT_KNOWN]) | np.isnan(codes)
+    if known.all():
+        return None
+    first = int(np.argmin(known))
+    words = ", ".join(f"{code} {word}" for code, word in enumerate(QUALITIES))
+    return f"the code {codes[first]:g} of sample {first} is no quality", f"allowed: {words}, {NOT_KNOWN} not known"
+
+
+def size_problem(values: Array) -> tuple[str, str] | None:
+    """Why values, shape (n_samples,), cannot be computed with, as (found, remedy); None when they can."""
+    for start in range(0, len(values), _BLOCK):
+        with np.errstate(invalid="ignore"):
+            wild = np.abs(values[start : start + _BLOCK]) > LARGEST
+        if wild.any():
+            first = start + int(np.argmax(wild))
+            return f"sample {first} is {values[first]:g}", "a sample is a finite number, or NaN where it is missing"
+    return None
+
+
+def clock_problem(time: Array) -> tuple[str, str] | None:
+    """Why a clock [s], shape (n_samples,), that goes forward cannot be that of a measurement; None when it can."""
+    remedy = "time is in s: import it with the unit that it has"
+    if max(abs(time[0]), abs(time[-1])) > LATEST_S:
+        return f"it runs from {time[0]:g} to {time[-1]:g} s", remedy
+    shortest = min(float(np.diff(time[k : k + _BLOCK + 1]).min()) for k in range(0, len(time) - 1, _BLOCK))
+    return (f"two samples are {shortest:g} s apart", remedy) if shortest < SHORTEST_STEP_S else None

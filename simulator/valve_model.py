@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from recordings import BadInput, save_text
+from recordings import BadInput, check_depth, read_small_text, save_text
 from simulator.effect import Catalogue
 from simulator.effects import CATALOGUE
 
@@ -81,10 +81,9 @@ class ValveModel(BaseModel):
 
         Raises BadInput naming the file, the item and what is wrong with it.
         """
-        try:
-            text = Path(path).read_text(encoding="utf-8")
-        except (OSError, UnicodeDecodeError) as error:
-            raise BadInput(str(path), f"cannot be read ({error})", "give a model.json of a fit or a trace") from error
+        remedy = "give a model.json of a fit or a trace"
+        text = read_small_text(Path(path), remedy)
+        check_depth(Path(path), text, remedy)
         try:
             model = cls.model_validate_json(text)
         except ValidationError as error:

@@ -80,8 +80,10 @@ def _resume(monitor: Monitor, options: MonitorOptions, model: ValveModel) -> Non
         for name in monitor.resume(dict.fromkeys(monitor.valves, (watch, None))):
             _learned(name, watch)
     elif options.state is not None and options.state.exists() and options.learn_s is None:
-        for name in monitor.resume(load_state(options.state, model.model_dump_json())):
+        known = load_state(options.state, model.model_dump_json())
+        for name in monitor.resume(known):
             print(f"{name}: resumed from {options.state}", file=sys.stderr)
+            _learned(name, known[name][0])
 
 
 class _opened:
@@ -116,8 +118,9 @@ def _learned(valve: str, watch: Watch) -> None:
 
 def _show(status: tuple[ValveStatus, ...], statistics: Statistics, seconds: float) -> None:
     shown = "  ".join(_word(one) for one in status[:4]) + (f"  and {len(status) - 4} more" if len(status) > 4 else "")
-    missed = f"  {statistics.missed} deadlines missed" if statistics.missed else ""
-    print(f"\r{seconds:6.0f} s  {shown}{missed} \033[K", end="", file=sys.stderr, flush=True)
+    counts = {"deadlines missed": statistics.missed, "failures": statistics.failures.total()}
+    troubles = "".join(f"  {n} {what}" for what, n in counts.items() if n)
+    print(f"\r{seconds:6.0f} s  {shown}{troubles} \033[K", end="", file=sys.stderr, flush=True)
 
 
 def _word(one: ValveStatus) -> str:
@@ -146,7 +149,8 @@ def _finish(end: MonitorEnd, monitor: Monitor) -> None:
                 print(f"{valve.valve}: recorded to {path}", file=sys.stderr)
     for failure, n in end.failures.items():
         print(f"{n} x {failure}", file=sys.stderr)
-    print(f"{samples} samples in {end.seconds:.1f} s, {end.alarms} alarms", file=sys.stderr)
+    failed = f", {end.failures.total()} failures" if end.failures else ""
+    print(f"{samples} samples in {end.seconds:.1f} s, {end.alarms} alarms{failed}", file=sys.stderr)
     if end.alarms:
         raise NegativeAnswer(f"{end.alarms} alarms were raised")
     if end.stopped_by is signal.SIGINT:

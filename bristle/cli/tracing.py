@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -41,12 +40,14 @@ def error_lines(found: Trace) -> Iterator[str]:
 
 def trace_words(file: Path) -> str:
     """A `trace.json` in words. Raises BadInput when it is none."""
-    from recordings import BadInput
+    from recordings import BadInput, read_small_json
 
+    remedy = "write one with 'bristle trace --out'"
+    content = read_small_json(file, remedy)
     try:
-        return "\n".join(_told(json.loads(file.read_text(encoding="utf-8"))))
-    except (OSError, ValueError, LookupError, TypeError, AttributeError) as error:
-        raise BadInput(str(file), f"it is no trace ({error!r})", "write one with 'bristle trace --out'") from None
+        return "\n".join(_told(content))
+    except (ArithmeticError, ValueError, LookupError, TypeError, AttributeError) as error:
+        raise BadInput(str(file), f"it is no trace ({repr(error)[:120]})", remedy) from None
 
 
 def _told(content: dict[str, Any]) -> Iterator[str]:

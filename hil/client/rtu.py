@@ -24,6 +24,7 @@ and so do reads of different lengths.
 from __future__ import annotations
 
 import asyncio
+import math
 import os
 from collections import Counter
 from dataclasses import dataclass
@@ -301,7 +302,8 @@ class RtuWire(asyncio.Protocol):
 
     def _settle(self, reply: Reply) -> None:
         if self._request is not None and not self._answer.done():
-            self._answer.set_result(reply)
+            moment = self._loop.time() if reply.fault is None else math.nan
+            self._answer.set_result(reply._replace(time=moment))
             self._request = None
 
     def _end(self, reply: Reply) -> None:

@@ -25,6 +25,7 @@ there. A heartbeat register as the last point of a read shows even that.
 from __future__ import annotations
 
 import asyncio
+import math
 import ssl
 from collections import Counter, deque
 from collections.abc import Iterator
@@ -211,7 +212,8 @@ class TcpWire(asyncio.Protocol):
 
     def _settle(self, reply: Reply) -> None:
         if self._request is not None and not self._answer.done():
-            self._answer.set_result(reply)
+            moment = self._loop.time() if reply.fault is None else math.nan
+            self._answer.set_result(reply._replace(time=moment))
             self._request = None
 
     def _end(self, reply: Reply) -> None:

@@ -6,6 +6,7 @@ No socket, no clock and no wire library here. What a reply must be before a valu
 
 from __future__ import annotations
 
+import math
 import struct
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -48,16 +49,26 @@ class ReplyFault(StrEnum):
 
 
 class Reply(NamedTuple):
-    """The verdict on one request.
+    """The verdict on one request. Two that say the same are equal, whenever they came.
 
     words : registers 0..65535 or bits 0/1, as many as asked for; fault, text : why there are none; exception : the
-    code by which the device refused, else 0.
+    code by which the device refused, else 0; time : monotonic [s], when the reply had come; NaN when none did.
     """
 
     words: tuple[int, ...] = ()
     fault: ReplyFault | None = None
     text: str = ""
     exception: int = 0
+    time: float = math.nan
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Reply) and self[:4] == other[:4]
+
+    def __ne__(self, other: object) -> bool:
+        return not self == other
+
+    def __hash__(self) -> int:
+        return hash(self[:4])
 
     @property
     def device_silent(self) -> bool:

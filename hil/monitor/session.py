@@ -50,8 +50,8 @@ class MonitorSession:
 @dataclass(frozen=True)
 class MonitorEnd:
     """How it ended. alarms : alarm events; stopped_by : the signal, None for the end of the source or of the time;
-    recorded : what the recorder did, None without one; failures : how often an event could not be written or the state
-    not be saved, by reason.
+    recorded : what the recorder did, None without one; failures : how often an event could not be written, the state
+    not be saved, or the recording not go on, by reason.
     """
 
     alarms: int
@@ -68,7 +68,7 @@ class _Watched(SourceWrapper):
         super().__init__(source)
         self._monitor, self._sinks = monitor, sinks
         self._taken = 0
-        self.failures: Counter[str] = Counter()
+        self.failures = source.statistics.failures
 
     async def __anext__(self) -> Sample | LinkEvent:
         item = await anext(self._source)
@@ -108,10 +108,22 @@ async def monitor_session(source: Source, monitor: Monitor, session: MonitorSess
     try:
         with Stop(session.duration_s) as stop, repeating(*_jobs(monitor, watched, session, stop)):
             async with watched:
-                report = await (recorder.run(stop.event) if recorder else watched.run(stop.event))
+                report = await (_recorded(recorder, watched, stop) if recorder else watched.run(stop.event))
     finally:
         _save(monitor, session)
     return MonitorEnd(monitor.alarms, stop.seconds, stop.first_signal, report, watched.failures)
+
+
+async def _recorded(recorder: Recorder, watched: _Watched, stop: Stop) -> RecorderReport:
+    """Record what is watched; when the disk refuses, go on watching."""
+    try:
+        return await recorder.run(stop.event)
+    except BadInput as problem:
+        if recorder.refused is None:  # it is the source that cannot go on
+            raise
+        watched.failures[f"the recording ended ({problem})"] += 1
+    await watched.run(stop.event)
+    return recorder.report
 
 
 def _jobs(monitor: Monitor, watched: _Watched, session: MonitorSession, stop: Stop) -> list[RepeatedTask]:

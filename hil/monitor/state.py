@@ -12,7 +12,7 @@ from typing import Any
 
 from detector import Watch, WatchState
 from hil.monitor.valve import ValveWatch
-from recordings import BadInput, save_text
+from recordings import BadInput, read_small_json, save_text
 from simulator import CATALOGUE, Catalogue
 
 FORMAT, VERSION = "monitor-state", 2
@@ -61,13 +61,9 @@ def load_state(path: Path, model_key: str, catalogue: Catalogue = CATALOGUE) -> 
 def _valves(path: Path, model_key: str) -> dict[str, Any]:
     """What a state file holds, by the name of the valve, once it is known to be whole and of this model."""
     try:
-        if path.stat().st_size > LARGEST_FILE:
-            raise _unusable(path, f"it is larger than {LARGEST_FILE // 1_000_000} MB")
-        parts: Any = json.loads(path.read_text(encoding="utf-8"))
-    except BadInput:
-        raise
-    except (OSError, ValueError, RecursionError) as error:
-        raise _unusable(path, f"it cannot be read ({error})") from None
+        parts = read_small_json(path, "", LARGEST_FILE)
+    except BadInput as problem:
+        raise _unusable(path, f"it cannot be read: {problem.found}") from None
     if not isinstance(parts, dict) or parts.get("format") != FORMAT:
         raise _unusable(path, f"it is no {FORMAT}")
     if parts.get("version") != VERSION:

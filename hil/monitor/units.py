@@ -9,7 +9,7 @@ import numpy as np
 
 from detector import WATCHED, Measurement
 from hil.source.sample import Sample
-from recordings import BadInput, Signal, SignalSpec
+from recordings import LARGEST, BadInput, Signal, SignalSpec
 
 
 class SampleConverter:
@@ -39,5 +39,6 @@ class SampleConverter:
         values = {}
         for name, (scale, offset) in self._scales.items():
             reading = sample.readings.get(name)
-            values[name] = math.nan if reading is None else reading.usable * scale + offset
+            value = math.nan if reading is None else reading.usable * scale + offset
+            values[name] = value if abs(value) <= LARGEST else math.nan  # a device may say anything
         return Measurement(time_s, values)

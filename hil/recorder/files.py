@@ -21,6 +21,7 @@ Tell = Callable[[LinkEvent], None]
 """Told every event when it comes, for whoever watches the session."""
 
 RecordedRow = tuple[float, ...]
+"""One sample: time, the values, the code of each value's quality, the time of its reply."""
 
 
 @dataclass(frozen=True)
@@ -62,8 +63,9 @@ class RecorderSettings:
         trial = folder / f".writable-{secrets.token_hex(4)}"
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            os.close(os.open(trial, os.O_CREAT | os.O_EXCL | os.O_WRONLY))
+            descriptor = os.open(trial, os.O_CREAT | os.O_EXCL | os.O_WRONLY)
             trial.unlink()
+            os.close(descriptor)
         except OSError as error:
             found = f"nothing can be written there ({error.strerror})"
             raise BadInput(str(folder), found, "choose another directory, or change its permissions") from None
@@ -81,14 +83,14 @@ class FileSeries:
     ) -> None:
         self.valve, self._signals, self._created, self._settings = valve, tuple(signals), created, settings
         self.files: list[Path] = []
-        self._names = [spec.name for spec in signals]
+        self._names = [spec.name for spec in signals if spec.role != "time"]
         self._writer: RecordingWriter | None = None
         self._started = 0.0
         self._rows: list[RecordedRow] = []
         self._events: list[Event] = []
 
     def write(self, rows: Sequence[RecordedRow], events: Sequence[Event]) -> None:
-        """Add samples (one number for each signal, time first) and events; what is safe then is acknowledged."""
+        """Add samples and events; what is safe then is acknowledged."""
         self._rows += rows
         self._events += events
         if len(self._rows) >= 2 and (self._writer is None or self._is_full(self._writer)):
@@ -96,9 +98,11 @@ class FileSeries:
         if self._writer is None:
             return
         if self._rows:
-            columns = np.array(self._rows).T
+            columns, n = np.array(self._rows).T, len(self._names)
             self._rows = []
-            self._writer.append(dict(zip(self._names, columns, strict=True)))
+            parts = (columns[1 + k * n : 1 + (k + 1) * n] for k in range(3))
+            values, quality, times = (dict(zip(self._names, part, strict=True)) for part in parts)
+            self._writer.append({"time": columns[0]} | values, quality, times)
             if self._settings.acknowledge:
                 self._settings.acknowledge(self._writer.path, len(self._writer))
         while self._events:
@@ -129,12 +133,13 @@ class FileSeries:
             source=settings.kind,
             created=self._created,
             attributes={"part": len(self.files) + 1} if settings.rotates else {},
+            per_value=True,
         )
         self.files.append(path)
 
     def _is_full(self, writer: RecordingWriter) -> bool:
         megabytes, seconds = self._settings.rotate_mb, self._settings.rotate_s
-        too_large = megabytes is not None and writer.path.stat().st_size >= megabytes * 1e6
+        too_large = megabytes is not None and writer.n_bytes >= megabytes * 1e6
         return too_large or (seconds is not None and self._rows[0][0] - self._started >= seconds)
 
     def _next_path(self) -> Path:

@@ -1,7 +1,8 @@
 """The recorder: a source into crash-safe recordings.
 
 Samples wait half a second, then go to the disk in one batch, in a thread of their own, so that a slow disk delays no
-poll. A value that is not good is NaN in the file, and the source's event beside it says why.
+poll. A value that is not good is NaN in the file, which keeps its quality, and the source's event beside it says
+why. Each value has its own time there, that of its reply.
 """
 
 from __future__ import annotations
@@ -10,19 +11,21 @@ import asyncio
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, nullcontext, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 
 from hil.recorder.files import FileSeries, RecordedRow, RecorderSettings
 from hil.running import first_of
-from hil.source.sample import LinkEvent, Sample
+from hil.source.sample import LinkEvent, Quality, Sample
 from hil.source.source import Source
 from hil.source.statistics import Statistics
 from recordings import BadInput, Event, NegativeAnswer
 
 FIRST_SAMPLES = 20
 """Not one good value in so many: the map does not fit the device, and hours of missing values help nobody."""
+
+_CODES = {quality: code for code, quality in enumerate(Quality)}
 
 MOST_WAITING = 10_000
 """Samples that may wait in memory; then the source has to wait for the disk."""
@@ -73,7 +76,10 @@ class _Lane:
 
     def take(self, sample: Sample, origin: float) -> None:
         moment, report = sample.time - origin, self.report
-        self.rows.append((moment, *[sample.readings[name].usable for name in self.names]))
+        readings = [sample.readings[name] for name in self.names]
+        codes = [_CODES[reading.quality] for reading in readings]
+        times = [reading.time - origin for reading in readings]
+        self.rows.append((moment, *[reading.usable for reading in readings], *codes, *times))
         report.bad += not sample.good
         report.usable += any(reading.good for reading in sample.readings.values())
         report.first = report.first if report.samples else moment
@@ -91,10 +97,12 @@ class Recorder:
     wall-clock time of that moment, in every file. An event before it has a negative time.
 
     source : entered already; settings : see `RecorderSettings`. Raises BadInput when nothing can be written there.
+    `refused` is what the disk has refused, None as long as it takes everything.
     """
 
     def __init__(self, source: Source, settings: RecorderSettings) -> None:
         settings.check(list(source.signals))
+        self.refused: BadInput | None = None
         self._source, self._settings = source, settings
         self._lanes = {
             valve: _Lane([spec.name for spec in specs if spec.role != "time"], ValveReport(valve))
@@ -132,8 +140,7 @@ class Recorder:
             lane = self._lanes[item.valve]
             if isinstance(item, LinkEvent):
                 lane.events.append(item)
-                if self._settings.tell:
-                    self._settings.tell(item)
+                self._tell(item)
                 continue
             origin = self._begin(item) if self._origin is None else self._origin
             lane.take(item, origin)
@@ -142,10 +149,25 @@ class Recorder:
             if self._n_waiting >= MOST_WAITING:
                 await self._write()
 
+    def _tell(self, event: LinkEvent) -> None:
+        if self._settings.tell:
+            try:
+                self._settings.tell(event)
+            except Exception as error:  # whoever is told must not end the recording
+                self._source.statistics.failures[f"an event could not be told ({error})"] += 1
+
+    def _acknowledge(self, path: Path, n_samples: int) -> None:
+        try:
+            if self._settings.acknowledge:
+                self._settings.acknowledge(path, n_samples)
+        except OSError as error:
+            self._source.statistics.failures[f"a batch could not be acknowledged ({error})"] += 1
+
     def _begin(self, first: Sample) -> float:
         self._origin, created = first.time, datetime.fromtimestamp(first.wall, UTC)
         for valve, lane in self._lanes.items():
-            lane.series = FileSeries(valve, self._source.signals[valve], created, self._settings)
+            settings = replace(self._settings, acknowledge=self._acknowledge)
+            lane.series = FileSeries(valve, self._source.signals[valve], created, settings)
         return self._origin
 
     async def _write_again_and_again(self) -> None:
@@ -161,15 +183,24 @@ class Recorder:
             lanes = [lane for lane in self._lanes.values() if lane.rows or lane.events]
             batches = [(lane.series, *lane.batch(self._origin)) for lane in lanes]
             self._n_waiting = 0
-            await asyncio.get_running_loop().run_in_executor(self._disk, _write_batches, batches)
+            try:
+                await asyncio.get_running_loop().run_in_executor(self._disk, _write_batches, batches)
+            except BadInput as problem:
+                self.refused = problem
+                raise
 
     async def _finish(self) -> None:
         """Write what still waits, and close the files even if that fails."""
         try:
             await self._write()
         finally:
-            await asyncio.get_running_loop().run_in_executor(self._disk, self._close)
-            self._disk.shutdown()
+            try:
+                await asyncio.get_running_loop().run_in_executor(self._disk, self._close)
+            except BadInput as problem:
+                self.refused = self.refused or problem
+                raise
+            finally:
+                self._disk.shutdown()
 
     def _close(self) -> None:
         with ExitStack() as stack:  # closes every file, and then raises what went wrong

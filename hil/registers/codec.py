@@ -19,10 +19,14 @@ _UNSIGNED = {"int16": ">H", "int32": ">I"}
 
 @dataclass(frozen=True)
 class Decoded:
-    """What a reply said about one point: a value in the point's unit, or None and the reason in words."""
+    """What a reply said about one point: a value in the point's unit, or None and the reason in words.
+
+    out_of_range : whether it is a number, but none that the map allows.
+    """
 
     value: float | None
     reason: str | None = None
+    out_of_range: bool = False
 
 
 def decode(point: Point, registers: Sequence[int | bool]) -> Decoded:
@@ -166,7 +170,7 @@ def _in_range(point: Point, value: float) -> Decoded:
         return Decoded(None, f"not finite ({value})")
     if point.valid_range is not None and not point.valid_range[0] <= value <= point.valid_range[1]:
         lowest, highest = point.valid_range
-        return Decoded(None, f"{value:g} outside {lowest:g} to {highest:g} {point.unit}")
+        return Decoded(None, f"{value:g} outside {lowest:g} to {highest:g} {point.unit}", out_of_range=True)
     return Decoded(value)
 
 

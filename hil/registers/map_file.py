@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import difflib
 import io
-import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
@@ -14,7 +13,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from hil.registers.point import Point
-from recordings import BadInput
+from recordings import BadInput, read_small_text, read_small_toml
 
 MAPS = Path(__file__).parent / "maps"
 LARGEST_FILE = 4_000_000
@@ -52,17 +51,12 @@ def read_map(model: type[Map], source: str | Path) -> Map:
 
 def read_toml(path: Path) -> dict[str, Any]:
     """The content of a TOML file. Raises BadInput with the line and column of a mistake."""
-    try:
-        return tomllib.loads(_text(path))
-    except tomllib.TOMLDecodeError as error:
-        raise BadInput(str(path), f"not TOML: {error}", "correct the line, or see docs/register-maps.md") from None
-    except (RecursionError, ValueError) as error:  # brackets in brackets, a number of thousands of digits
-        raise BadInput(str(path), f"not a register map ({error})", "see docs/register-maps.md") from None
+    return read_small_toml(path, "correct it, or see docs/register-maps.md", LARGEST_FILE)
 
 
 def read_csv(path: Path) -> dict[str, Any]:
     """A table of points as the content of a map; numbers may be written 0x8000. Raises BadInput naming the row."""
-    text = _text(path)
+    text = read_small_text(path, "give a register map file (.toml or .csv)", LARGEST_FILE)
     first = text.split("\n", 1)[0]
     rows = csv.DictReader(io.StringIO(text), delimiter=max(",;\t", key=first.count), skipinitialspace=True, strict=True)
     try:
@@ -91,17 +85,6 @@ def validated(model: type[Map], content: Mapping[str, Any], where: str) -> Map:
         # A list whose only entry is wrong is also reported as too short: that is not a second mistake.
         found = [e for e in error.errors() if e["type"] != "too_short"] or error.errors()
         raise _bad_input(model, found[0], len(found) - 1, content, where) from None
-
-
-def _text(path: Path) -> str:
-    try:
-        if path.stat().st_size > LARGEST_FILE:
-            raise BadInput(str(path), "larger than 4 MB", "give a register map file (.toml or .csv)")
-        return path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError:
-        raise BadInput(str(path), "not text in UTF-8", "give a register map file (.toml or .csv)") from None
-    except OSError as error:
-        raise BadInput(str(path), f"cannot be read: {error.strerror}", "check the path and its permissions") from None
 
 
 def _row(path: Path, line: int, row: Mapping[str | None, Any]) -> dict[str, Any]:

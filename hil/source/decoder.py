@@ -43,23 +43,23 @@ class BlockDecoder:
         self._other = [(point, start) for point, start in self._points if point.name not in names]
         self._place = {point.name: (point, start) for point, start in plain}
 
-    def readings(self, words: Sequence[int]) -> dict[str, Reading]:
-        """The readings of a reply of the block's length."""
+    def readings(self, words: Sequence[int], time: float = math.nan) -> dict[str, Reading]:
+        """The readings of a reply of the block's length. time : when it came, monotonic [s]."""
         raw = self._unpack(self._pack(*[words[k] for k in self._order]))
         readings: dict[str, Reading] = {}
         for number, (name, unit, scale, offset, lowest, highest, marked) in zip(raw, self._limits, strict=True):
             value = number * scale + offset
             if lowest <= value <= highest and number not in marked:
-                readings[name] = Reading(value, unit)
+                readings[name] = Reading(value, unit, Quality.GOOD, None, time)
             else:
-                readings[name] = _reading(*self._place[name], words)
+                readings[name] = _reading(*self._place[name], words, time)
         for point, start in self._other:
-            readings[point.name] = _reading(point, start, words)
+            readings[point.name] = _reading(point, start, words, time)
         return readings
 
-    def bad(self, reason: str) -> dict[str, Reading]:
+    def bad(self, reason: str, quality: Quality = Quality.LINK) -> dict[str, Reading]:
         """Readings without values."""
-        return {point.name: Reading(math.nan, point.unit, Quality.BAD, reason) for point, _ in self._points}
+        return {point.name: Reading(math.nan, point.unit, quality, reason) for point, _ in self._points}
 
 
 def _plain(point: Point) -> bool:
@@ -86,8 +86,5 @@ def _limits(point: Point) -> tuple[float, float, frozenset[int]]:
     return max(lowest, -largest), min(highest, largest), frozenset(marked)
 
 
-def _reading(point: Point, start: int, words: Sequence[int]) -> Reading:
-    decoded = decode(point, words[start : start + point.count])
-    if decoded.value is None:
-        return Reading(math.nan, point.unit, Quality.BAD, decoded.reason or "no value")
-    return Reading(decoded.value, point.unit)
+def _reading(point: Point, start: int, words: Sequence[int], time: float) -> Reading:
+    return Reading.of(decode(point, words[start : start + point.count]), point.unit, time)

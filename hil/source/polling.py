@@ -124,9 +124,10 @@ class _Round:
         readings, asked = await self._readings()
         if readings is None:
             return False
-        if not self._line.reachable(self._valve):
+        if not self._line.reachable(self._valve) and not any(one.good for one in readings.values()):
             return asked
-        moment = (started + asyncio.get_running_loop().time()) / 2
+        now = asyncio.get_running_loop().time()
+        moment = (started + now) / 2 if self._line.link.open else now  # not before the event that says it was lost
         checked = self._heartbeat.check(moment, readings) if self._heartbeat else readings
         sample = Sample(moment, wall_at(moment), self._valve.name, checked)
         for event in self._episodes.observe(sample):
@@ -136,20 +137,22 @@ class _Round:
         return asked
 
     async def _readings(self) -> tuple[Mapping[str, Reading] | None, bool]:
-        """Every point's reading, and whether anything was asked; None when no device of the valve is listened to or the
-        connection broke.
+        """Every point's reading, and whether anything was asked; None when no device of the valve is listened to, or
+        the connection broke before anything was good. What was good before it broke stays good.
         """
         readings: dict[str, Reading] = {}
         asked = listening = False
+        lost: str | None = None
         for read in self._valve.reads:
             listening |= self._line.listens(read.request.unit)
-            resting = self._line.rests(read.request.unit)
+            resting = lost or self._line.rests(read.request.unit)
             if resting is not None:
                 readings.update(read.bad(resting))
                 continue
             reply = await self._line.ask(read.request)
-            if reply.fault is ReplyFault.LOST:
-                return None, False
             asked = True
             readings.update(read.readings(reply))
+            lost = reply.text if reply.fault is ReplyFault.LOST else None
+        if lost and not any(one.good for one in readings.values()):
+            return None, False
         return (readings if asked or listening else None), asked

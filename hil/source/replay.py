@@ -13,7 +13,7 @@ from typing import Self, get_args
 from hil.source.address import ReplayAddress
 from hil.source.sample import EventKind, LinkEvent, Quality, Reading, Sample
 from hil.source.statistics import Statistics
-from recordings import Recording, SignalSpec, read
+from recordings import NOT_KNOWN, QUALITIES, Recording, SignalSpec, read
 
 MISSING = "missing in the recording"
 
@@ -25,11 +25,12 @@ class ReplaySource:
     value that is NaN is bad. Events of the kinds that a source knows come between the samples.
 
     address : which recording, and how fast; valve : its name, else the plant's tag or the file's name. Raises BadInput
-    when the file cannot be read.
+    when the file cannot be read or computed with.
     """
 
     def __init__(self, address: ReplayAddress, valve: str | None = None) -> None:
         recording = read(address.path)
+        recording.check()
         self.valve = valve or recording.plant.tag or address.path.stem
         self.signals: Mapping[str, tuple[SignalSpec, ...]] = {self.valve: recording.header.signals}
         self.statistics = Statistics()
@@ -63,9 +64,9 @@ class ReplaySource:
 
     def _samples(self) -> Iterator[Sample]:
         recording, wall = self._recording, _made(self._recording)
-        named = [(name, signal.unit, signal.values) for name, signal in recording.signals.items() if name != "time"]
+        tracks = [_Track(recording, name) for name in recording if name != "time"]
         for k, moment in enumerate(recording.time.tolist()):
-            readings = {name: _reading(float(values[k]), unit) for name, unit, values in named}
+            readings = {track.name: track.reading(k, moment) for track in tracks}
             yield Sample(moment, wall + moment, self.valve, readings)
 
 
@@ -81,5 +82,20 @@ def _made(recording: Recording) -> float:
     return (recording.created or datetime.fromtimestamp(0, UTC)).timestamp()
 
 
-def _reading(value: float, unit: str) -> Reading:
-    return Reading(value, unit, Quality.BAD, MISSING) if math.isnan(value) else Reading(value, unit)
+class _Track:
+    """One signal of a recording, with the quality and the reply times of its values where they were kept."""
+
+    def __init__(self, recording: Recording, name: str) -> None:
+        self.name, self._signal = name, recording[name]
+        self._quality, self._times = recording.quality.get(name), recording.reply_times.get(name)
+
+    def reading(self, k: int, moment: float) -> Reading:
+        """The reading of sample k, which has the time `moment` [s]."""
+        value, unit = float(self._signal.values[k]), self._signal.unit
+        time = moment if self._times is None else float(self._times[k])
+        if not math.isnan(value):
+            return Reading(value, unit, time=time)
+        code = 0 if self._quality is None else int(self._quality[k])
+        if code in (0, NOT_KNOWN):
+            return Reading(value, unit, Quality.NOT_VALID, MISSING, time)
+        return Reading(value, unit, list(Quality)[code], f"it was {QUALITIES[code]} when it was recorded", time)

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from typing import Literal
 
 from hil.modbus.messages import Request
-from hil.registers.codec import Decoded
 from hil.registers.point import READ_FUNCTION
 from hil.registers.register_map import grouped
 from hil.registers.ring import Ring
@@ -17,7 +16,7 @@ from hil.source.channel import Channel
 from hil.source.line import DeviceLine
 from hil.source.polling import HEARTBEAT_S, Schedule, check_rate
 from hil.source.quality import Episodes
-from hil.source.sample import LinkEvent, Quality, Reading, Sample, wall_at
+from hil.source.sample import LinkEvent, Reading, Sample, wall_at
 from hil.source.statistics import Statistics
 from hil.source.valve import BlockRead, Valve
 from recordings import BadInput, SignalSpec
@@ -160,7 +159,7 @@ class _Reader:
                 break
             time, wall = self._clock.at(self._next)
             units = {name: self._valve.map.point(name).unit for name in values}
-            readings = {name: _reading(value, units[name]) for name, value in values.items()}
+            readings = {name: Reading.of(value, units[name], time) for name, value in values.items()}
             self._yield(Sample(time, wall, self._valve.name, readings))
             self._next, taken = self._next + 1, taken + 1
         return taken
@@ -182,9 +181,3 @@ def _ring(valve: Valve) -> Ring:
         remedy = "add a [ring] to the map if the device has one, or poll it instead"
         raise BadInput(f"register map '{valve.map.name}'", "it has no ring of samples", remedy)
     return valve.map.ring
-
-
-def _reading(decoded: Decoded, unit: str) -> Reading:
-    if decoded.value is None:
-        return Reading(math.nan, unit, Quality.BAD, decoded.reason or "no value")
-    return Reading(decoded.value, unit)

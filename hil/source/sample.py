@@ -10,6 +10,8 @@ from datetime import UTC, datetime
 from enum import StrEnum
 from typing import Literal, NamedTuple
 
+from hil.registers.codec import Decoded
+
 EventKind = Literal["link_up", "link_down", "gap", "deadline_missed", "bad_value"]
 """The kinds of event that a source reports; the contract's others (alarm, cleared) are a detector's."""
 
@@ -20,15 +22,21 @@ def wall_at(moment: float) -> float:
 
 
 class Quality(StrEnum):
-    """How far a value can be trusted."""
+    """How far a value can be trusted, and if it cannot, why: in the words and the order of the recording's codes.
+
+    NOT_VALID is what is no number, or what the map or the device calls invalid; LINK is no reply that can be used.
+    """
 
     GOOD = "good"
     STALE = "stale"
-    BAD = "bad"
+    OUT_OF_RANGE = "out of range"
+    NOT_VALID = "not valid"
+    LINK = "link"
 
 
 class Reading(NamedTuple):
-    """One value of a sample. value : in `unit`, NaN when there is none; reason : in words, None when good.
+    """One value of a sample. value : in `unit`, NaN when there is none; reason : in words, None when good; time : when
+    the reply came that brought it, monotonic [s] as the sample's; NaN when none did.
 
     A stale reading keeps the value that was read, because it may help a human; nothing may compute with it.
     """
@@ -37,6 +45,15 @@ class Reading(NamedTuple):
     unit: str
     quality: Quality = Quality.GOOD
     reason: str | None = None
+    time: float = math.nan
+
+    @classmethod
+    def of(cls, decoded: Decoded, unit: str, time: float) -> Reading:
+        """The reading of what a reply says of a point."""
+        if decoded.value is not None:
+            return cls(decoded.value, unit, time=time)
+        quality = Quality.OUT_OF_RANGE if decoded.out_of_range else Quality.NOT_VALID
+        return cls(math.nan, unit, quality, decoded.reason or "no value", time)
 
     @property
     def good(self) -> bool:

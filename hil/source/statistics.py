@@ -13,7 +13,8 @@ class Statistics:
     """What a source has done so far.
 
     samples : yielded; polls : rounds begun; missed : deadlines passed over; lateness : of the rounds against their
-    deadlines; faults : requests and frames that were refused, by their reason.
+    deadlines; faults : requests and frames that were refused, by their reason; failures : what the recorder or the
+    monitor of the source could not do and went on without, by its words.
     """
 
     samples: int = 0
@@ -21,3 +22,4 @@ class Statistics:
     missed: int = 0
     lateness: Lateness = field(default_factory=Lateness)
     faults: Counter[str] = field(default_factory=Counter)
+    failures: Counter[str] = field(default_factory=Counter)

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from hil.modbus.messages import Reply, Request
+from hil.modbus.messages import Reply, ReplyFault, Request
 from hil.registers.point import Point
 from hil.registers.register_map import ReadBlock, RegisterMap
 from hil.source.decoder import BlockDecoder
-from hil.source.sample import Reading
+from hil.source.sample import Quality, Reading
 from recordings import BadInput, Role, SignalSpec
 
 _ROLES: dict[str, Role] = {
@@ -80,7 +80,10 @@ class BlockRead:
 
     def readings(self, reply: Reply) -> dict[str, Reading]:
         """The readings of a reply by point name; all bad, with the reason, when it has a fault."""
-        return self._decoder.readings(reply.words) if reply.fault is None else self._decoder.bad(reply.text)
+        if reply.fault is None:
+            return self._decoder.readings(reply.words, reply.time)
+        refused = reply.fault is ReplyFault.EXCEPTION and not reply.device_silent
+        return self._decoder.bad(reply.text, Quality.NOT_VALID if refused else Quality.LINK)
 
     def bad(self, reason: str) -> dict[str, Reading]:
         """Readings without values, when the request was not sent."""

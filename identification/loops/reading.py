@@ -62,6 +62,7 @@ def _from_recording(
         found[role] = None if name is None else recording[name].values
         if role == "OP" and name is not None:
             unit = named.get("OP", "").partition(":")[2] or recording[name].unit
+    recording.check()
     pv, op = found["PV"], found["OP"]
     assert pv is not None
     assert op is not None
@@ -100,6 +101,7 @@ def _from_file(path: Path, kind: LoopKind | None, named: Mapping[str, str]) -> t
                 wrong.where, found, "sort the rows by time and leave out those that are there twice"
             ) from None
         raise
+    recording.check()
     unit = named.get("OP", "").partition(":")[2] or table.units.get(str(chosen["OP"]), "")
     op, percent, more = _op_in_percent(recording["op"].values, unit)
     guess: tuple[str, ...] = ()

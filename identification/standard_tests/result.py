@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -10,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from identification.standard_tests.interval import Interval
-from recordings import BadInput, save_json
+from recordings import BadInput, read_small_json, save_json
 
 FORMAT, VERSION = "valve-test", 1
 
@@ -84,10 +83,7 @@ def changed_words(one: Mapping[str, Any]) -> str:
 def reference_values(path: str | os.PathLike[str], kind: str) -> Mapping[str, Any]:
     """The values of a reference test. Raises BadInput when it is no test of this kind."""
     remedy = f"give a test.json of bristle test --kind {kind}"
-    try:
-        content = json.loads(Path(path).read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise BadInput(str(path), f"cannot be read ({error})", remedy) from error
+    content = read_small_json(Path(path), remedy)
     if not isinstance(content, dict) or content.get("format") != FORMAT or not isinstance(content.get("values"), dict):
         raise BadInput(str(path), "it is no valve test", remedy)
     if content.get("kind") != kind:

@@ -36,6 +36,11 @@ class Disk:
         self._error: OSError | None = None
         fcntl.flock(self._descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
+    @property
+    def n_bytes(self) -> int:
+        """Its size."""
+        return os.fstat(self._descriptor).st_size
+
     def check(self) -> None:
         """Raise the first failure, if there was one."""
         if self._error:

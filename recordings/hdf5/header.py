@@ -22,7 +22,10 @@ RESERVED = frozenset({"format", "version", "title", "source", "created", "journa
 
 @dataclass(frozen=True)
 class Header:
-    """All of a recording but its samples and events: what its file declares. The fields are those of `Recording`."""
+    """All of a recording but its samples and events: what its file declares. The fields are those of `Recording`.
+
+    per_value : whether the quality and the reply time of each value are kept, which makes the file version 2.
+    """
 
     signals: tuple[SignalSpec, ...]
     plant: Plant = field(default_factory=Plant)
@@ -30,6 +33,7 @@ class Header:
     source: Origin | None = None
     created: datetime | None = None
     attributes: Mapping[str, str | float] = field(default_factory=dict)
+    per_value: bool = False
 
     def __post_init__(self) -> None:
         problem = signals_problem(self.signals) or _about_problem(self)

@@ -11,6 +11,7 @@ import numpy as np
 
 from recordings.arrays import Array
 from recordings.errors import BadInput
+from recordings.sample_checks import TIME_REMEDY, time_fault
 from recordings.signal import text_problem
 
 _MOST_COMPRESSED = 1100
@@ -18,6 +19,7 @@ _MOST_COMPRESSED = 1100
 _COPY_IN = "a recording is one file: copy the data into it"
 _SLACK_BYTES = 1 << 20
 _LONGEST_TEXT = 1 << 16
+CLOCK_ROWS = 1 << 18
 NOT_PLAIN = object()
 """Stands for an attribute that is neither one text nor one number, and was not read for that reason."""
 
@@ -122,6 +124,22 @@ def check_size(dataset: h5py.Dataset, where: str) -> None:
 def _is_filled(dataset: h5py.Dataset, n_values: int) -> bool:
     """Whether every chunk is there: a filter may have found that all values of a chunk are one."""
     return bool(dataset.chunks) and dataset.id.get_num_chunks() * math.prod(dataset.chunks) >= n_values
+
+
+def clock_of(dataset: h5py.Dataset, where: str) -> Array:
+    """The same of a clock, as far as it goes forward: a small file may declare any number of samples, but what fills
+    the memory does not go forward. Raises `BadInput` at the first sample that does not.
+    """
+    values, before = np.empty(dataset.shape, np.float64), -np.inf  # takes no memory before it is filled
+    for start in range(0, len(values), CLOCK_ROWS):
+        block = np.s_[start : start + CLOCK_ROWS]
+        dataset.read_direct(values, block, block)
+        if time_fault(values[block], before):
+            _, found = time_fault(values[: block.stop]) or (0, "")
+            raise BadInput(where, found, TIME_REMEDY)
+        before = float(values[block][-1])
+    values.flags.writeable = False
+    return values
 
 
 def numbers_of(dataset: h5py.Dataset) -> Array:

@@ -7,12 +7,12 @@ last frame is recognised:
 
     head    run id, rows a chunk, and the header of the recording: all that is needed to build the file again
     event   one event
-    chunk   a full chunk of every signal is on the disk: at which byte of the HDF5 file, with which checksum
-    rows    a batch: the number of its first row, then its values, signal by signal
+    chunk   a full chunk of every column is on the disk: at which byte of the HDF5 file, with which checksum
+    rows    a batch: the number of its first row, then its values, column by column
 
 Chunks of the HDF5 file are stored uncompressed and never move once full. A recovery therefore takes them from their
 bytes and the rest from the `rows` frames, and trusts nothing else in a file that may be torn. When chunks are on the
-disk their rows leave the journal, which so stays about a megabyte beside sixteen bytes a chunk and signal.
+disk their rows leave the journal, which so stays about a megabyte beside sixteen bytes a chunk and column.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ import zlib
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
 from datetime import datetime
+from functools import cached_property
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -32,6 +33,7 @@ import numpy as np
 from recordings.arrays import Array
 from recordings.atomic_files import appearing
 from recordings.errors import BadInput
+from recordings.hdf5.columns import Column, columns_of
 from recordings.hdf5.disk import check_same
 from recordings.hdf5.header import Header
 from recordings.hdf5.opening import journal_path
@@ -50,7 +52,7 @@ HEAD, EVENT, CHUNK, ROWS = KINDS = b"H", b"E", b"C", b"R"
 
 @dataclass(frozen=True)
 class Chunk:
-    """Where one full chunk of every signal lies: (byte offset, CRC-32), in the order of the header's signals."""
+    """Where one full chunk of every column lies: (byte offset, CRC-32), in the order of `columns_of`."""
 
     first_row: int
     places: tuple[tuple[int, int], ...]
@@ -58,7 +60,7 @@ class Chunk:
 
 @dataclass
 class Contents:
-    """What a journal says. rows : batches as (first row, array of shape (n_signals, n_rows)); a damaged one is missing.
+    """What a journal says. rows : batches as (first row, array of shape (n_columns, n_rows)); a damaged one is missing.
 
     damaged : whether there were bytes that are no whole frame, be it only a last one that was torn.
     """
@@ -70,6 +72,11 @@ class Contents:
     chunks: list[Chunk] = field(default_factory=list)
     rows: list[tuple[int, Array]] = field(default_factory=list)
     damaged: bool = False
+
+    @cached_property
+    def columns(self) -> tuple[Column, ...]:
+        """What each row of an array is."""
+        return columns_of(self.header)
 
 
 class Journal:
@@ -94,7 +101,7 @@ class Journal:
         check_same(self._path, os.fstat(self._file.fileno()))
 
     def rows(self, first_row: int, columns: Array) -> None:
-        """Add a batch, shape (n_signals, n_rows)."""
+        """Add a batch, shape (n_columns, n_rows)."""
         self._append(_rows_frame(first_row, columns))
         os.fsync(self._file.fileno())
 
@@ -108,7 +115,7 @@ class Journal:
         self._keep(_frame(CHUNK, json.dumps([chunk.first_row, *chunk.places]).encode()))
 
     def restart(self, first_row: int, columns: Array) -> None:
-        """Forget every batch but the rows behind the last full chunk, shape (n_signals, n_rows)."""
+        """Forget every batch but the rows behind the last full chunk, shape (n_columns, n_rows)."""
         data = self._path.read_bytes()[len(_MAGIC) :]  # not held in memory: a long run has many events
         kept = [_frame(*frame) for frame in _frames(data) if frame[0] != ROWS]
         self._n_kept = len(_MAGIC) + sum(map(len, kept))
@@ -178,12 +185,12 @@ def _take(contents: Contents, kind: bytes, payload: bytes) -> None:
     elif kind == CHUNK:
         first_row, *places = json.loads(payload)
         contents.chunks.append(Chunk(_whole(first_row), tuple((_whole(offset), _whole(crc)) for offset, crc in places)))
-        if len(places) != len(contents.header.signals):
-            raise ValueError("a chunk has other signals than the head")
+        if len(places) != len(contents.columns):
+            raise ValueError("a chunk has other columns than the head")
     elif kind == ROWS:
         (first_row,) = _ROW.unpack_from(payload)
         columns = np.frombuffer(payload, "<f8", offset=_ROW.size)
-        contents.rows.append((_whole(first_row), columns.reshape(len(contents.header.signals), -1)))
+        contents.rows.append((_whole(first_row), columns.reshape(len(contents.columns), -1)))
 
 
 def _whole(number: Any, most: int = (1 << 62) - 1) -> int:
@@ -225,6 +232,7 @@ def _plain(header: Header) -> dict[str, Any]:
         "source": header.source,
         "created": header.created.isoformat() if header.created else None,
         "attributes": dict(header.attributes),
+        "per_value": header.per_value,
     }
 
 
@@ -236,6 +244,7 @@ def _contents(head: dict[str, Any]) -> Contents:
         source=head["source"],
         created=datetime.fromisoformat(head["created"]) if head["created"] else None,
         attributes=head["attributes"],
+        per_value=bool(head.get("per_value", False)),  # journals of earlier versions do not have it
     )
     if not isinstance(head["run"], str):
         raise TypeError("the run has no name")

@@ -1,6 +1,7 @@
 """What an HDF5 file declares, taken out of it item by item against the format; no samples are read.
 
-The file layout is the contract of recording format version 1; `layout_writer` writes what this module reads.
+The file layout is the contract of recording format version 1 and its extension, version 2, which adds the quality and
+the reply time of each value; `layout_writer` writes what this module reads.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from recordings.hdf5.header import ORIGINS, RESERVED, Header, attribute_problem,
 from recordings.hdf5.items import (
     NOT_PLAIN,
     check_column,
+    clock_of,
     member,
     number_attribute,
     numbers_of,
@@ -25,10 +27,10 @@ from recordings.hdf5.items import (
 )
 from recordings.hdf5.problems import Problems
 from recordings.plant import PLANT_NAMES, Event, Plant, plant_problem
-from recordings.sample_checks import value_problem
+from recordings.sample_checks import codes_problem, value_problem
 from recordings.signal import ROLES, Role, SignalSpec, unit_problem
 
-FORMAT, VERSION = "valve-recording", 1
+FORMAT, VERSIONS = "valve-recording", (1, 2)
 
 
 @dataclass(frozen=True)
@@ -47,21 +49,23 @@ def layout_of(file: h5py.File, name: str, problems: Problems, *, values: bool = 
     violation of the format is noted in `problems`.
     """
     with problems.within(name):
-        _check_format(file, name)
+        per_value = _version(file, name) == 2
         before = len(problems.found)
         specs, n_samples = _signals(file, name, problems, values)
+        if per_value:
+            _check_details(file, name, problems, values)
         plant, about, events = _plant(file, name, problems), _about(file, name, problems), _events(file, name, problems)
         if len(problems.found) == before:
-            return FileContents(Header(specs, plant, **about), n_samples, events)
+            return FileContents(Header(specs, plant, **about, per_value=per_value), n_samples, events)
     return None
 
 
 def header_of(file: h5py.File, name: str) -> Header:
     """What an open file declares of its signals and itself, whatever their lengths. Raises BadInput."""
     problems = Problems(keep_going=False)
-    _check_format(file, name)
+    per_value = _version(file, name) == 2
     specs, _ = _signals(file, name, problems, values=False, lengths=False)
-    return Header(specs, _plant(file, name, problems), **_about(file, name, problems))
+    return Header(specs, _plant(file, name, problems), **_about(file, name, problems), per_value=per_value)
 
 
 def events_of(file: h5py.File, name: str) -> tuple[Event, ...]:
@@ -69,18 +73,20 @@ def events_of(file: h5py.File, name: str) -> tuple[Event, ...]:
     return _events(file, name, Problems(keep_going=True))
 
 
-def _check_format(file: h5py.File, name: str) -> None:
+def _version(file: h5py.File, name: str) -> int:
+    """The version of a file of the format. Raises BadInput for any other."""
     given = text_attribute(file, "format", name)
     if given != FORMAT:
         found = "the root attribute format is missing" if given is None else f"its format is '{given}'"
         remedy = f"a recording says format = '{FORMAT}'; import other files into one first"
         raise BadInput(name, found, remedy, parameter="import_to")
     version = number_attribute(file, "version", name)
-    if not isinstance(version, int) or version != VERSION:
+    if not isinstance(version, int) or version not in VERSIONS:
         found = "the root attribute version is missing" if version is None else f"its version is {version}"
-        newer = version is not None and version > VERSION
-        remedy = "update this program, or write the file as version 1" if newer else "the version is the integer 1"
-        raise BadInput(name, found, f"this program reads version {VERSION}; {remedy}")
+        newer = version is not None and version > VERSIONS[-1]
+        remedy = "update this program, or write the file as version 1" if newer else "the version is an integer"
+        raise BadInput(name, found, f"this program reads versions {' and '.join(map(str, VERSIONS))}; {remedy}")
+    return version
 
 
 def _signals(
@@ -97,15 +103,58 @@ def _signals(
             dataset = member(group, signal, h5py.Dataset, item)
             found[signal] = _length(dataset, item)
             specs.append(_spec(dataset, signal, item))
-            problem = value_problem(specs[-1].role, numbers_of(dataset)) if values else None
-            if problem:
-                raise BadInput(item, *problem)
     if lengths:
         _check_lengths(found, where, problems)
+    if values and "time" in found:
+        _check_values(group, specs, found, where, problems)
     clash = signals_problem(specs) if len(specs) == len(group) else None
     if clash:
         problems.add(f"{name}: {clash[0]}", *clash[1:])
     return tuple(specs), found.get("time", 0)
+
+
+def _check_details(file: h5py.File, name: str, problems: Problems, values: bool) -> None:
+    """The groups of version 2: for every signal but the clock its quality and its reply times."""
+    for group in ("quality", "reply_times"):
+        with problems.within(f"{name}: /{group}"):
+            if group not in file:
+                raise BadInput(f"{name}: /{group}", "the group is missing", "a recording of version 2 has it")
+            parent = member(file, group, h5py.Group, f"{name}: /{group}")
+            for signal in file["signals"]:
+                if signal != "time":
+                    _check_detail(file, parent, signal, f"{name}: /{group}/{signal}", problems, values)
+
+
+def _check_detail(
+    file: h5py.File, parent: h5py.Group, signal: str, item: str, problems: Problems, values: bool
+) -> None:
+    with problems.within(item):
+        if signal not in parent:
+            raise BadInput(item, "the dataset is missing", "in version 2 every signal but time has one")
+        dataset = member(parent, signal, h5py.Dataset, item)
+        n_samples = len(member(file["signals"], signal, h5py.Dataset, item))
+        if _length(dataset, item) != n_samples:
+            found = f"it has {len(dataset)} values, the signal has {n_samples}"
+            raise BadInput(item, found, "there is one for each sample")
+        problem = codes_problem(numbers_of(dataset)) if values and "/quality/" in item else None
+        if problem:
+            raise BadInput(item, *problem)
+
+
+def _check_values(
+    group: h5py.Group, specs: list[SignalSpec], lengths: dict[str, int], where: str, problems: Problems
+) -> None:
+    """Judge the samples; where the clock is wrong, or of another length, there is nothing to hold the others for."""
+    before = len(problems.found)
+    with problems.within(f"{where}/time"):
+        clock_of(group["time"], f"{where}/time")
+    for spec in specs if len(problems.found) == before else ():
+        item = f"{where}/{spec.name}"
+        with problems.within(item):
+            same = spec.name != "time" and lengths[spec.name] == lengths["time"]
+            problem = value_problem(spec.role, numbers_of(group[spec.name])) if same else None
+            if problem:
+                raise BadInput(item, *problem)
 
 
 def _length(dataset: h5py.Dataset, where: str) -> int:

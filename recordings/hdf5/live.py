@@ -5,7 +5,7 @@ from __future__ import annotations
 import secrets
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from types import TracebackType
@@ -17,15 +17,16 @@ from numpy.typing import ArrayLike
 from recordings.arrays import Array
 from recordings.atomic_files import sync, writing
 from recordings.errors import BadInput
+from recordings.hdf5.columns import columns_of
 from recordings.hdf5.disk import Disk, undisturbed
 from recordings.hdf5.header import Header, Origin
 from recordings.hdf5.journal import Chunk, Journal
-from recordings.hdf5.layout_writer import append_events, append_samples, create_events, create_signal, write_header
+from recordings.hdf5.layout_writer import append_events, append_samples, create_columns, create_events, write_header
 from recordings.hdf5.opening import check_vacant, journal_path, open_hdf5
 from recordings.hdf5.problems import h5py_errors
 from recordings.hdf5.recover import recover
 from recordings.plant import Event, Plant
-from recordings.sample_checks import TIME_REMEDY, time_fault
+from recordings.sample_checks import TIME_REMEDY, codes_problem, time_fault
 from recordings.signal import SignalSpec
 
 CHUNK_ROWS = 4096
@@ -50,6 +51,8 @@ class RecordingWriter:
         When the recording began, with time zone; now when not given.
     overwrite : bool
         Whether a file that exists is replaced; refused otherwise.
+    per_value : bool
+        Whether the quality and the reply time of each value are kept: recording format version 2.
     chunk_rows : int
         Rows after which the HDF5 file itself is forced onto the disk.
 
@@ -80,11 +83,14 @@ class RecordingWriter:
         created: datetime | None = None,
         attributes: Mapping[str, str | float] | None = None,
         overwrite: bool = False,
+        per_value: bool = False,
         chunk_rows: int = CHUNK_ROWS,
     ) -> None:
         self.path = Path(path)
-        header = Header(tuple(signals), plant or Plant(), title, source, created or datetime.now(UTC), attributes or {})
+        about = (plant or Plant(), title, source, created or datetime.now(UTC), attributes or {})
+        header = Header(tuple(signals), *about, per_value=per_value)
         self._names = [spec.name for spec in header.signals]
+        self._columns = columns_of(header)
         self._n_rows, self._last_time, self._n_chunks, self._chunk_rows = 0, -np.inf, 0, chunk_rows
         self._run, self._failed, self._closed = secrets.token_hex(8), False, False
         self._checksums: list[tuple[int, ...]] = []  # of the values of each full chunk, signal by signal
@@ -94,17 +100,18 @@ class RecordingWriter:
                 self.path.unlink(missing_ok=True)
                 journal_path(self.path).unlink(missing_ok=True)
             self._disk = Disk(self.path)
-            self._file = self._create(header)
             try:
+                self._file = self._create(header)
                 self._disk.sync()
                 sync(self.path.parent)
                 self._journal = Journal(self.path, self._run, chunk_rows, header)
             except BaseException:
-                self._file.close()
-                self._disk.close()
+                with suppress(AttributeError):  # it was not made
+                    self._file.close()
                 self.path.unlink()
+                self._disk.close()
                 raise
-        self._datasets = [self._file["signals"][name] for name in self._names]
+        self._datasets = [self._file[column.group][column.name] for column in self._columns]
 
     def __enter__(self) -> RecordingWriter:
         return self
@@ -120,13 +127,26 @@ class RecordingWriter:
         """The number of samples acknowledged."""
         return self._n_rows
 
-    def append(self, batch: Mapping[str, ArrayLike]) -> None:
+    @property
+    def n_bytes(self) -> int:
+        """The size of the file, also where somebody took it away."""
+        return self._disk.n_bytes
+
+    def append(
+        self,
+        batch: Mapping[str, ArrayLike],
+        quality: Mapping[str, ArrayLike] | None = None,
+        reply_times: Mapping[str, ArrayLike] | None = None,
+    ) -> None:
         """Add samples; when it returns they are safe.
 
         Parameters
         ----------
         batch : mapping of str to array_like
             For every signal its values, shape (n_rows,), or one number for one row; missing samples are NaN.
+        quality, reply_times : mapping of str to array_like
+            The same for every signal but time, where the recording keeps them: codes of `QUALITIES`, and the time of
+            the reply that brought the value [s], on the clock of the recording; NaN where none came.
 
         Raises
         ------
@@ -135,12 +155,12 @@ class RecordingWriter:
             next), or the disk refused (close the writer: what was acknowledged stays).
         """
         self._check_open()
-        columns = self._columns(batch)
+        columns = self._checked(batch, quality or {}, reply_times or {})
         with self._acknowledging():
             self._check_files()  # before writing makes a shortened file long again
             self._journal.rows(self._n_rows, columns)
-            for dataset, values in zip(self._datasets, columns, strict=True):
-                append_samples(dataset, values)
+            for column, dataset, values in zip(self._columns, self._datasets, columns, strict=True):
+                append_samples(dataset, column.stored(values))
             self._file.flush()
             self._check_files()
             self._n_rows += columns.shape[1]
@@ -167,13 +187,14 @@ class RecordingWriter:
         if self._closed:
             return
         self._closed = True
-        try:
-            with writing(self.path), undisturbed():
-                self._finish()
-                if self._failed and journal_path(self.path).exists():
-                    self._disk.put_back(self.path)
-        finally:
-            self._disk.close()
+        with writing(self.path):
+            try:
+                with undisturbed():
+                    self._finish()
+                    if self._failed and journal_path(self.path).exists():
+                        self._disk.put_back(self.path)
+            finally:
+                self._disk.close()
         if self._failed:
             lost = recover(self.path).lost
             if lost:
@@ -202,7 +223,7 @@ class RecordingWriter:
         try:
             self._check_files()
             with h5py_errors(str(self.path)), open_hdf5(self.path) as file:
-                datasets = [file["signals"][name] for name in self._names]
+                datasets = [file[column.group][column.name] for column in self._columns]
                 return all(len(dataset) == self._n_rows for dataset in datasets) and all(
                     checksum == zlib.crc32(dataset[k * self._chunk_rows : (k + 1) * self._chunk_rows].tobytes())
                     for k, checksums in enumerate(self._checksums)
@@ -221,24 +242,32 @@ class RecordingWriter:
         file = h5py.File(self._disk, "w", track_order=True, rdcc_nbytes=0)  # a cache would grow with every signal
         write_header(file, header)
         file.attrs["journal"] = f"open {self._run}"
-        for spec in header.signals:
-            create_signal(file, spec, shape=(0,), maxshape=(None,), chunks=(self._chunk_rows,))
+        create_columns(file, header, shape=(0,), maxshape=(None,), chunks=(self._chunk_rows,))
         create_events(file)
         file.flush()
         return file
 
-    def _columns(self, batch: Mapping[str, ArrayLike]) -> Array:
-        """The batch as one array, shape (n_signals, n_rows)."""
-        if set(batch) != set(self._names):
-            found = f"a batch has the signals {', '.join(batch)}"
-            raise BadInput(str(self.path), found, f"this recording takes exactly {', '.join(self._names)}")
-        parts = [np.atleast_1d(np.asarray(batch[name], np.float64)) for name in self._names]
+    def _checked(
+        self, batch: Mapping[str, ArrayLike], quality: Mapping[str, ArrayLike], reply_times: Mapping[str, ArrayLike]
+    ) -> Array:
+        """The batch as one array, shape (n_columns, n_rows)."""
+        given = {"signals": batch, "quality": quality, "reply_times": reply_times}
+        for group, part in given.items():
+            names = [column.name for column in self._columns if column.group == group]
+            if set(part) != set(names):
+                found = f"a batch has the {group.replace('_', ' ')} {', '.join(part) or 'of nothing'}"
+                raise BadInput(str(self.path), found, f"this recording takes exactly {', '.join(names) or 'none'}")
+        parts = [np.atleast_1d(np.asarray(given[one.group][one.name], np.float64)) for one in self._columns]
         if any(part.shape != (len(parts[0]),) for part in parts) or not len(parts[0]):
             found = f"a batch has columns of the shapes {', '.join(str(part.shape) for part in parts)}"
             raise BadInput(str(self.path), found, "all have one length of 1 or more")
         fault = time_fault(parts[self._names.index("time")], self._last_time)
         if fault:
             raise BadInput(f"{self.path}: sample {self._n_rows + fault[0]}", fault[1], TIME_REMEDY)
+        for column, values in zip(self._columns, parts, strict=True):
+            problem = codes_problem(values) if column.group == "quality" else None
+            if problem:
+                raise BadInput(f"{self.path}: quality of {column.name}", *problem)
         return np.stack(parts)
 
     def _check_open(self) -> None:
@@ -265,7 +294,8 @@ class RecordingWriter:
         self._n_chunks = self._n_rows // rows
         if self._journal.oversize:
             tail = self._n_chunks * rows
-            self._journal.restart(tail, np.stack([dataset[tail:] for dataset in self._datasets]))
+            parts = zip(self._columns, self._datasets, strict=True)
+            self._journal.restart(tail, np.stack([column.plain(dataset[tail:]) for column, dataset in parts]))
 
 
 def _place(dataset: h5py.Dataset, first_row: int, n_rows: int) -> tuple[int, int]:

@@ -7,17 +7,18 @@ from pathlib import Path
 from types import MappingProxyType, TracebackType
 
 import h5py
+import numpy as np
 
 from recordings.arrays import Array
 from recordings.errors import BadInput
 from recordings.hdf5.header import Header
-from recordings.hdf5.items import member, numbers_of
+from recordings.hdf5.items import clock_of, member, numbers_of
 from recordings.hdf5.layout_reader import FileContents, layout_of
 from recordings.hdf5.opening import open_hdf5
 from recordings.hdf5.probe import probe
 from recordings.hdf5.problems import Problems, h5py_errors
 from recordings.plant import Event
-from recordings.recording import Recording
+from recordings.recording import Codes, Recording
 from recordings.sample_checks import value_problem
 from recordings.signal import Signal, SignalSpec
 
@@ -57,10 +58,13 @@ class RecordingFile:
         """What the file declares of each signal, by name."""
         return MappingProxyType({spec.name: spec for spec in self.header.signals})
 
-    def signal(self, name: str) -> Signal:
-        """Read one signal; `BadInput` when there is none of that name or its values break a rule of the format."""
+    def signal(self, name: str, *, may_be_missing: bool = False) -> Signal:
+        """Read one signal; `BadInput` when there is none of that name or its values break a rule of the format.
+
+        may_be_missing : whether an input or output without one number is accepted, to be looked at.
+        """
         signal = self._unchecked(name)
-        problem = value_problem(signal.role, signal.values)
+        problem = None if may_be_missing and name != "time" else value_problem(signal.role, signal.values)
         if problem:
             raise BadInput(f"{self.path}: /signals/{name}", *problem)
         return signal
@@ -68,9 +72,10 @@ class RecordingFile:
     def load(self, signals: Iterable[str] | None = None) -> Recording:
         """Read the named signals, and time always, into a recording; every signal when none is named."""
         wanted = self.specs if signals is None else dict.fromkeys(["time", *signals])
-        header = self.header
+        clock = self._unchecked("time")  # first: where it is wrong nothing else is read
+        header, about = self.header, [name for name in wanted if name != "time"] if self.header.per_value else []
         return Recording(
-            signals={name: self._unchecked(name) for name in wanted},  # the recording checks its values
+            signals={name: clock if name == "time" else self._unchecked(name) for name in wanted},
             plant=header.plant,
             title=header.title,
             source=header.source,
@@ -78,13 +83,23 @@ class RecordingFile:
             events=self.events,
             attributes=header.attributes,
             path=self.path,
+            quality={name: self.quality(name) for name in about},
+            reply_times={name: self.reply_times(name) for name in about},
         )
+
+    def quality(self, name: str) -> Codes:
+        """The quality of each value of a signal of version 2: codes of `QUALITIES`, shape (n_samples,)."""
+        return _values(self._file, "quality", name, str(self.path)).astype(np.uint8)
+
+    def reply_times(self, name: str) -> Array:
+        """When the reply came that brought each value of a signal of version 2 [s]; NaN where none did."""
+        return _values(self._file, "reply_times", name, str(self.path))
 
     def _unchecked(self, name: str) -> Signal:
         if name not in self.specs:
             there = ", ".join(self.specs)
             raise BadInput(str(self.path), f"it has no signal '{name}'", f"signals there: {there}")
-        return Signal.of(self.specs[name], _values(self._file, name, str(self.path)))
+        return Signal.of(self.specs[name], _values(self._file, "signals", name, str(self.path)))
 
     def close(self) -> None:
         """Close the file; a second call does nothing."""
@@ -116,7 +131,7 @@ def read(path: str | Path, signals: Iterable[str] | None = None) -> Recording:
     Parameters
     ----------
     path : str or Path
-        A file of recording format version 1. It may still be written by another process.
+        A recording of version 1 or 2. It may still be written by another process.
     signals : iterable of str, optional
         The signals wanted besides `time`; memory is in proportion to them. All when not given.
 
@@ -149,7 +164,9 @@ def opened(path: Path) -> h5py.File:
     return open_hdf5(path)
 
 
-def _values(file: h5py.File, name: str, path: str) -> Array:
-    where = f"{path}: /signals/{name}"
+def _values(file: h5py.File, group: str, name: str, path: str) -> Array:
+    where = f"{path}: /{group}/{name}"
     with h5py_errors(where):
-        return numbers_of(member(file["signals"], name, h5py.Dataset, where))
+        if group == "signals" and name == "time":
+            return clock_of(member(file[group], name, h5py.Dataset, where), where)
+        return numbers_of(member(file[group], name, h5py.Dataset, where))

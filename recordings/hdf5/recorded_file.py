@@ -11,6 +11,7 @@ import numpy as np
 
 from recordings.arrays import Array
 from recordings.errors import BadInput
+from recordings.hdf5.columns import columns_of
 from recordings.hdf5.header import Header
 from recordings.hdf5.items import check_column, member, raw_attribute
 from recordings.hdf5.journal import Contents
@@ -31,9 +32,12 @@ class RecordedFile:
         where = str(path)
         self._header: Header = header_of(file, where)
         self._where = where
+        self._layout = columns_of(self._header)
         self._columns = [
-            member(file["signals"], spec.name, h5py.Dataset, f"{where}: /signals/{spec.name}")
-            for spec in self._header.signals
+            member(
+                member(file, one.group, h5py.Group, where), one.name, h5py.Dataset, f"{where}: /{one.group}/{one.name}"
+            )
+            for one in self._layout
         ]
         for column in self._columns:
             check_column(column, where)
@@ -52,17 +56,18 @@ class RecordedFile:
         )
 
     def rows(self, first: int, end: int) -> Array | None:
-        """The values of some rows, shape (n_signals, n_rows); None when it does not have them all."""
+        """The values of some rows, shape (n_columns, n_rows); None when it does not have them all."""
         if not first <= end <= len(self):
             return None
         try:
             with h5py_errors(self._where):
-                return np.stack([column[first:end] for column in self._columns])
+                parts = zip(self._layout, self._columns, strict=True)
+                return np.stack([one.plain(column[first:end]) for one, column in parts])
         except BadInput:
             return None
 
     def same(self, first: int, values: Array) -> bool:
-        """Whether rows from `first` on hold these values, shape (n_signals, n_rows)."""
+        """Whether rows from `first` on hold these values, shape (n_columns, n_rows)."""
         own = self.rows(first, first + values.shape[1])
         return own is not None and np.array_equal(own, values, equal_nan=True)
 

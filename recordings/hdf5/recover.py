@@ -19,9 +19,10 @@ import numpy as np
 from recordings.arrays import Array
 from recordings.atomic_files import appearing, sync, writing
 from recordings.errors import BadInput
+from recordings.hdf5.columns import Column
 from recordings.hdf5.disk import new_hdf5
 from recordings.hdf5.journal import Contents, read_journal
-from recordings.hdf5.layout_writer import append_events, append_samples, create_events, create_signal, write_header
+from recordings.hdf5.layout_writer import append_events, append_samples, create_columns, create_events, write_header
 from recordings.hdf5.opening import journal_path
 from recordings.hdf5.reader import open_recording, validate
 from recordings.hdf5.recorded_file import RecordedFile, recorded_file
@@ -117,20 +118,20 @@ def _agree(path: Path, contents: Contents, stored: RecordedFile) -> bool:
 
 def _rebuild(path: Path, contents: Contents, stored: RecordedFile | None) -> tuple[int, tuple[str, ...]]:
     """Build the recording anew from the chunks on the disk, the rows in the journal, and the file where both lack."""
-    names = [spec.name for spec in contents.header.signals]
+    names = [column.label for column in contents.columns]
     clock, losses = names.index("time"), list[_Loss]()
     with appearing(path) as draft:
         with new_hdf5(draft) as file:
             write_header(file, contents.header)
             file.attrs["journal"] = f"merged {contents.run}"
             storage = {"shape": (0,), "maxshape": (None,), "chunks": (contents.chunk_rows,)}
-            datasets = [create_signal(file, spec, **storage) for spec in contents.header.signals]
+            datasets = create_columns(file, contents.header, **storage)
             for first_row, columns, lost in _blocks(path, contents, stored):
                 if lost:
                     _note(losses, names, lost, first_row, columns.shape[1], len(datasets[clock]))
                 if clock not in lost:  # without its time a sample cannot be placed
-                    for dataset, values in zip(datasets, columns, strict=True):
-                        append_samples(dataset, values)
+                    for column, dataset, values in zip(contents.columns, datasets, columns, strict=True):
+                        append_samples(dataset, column.stored(values))
             create_events(file)
             append_events(file, [*contents.events, *_gaps(losses, datasets[clock])])
             n_samples = len(datasets[clock])
@@ -143,17 +144,17 @@ def _rebuild(path: Path, contents: Contents, stored: RecordedFile | None) -> tup
 
 
 def _blocks(path: Path, contents: Contents, stored: RecordedFile | None) -> Iterator[tuple[int, Array, list[int]]]:
-    """(first row, values of shape (n_signals, n_rows), which signals are lost) from the start of the recording on.
+    """(first row, values of shape (n_columns, n_rows), which columns are lost) from the start of the recording on.
 
     Rows of which the journal says nothing any more are taken from the file, and are lost where it does not have them.
     """
-    n_signals, place = len(contents.header.signals), 0
+    n_columns, place = len(contents.columns), 0
     for first_row, columns, lost in _journalled(path, contents):
         if first_row > place:
             between = None if stored is None else stored.rows(place, first_row)
             if between is None:
-                gone = np.broadcast_to(np.nan, (n_signals, first_row - place))
-                yield place, gone, list(range(n_signals))
+                gone = np.broadcast_to(np.nan, (n_columns, first_row - place))
+                yield place, gone, list(range(n_columns))
             else:
                 yield place, between, []
         fresh = max(place - first_row, 0)  # a batch may begin with rows that are known already
@@ -173,7 +174,8 @@ def _journalled(path: Path, contents: Contents) -> Iterator[tuple[int, Array, li
     with file:
         for chunk in sorted(contents.chunks, key=lambda chunk: chunk.first_row):
             if in_journal is None or chunk.first_row < in_journal:
-                parts = [_stored(file, place, contents.chunk_rows) for place in chunk.places]
+                stored = zip(contents.columns, chunk.places, strict=True)
+                parts = [_stored(file, column, place, contents.chunk_rows) for column, place in stored]
                 gone = np.full(contents.chunk_rows, np.nan)
                 columns = np.stack([gone if part is None else part for part in parts])
                 yield chunk.first_row, columns, [k for k, part in enumerate(parts) if part is None]
@@ -181,12 +183,13 @@ def _journalled(path: Path, contents: Contents) -> Iterator[tuple[int, Array, li
         yield first_row, columns, []
 
 
-def _stored(file: BinaryIO, place: tuple[int, int], rows: int) -> Array | None:
+def _stored(file: BinaryIO, column: Column, place: tuple[int, int], rows: int) -> Array | None:
     """One chunk from its bytes in the file; None when they are not those that were written."""
     offset, checksum = place
     file.seek(offset)
-    data = file.read(8 * rows)
-    return np.frombuffer(data, "<f8") if len(data) == 8 * rows and zlib.crc32(data) == checksum else None
+    n_bytes = column.dtype.itemsize * rows
+    data = file.read(n_bytes)
+    return column.from_bytes(data) if len(data) == n_bytes and zlib.crc32(data) == checksum else None
 
 
 @dataclass(frozen=True)

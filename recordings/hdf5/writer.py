@@ -11,9 +11,10 @@ import numpy as np
 from recordings.arrays import Array
 from recordings.atomic_files import appearing
 from recordings.errors import BadInput
+from recordings.hdf5.columns import Column, columns_of
 from recordings.hdf5.disk import new_hdf5
 from recordings.hdf5.items import member, raw_attribute
-from recordings.hdf5.layout_writer import append_events, create_events, create_signal, write_header
+from recordings.hdf5.layout_writer import append_events, create_column, create_events, write_header
 from recordings.hdf5.opening import check_vacant, journal_path, open_hdf5
 from recordings.hdf5.problems import h5py_errors
 from recordings.recording import Recording
@@ -56,14 +57,22 @@ def write(path: str | Path, recording: Recording, truth: Truth | None = None, *,
 
 def _fill(file: h5py.File, recording: Recording, truth: Truth | None) -> None:
     write_header(file, recording.header)
-    for signal in recording.signals.values():
-        chunks = (min(len(recording), _CHUNK_ROWS),)
-        create_signal(file, signal.spec, data=signal.values, chunks=chunks, shuffle=True, compression="gzip")
+    chunks = (min(len(recording), _CHUNK_ROWS),)
+    for column in columns_of(recording.header):
+        storage = {"data": column.stored(_values(recording, column)), "chunks": chunks}
+        create_column(file, recording.header, column, **storage, shuffle=True, compression="gzip")
     if recording.events:
         create_events(file)
         append_events(file, recording.events)
     if truth is not None:
         _write_truth(file.create_group("truth", track_order=True), truth)
+
+
+def _values(recording: Recording, column: Column) -> Array:
+    if column.group == "signals":
+        return recording.signals[column.name].values
+    found = recording.quality if column.group == "quality" else recording.reply_times
+    return np.asarray(found[column.name], np.float64)
 
 
 def read_truth(path: str | Path) -> dict[str, float | str | Array]:

@@ -17,7 +17,7 @@ from recordings.importers.mapping import ImportMapping, SignalSource
 from recordings.importers.table import ForeignTable
 from recordings.plant import Plant
 from recordings.recording import Recording
-from recordings.sample_checks import holds_number
+from recordings.sample_checks import holds_number, size_problem
 from recordings.signal import UNDERSTOOD, Role, Signal
 from recordings.stored_units import stored_signal
 
@@ -74,6 +74,9 @@ def assemble(table: ForeignTable, mapping: ImportMapping, **about: Any) -> Impor
     signals = [Signal("time", time, "s", "time")]
     for name, source in sources.items():
         role = source.role or _usual_role(name, set(sources))
+        wild = size_problem(raw[name].values[rows])
+        if wild:
+            raise BadInput(f"{table.where}: '{name}'", wild[0], "correct it, or say that it means no value")
         signals.append(_signal(name, source, raw[name], raw[name].values[rows], role, plant, table.where))
     return Imported(Recording.of(signals, plant=plant, **about), tuple(notes))
 

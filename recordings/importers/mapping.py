@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -13,6 +12,7 @@ from recordings.errors import BadInput
 from recordings.hdf5.header import Origin
 from recordings.plant import PLANT_NAMES
 from recordings.signal import Role
+from recordings.text_files import read_small_toml
 from recordings.units import UNITS, find_unit
 
 _READY = Path(__file__).parent.parent / "mappings"
@@ -163,15 +163,10 @@ def load_mapping(name: str | Path) -> ImportMapping:
         There is none of that name, the file is no TOML, or it says something unknown, naming the place.
     """
     path = _READY / f"{name}.toml" if str(name) in mapping_names() else Path(name)
-    try:
-        values = tomllib.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
+    if not path.exists():
         remedy = f"give a TOML file or one of: {', '.join(mapping_names())}"
-        raise BadInput(str(name), "there is no such mapping", remedy) from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise BadInput(str(path), f"it cannot be read ({error})", "give a TOML file in UTF-8") from error
-    except tomllib.TOMLDecodeError as error:
-        raise BadInput(str(path), f"it is not TOML ({error})", "see docs/recordings.md for an example") from error
+        raise BadInput(str(name), "there is no such mapping", remedy)
+    values = read_small_toml(path, "see docs/recordings.md for an example")
     return mapping_of(values, str(path))
 
 

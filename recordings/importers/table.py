@@ -5,12 +5,31 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from recordings.arrays import Array, Integers
 from recordings.column_headers import split_unit
 from recordings.errors import BadInput
 
 _MOST_NAMES = 20
+MOST_COLUMNS = 4096
+_ALWAYS_BYTES = 64_000_000
+_MOST_EXPANDED = 30
+"""Numbers in memory may take this many times the bytes of their file: compressed measurements take three to ten."""
+
+
+def check_expansion(path: Path, n_values: int, n_columns: int = 1) -> None:
+    """Refuse a file that is small and declares, or unpacks into, numbers that fill the memory; before they do.
+
+    n_values : how many numbers there are in all; n_columns : in how many columns.
+    """
+    if n_columns > MOST_COLUMNS:
+        remedy = f"give a table of at most {MOST_COLUMNS} columns"
+        raise BadInput(str(path), f"it has {n_columns} columns", remedy)
+    allowed = _ALWAYS_BYTES + _MOST_EXPANDED * path.stat().st_size
+    if 8 * n_values > allowed:
+        found = f"its {n_values} numbers need {8e-6 * n_values:.0f} MB of memory, far more than the file has"
+        raise BadInput(str(path), found, "give a file of measurements, in parts where it is large")
 
 
 @dataclass(frozen=True)

@@ -8,17 +8,18 @@ from pathlib import Path
 
 import numpy as np
 
-from recordings.arrays import Array
+from recordings.arrays import Array, IndexArray
 from recordings.hdf5.reader import RecordingFile, open_recording
+from recordings.sample_checks import NOT_KNOWN, QUALITIES, holds_number
 from recordings.signal import SignalSpec
 from recordings.views.pictures import GAP_STEPS
 
 
 def describe(path: str | Path) -> str:
     """What a recording holds, in lines of text; `BadInput` when it is not a valid recording."""
-    with open_recording(path) as file:
+    with open_recording(path) as file, np.errstate(all="ignore"):  # a file may say any number
         time = file.signal("time").values
-        parts = [_head(file, time), _sampling(time), _table(file)]
+        parts = [_head(file, time), _sampling(time), _table(file), _quality(file)]
         parts += [_plant(file), _events(file), _attributes(file), _use(file)]
     return "\n\n".join(part for part in parts if part)
 
@@ -49,7 +50,8 @@ def _sampling(time: Array) -> str:
 
 def _table(file: RecordingFile) -> str:
     rows: list[tuple[str, ...]] = [("signal", "role", "unit", "from", "to", "missing", "")]
-    rows += [_row(spec, file.signal(spec.name).values) for spec in file.header.signals if spec.role != "time"]
+    specs = [spec for spec in file.header.signals if spec.role != "time"]
+    rows += [_row(spec, file.signal(spec.name, may_be_missing=True).values) for spec in specs]
     widths = [max(len(row[k]) for row in rows) for k in range(6)]
     return "\n".join(_line(row, widths) for row in rows)
 
@@ -78,6 +80,25 @@ def _line(row: Sequence[str], widths: Sequence[int]) -> str:
     return ("  " + "  ".join([*left, *right, row[6]])).rstrip()
 
 
+def _quality(file: RecordingFile) -> str:
+    """How many values were not good, and why, where the file keeps that."""
+    if not file.header.per_value:
+        return ""
+    names = [spec.name for spec in file.header.signals if spec.role != "time"]
+    counts = {name: np.bincount(file.quality(name), minlength=len(QUALITIES)) for name in names}
+    found = {name: _counted(n) for name, n in counts.items() if n[1:].any()}
+    if not found:
+        return "every value is good, with the time of its reply"
+    return "\n".join(["values that are not good:", *(f"  {name}: {words}" for name, words in found.items())])
+
+
+def _counted(counts: IndexArray) -> str:
+    """Counts of values by the code of their quality in words."""
+    words = [f"{n} {word}" for n, word in zip(counts[1:], QUALITIES[1:], strict=False) if n]
+    words += [f"{counts[NOT_KNOWN]} not known"] if len(counts) > NOT_KNOWN else []
+    return ", ".join(words)
+
+
 def _plant(file: RecordingFile) -> str:
     return _pairs("plant", file.header.plant.known())
 
@@ -102,6 +123,9 @@ def _events(file: RecordingFile) -> str:
 def _use(file: RecordingFile) -> str:
     """What a fit could do with it, by the rule of the format."""
     specs, area = file.specs, file.header.plant.diaphragm_area_m2
+    empty = [name for name, spec in specs.items() if spec.role in ("input", "output") and not _has_numbers(file, name)]
+    if empty:
+        return f"nothing can be computed with it: every sample of {', '.join(empty)} is missing"
     if "position" not in specs:
         return "a fit needs a position, which is not here"
     if specs["position"].role == "input" and "force" in specs:
@@ -112,3 +136,7 @@ def _use(file: RecordingFile) -> str:
         return "a fit can predict the position from the pressure and the diaphragm area"
     missing = "the plant's diaphragm_area_m2" if "pressure" in specs else "a force or a pressure"
     return f"a fit needs {missing} besides the position, which is not here"
+
+
+def _has_numbers(file: RecordingFile, name: str) -> bool:
+    return holds_number(file.signal(name, may_be_missing=True).values)

@@ -9,9 +9,11 @@ from __future__ import annotations
 
 import contextlib
 import functools
+import grp
 import hashlib
 import os
 import platform
+import pwd
 import shutil
 import stat
 import tempfile
@@ -68,6 +70,7 @@ def directory() -> Path:
 
 @functools.cache
 def _process_directory() -> Path:
+    _sweep_empty(Path(tempfile.gettempdir()))
     holder = tempfile.TemporaryDirectory(prefix="bristle-")
     _HELD.append(holder)
     return Path(holder.name)
@@ -81,9 +84,26 @@ def _private(folder: Path) -> bool:
     """Whether only we can write to a folder, and nobody can put another in its place."""
     facts = folder.stat()
     ours = stat.S_ISDIR(facts.st_mode) and facts.st_uid == os.getuid()
-    above = (parent.stat().st_mode for parent in folder.parents)
-    replaceable = any(mode & stat.S_IWOTH and not mode & stat.S_ISVTX for mode in above)
-    return ours and not facts.st_mode & (stat.S_IWGRP | stat.S_IWOTH) and not replaceable
+    others = facts.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
+    return ours and not others and not any(_replaceable(parent.stat()) for parent in folder.parents)
+
+
+def _replaceable(parent: os.stat_result) -> bool:
+    """Whether somebody else may put another folder in the place of one in `parent`."""
+    if parent.st_uid not in (0, os.getuid()):
+        return True
+    if parent.st_mode & stat.S_ISVTX:  # only the owner of an entry may take it away, or root
+        return False
+    return bool(parent.st_mode & stat.S_IWOTH) or (bool(parent.st_mode & stat.S_IWGRP) and _shared(parent.st_gid))
+
+
+def _shared(group: int) -> bool:
+    """Whether a group has others in it than us; many systems give each user a group of their own."""
+    try:
+        user, members = pwd.getpwuid(os.getuid()).pw_name, grp.getgrgid(group).gr_mem
+    except KeyError:
+        return True
+    return group != os.getgid() or bool(set(members) - {user})
 
 
 def _built(home: Path, name: str, build: Callable[[Path], None]) -> Path:
@@ -115,6 +135,15 @@ def _whole(folder: Path) -> bool:
 def _digests(folder: Path) -> str:
     files = sorted(path for path in folder.rglob("*") if path.is_file() and path != folder / SEAL)
     return "".join(f"{hashlib.sha256(path.read_bytes()).hexdigest()}  {path.relative_to(folder)}\n" for path in files)
+
+
+def _sweep_empty(place: Path) -> None:
+    """Remove the empty folders of our own that killed processes left behind."""
+    for folder in place.glob("bristle-*"):
+        with contextlib.suppress(OSError):
+            facts = folder.lstat()
+            if facts.st_uid == os.getuid() and facts.st_mtime < time.time() - ABANDONED:
+                folder.rmdir()  # only if it is empty
 
 
 def _sweep(home: Path) -> None:

@@ -54,7 +54,9 @@ def test_what_was_learned_is_saved_and_resumed_and_belongs_to_its_model(model, h
     kept = json.loads(state.read_text())
     assert kept["format"] == "monitor-state"
     assert run(command) == 0
-    assert "resumed from" in capsys.readouterr().err
+    taken_up = capsys.readouterr().err
+    assert "resumed from" in taken_up
+    assert re.search(r"false alarms: [\d.]+ s fault-free", taken_up)  # what it watches by is said
     assert not list(tmp_path.glob("*.part"))
     other = tmp_path / "other.json"
     changed = json.loads(model.read_text())

@@ -94,7 +94,9 @@ class InStep(Script):
 
 
 def sample(k: int, valve: str = "V1", position: Reading | None = None) -> Sample:
-    readings = {"position": position or Reading(float(k), "mm"), "mode": Reading(float(k % 3), "1")}
+    time = 100.0 + 0.01 * k
+    position = position or Reading(float(k), "mm", time=time - 0.002)
+    readings = {"position": position, "mode": Reading(float(k % 3), "1", time=time + 0.003)}
     return Sample(100.0 + 0.01 * k, 1.7e9 + 0.01 * k, valve, readings)
 
 
@@ -117,6 +119,8 @@ def test_samples_become_a_recording_with_its_own_clock(tmp_path):
     recording = read(tmp_path / "run.h5")
     assert recording.time == pytest.approx(0.01 * np.arange(100))
     assert recording["position"].values.tolist() == list(range(100))
+    assert recording.reply_times["position"] - recording.time == pytest.approx(-0.002)
+    assert recording.reply_times["mode"] - recording.time == pytest.approx(0.003)
     assert [recording[name].role for name in recording] == ["time", "output", "extra"]
     assert (recording.title, recording.source, recording.plant.tag) == ("a run", "rig", "V1")
     assert recording.plant.stroke_m == 0.0381
@@ -129,15 +133,17 @@ def test_samples_become_a_recording_with_its_own_clock(tmp_path):
 
 
 def test_a_value_that_is_not_good_is_missing_and_the_event_says_why(tmp_path):
-    bad = Reading(float("nan"), "mm", Quality.BAD, "77 outside 0 to 50 mm")
+    bad = Reading(float("nan"), "mm", Quality.OUT_OF_RANGE, "77 outside 0 to 50 mm")
     stale = Reading(7.0, "mm", Quality.STALE, "the heartbeat stands still")
-    why = LinkEvent(100.01, 1.7e9, "V1", "bad_value", "position: bad: 77 outside 0 to 50 mm")
+    why = LinkEvent(100.01, 1.7e9, "V1", "bad_value", "position: out of range: 77 outside 0 to 50 mm")
     report = recorded(Script([sample(0), why, sample(1, position=bad), sample(2, position=stale), sample(3)]), tmp_path)
     recording = read(report.valves[0].files[0])
     assert np.isnan(recording["position"].values).tolist() == [False, True, True, False]
     assert recording["mode"].values.tolist() == [0, 1, 2, 0]  # the other values of the sample stay
     assert [(event.time, event.kind) for event in recording.events] == [(pytest.approx(0.01), "bad_value")]
     assert report.valves[0].bad == 2
+    assert recording.quality["position"].tolist() == [0, 2, 1, 0]  # codes of recordings.QUALITIES
+    assert not recording.quality["mode"].any()
 
 
 def test_every_valve_has_its_own_file_and_events(tmp_path):
@@ -277,6 +283,19 @@ def test_a_disk_that_refuses_ends_the_session_in_words(tmp_path):
 
     with pytest.raises(BadInput, match="runs"):
         recorded(Vanishing(500, 10, disk), folder, batch_s=0.02, rotate_s=0.1, acknowledge=disk)
+
+
+def test_whoever_cannot_be_told_does_not_end_the_recording_and_is_counted(tmp_path):
+    def refuse(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    why = LinkEvent(100.05, 1.7e9, "V1", "bad_value", "mode: not valid: nothing")
+    source = Script([*(sample(k) for k in range(10)), why, *(sample(k) for k in range(10, 20))])
+    report = recorded(source, tmp_path / "run.h5", tell=refuse, acknowledge=refuse)
+    assert len(read(tmp_path / "run.h5")) == 20
+    assert [event.kind for event in read(tmp_path / "run.h5").events] == ["bad_value"]
+    assert report.statistics.failures["an event could not be told ([Errno 28] No space left on device)"] == 1
+    assert report.statistics.failures["a batch could not be acknowledged ([Errno 28] No space left on device)"] >= 1
 
 
 @pytest.mark.parametrize(

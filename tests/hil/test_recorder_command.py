@@ -368,7 +368,7 @@ def test_a_replayed_recording_is_recorded_with_its_events_and_name(tmp_path, map
     assert np.array_equal(second["position"].values, first["position"].values)
 
 
-def test_a_map_that_does_not_fit_the_device_ends_it_at_once(tmp_path, map_file):
+def test_a_map_that_does_not_fit_the_device_ends_it_at_once_and_what_came_can_be_shown(tmp_path, map_file, capsys):
     map_file.write_text(MAP_TEXT.replace("address = 0", "address = 1000").replace("address = 2", "address = 1002"))
     text = map_file.read_text().replace("address = 3", "address = 1003")
     map_file.write_text(text)
@@ -384,3 +384,9 @@ def test_a_map_that_does_not_fit_the_device_ends_it_at_once(tmp_path, map_file):
     assert code == 1
     assert "not one good value in the first 20 samples (exception 2: illegal data address)" in errors
     assert "Traceback" not in errors
+    capsys.readouterr()
+    assert run(["show", str(to)]) == 0
+    shown = capsys.readouterr().out
+    assert "position: 20 not valid" in shown
+    assert "illegal data address" in shown
+    assert "every sample of position is missing" in shown

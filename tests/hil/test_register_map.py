@@ -369,8 +369,8 @@ def test_the_documentation_has_every_key():
         ("m.csv", 'name,"table,address,type\na,input,1,uint16\n', "not CSV"),
         ("m.csv", "name,table,address,type\na,input,1_0,uint16\n", "address"),
         ("m.csv", "name,table,address,type\na,input,\u0661\u0662,uint16\n", "address"),
-        ("m.toml", "a = " + "[" * 5000, "not a register map"),
-        ("m.toml", "a = " + "9" * 10_000, "not a register map"),
+        ("m.toml", "a = " + "[" * 5000, "nested 5000 times"),
+        ("m.toml", "a = " + "9" * 10_000, "it is not TOML"),
         ("m.csv", "name,table,address,type\n" + "a,input,1,uint16\n" * 5000, "points"),
     ],
 )

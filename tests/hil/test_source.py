@@ -16,7 +16,9 @@ from hil import (
     Polling,
     PollingStopped,
     Quality,
+    RegisterMap,
     Sample,
+    Valve,
     WriteMap,
     parse_address,
     valves_of,
@@ -52,6 +54,7 @@ def test_a_sample_has_times_values_units_and_quality():
     assert first["alarm"].value == 0.0
     assert [sample["counter"].value for sample in taken] == [1, 2, 3]
     assert first.time < taken[1].time < taken[2].time
+    assert all(one.time - 1.0 < reading.time < one.time + 1.0 for one in taken for reading in one.readings.values())
     assert abs(first.wall - up.wall) < 60.0
     assert up.text == "unit 1: it answers"
 
@@ -73,13 +76,48 @@ def test_a_value_out_of_range_or_not_a_number_is_bad_with_a_reason_and_one_event
 
     (good, outside, nan, after), texts = asyncio.run(story())
     assert good.good
-    assert outside["position"].quality is Quality.BAD
+    assert outside["position"].quality is Quality.OUT_OF_RANGE
     assert outside["position"].reason == "77 outside 0 to 50 mm"
     assert outside["counter"].good  # only what is wrong is bad
     assert nan["position"].usable != nan["position"].usable
-    assert texts[0] == "position: bad: 77 outside 0 to 50 mm"
+    assert texts[0] == "position: out of range: 77 outside 0 to 50 mm"
     assert texts[1].startswith("position: good again, ")
     assert after.good
+
+
+def two_reads(name: str) -> Valve:
+    """A valve whose points come in two replies."""
+    points = [{"name": f"p{k}", "table": table, "address": 0, "type": "uint16"} for k, table in TABLES]
+    return Valve(name, RegisterMap.model_validate({"name": name, "points": points}))
+
+
+TABLES = ((1, "holding"), (2, "input"))
+
+
+def test_values_before_a_loss_in_the_same_round_stay_good_each_with_its_own_time():
+    async def story() -> tuple[Sample, Sample]:
+        def answer(unit: int, function: int, address: int, count: int) -> list[int] | None:
+            losses.append(function)
+            if function == 4 and losses.count(4) == 3:
+                peer.drop()
+                return None
+            return [len(losses)]
+
+        losses: list[int] = []
+        peer = TcpPeer(answer)
+        async with peer:
+            address = parse_address(f"tcp://127.0.0.1:{peer.port}")
+            async with LiveSource(address, [two_reads("V")], Polling(None)) as source:
+                whole = (await samples(source, 1))[0]
+                while (last := (await samples(source, 1))[0]).good:
+                    pass
+                return whole, last
+
+    whole, last = asyncio.run(story())
+    assert whole["p1"].time < whole["p2"].time
+    assert last["p1"].good
+    assert last["p2"].quality is Quality.LINK
+    assert last["p1"].time <= last.time
 
 
 def test_an_exception_reply_makes_every_value_of_its_block_bad():
@@ -90,7 +128,7 @@ def test_an_exception_reply_makes_every_value_of_its_block_bad():
             return (await samples(source, 1))[0]
 
     sample = asyncio.run(story())
-    assert {reading.quality for reading in sample.readings.values()} == {Quality.BAD}
+    assert {reading.quality for reading in sample.readings.values()} == {Quality.NOT_VALID}
     assert sample["position"].reason == "exception 6: device busy"
 
 

@@ -42,7 +42,7 @@ def test_samples_and_the_sources_own_events_come_in_the_order_of_time(path):
 
 def test_a_missing_value_is_bad(path):
     reading = played(f"replay:{path}")[1]["position"]
-    assert (reading.quality, reading.reason) == (Quality.BAD, "missing in the recording")
+    assert (reading.quality, reading.reason) == (Quality.NOT_VALID, "missing in the recording")
 
 
 def test_a_paced_recording_takes_its_time(path):

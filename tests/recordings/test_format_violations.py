@@ -65,9 +65,15 @@ VIOLATIONS: dict[str, tuple[Change, str]] = {
     "no format": (attribute("/", format=None), "rec.h5: the root attribute format is missing; a recording says format"),
     "other format": (attribute("/", format="nexus"), "rec.h5: its format is 'nexus'; a recording says"),
     "format no text": (attribute("/", format=3), "rec.h5: attribute format is a number, not text"),
-    "no version": (attribute("/", version=None), "the root attribute version is missing; this program reads version 1"),
-    "newer version": (attribute("/", version=2), "its version is 2; this program reads version 1; update this program"),
-    "older version": (attribute("/", version=0), "its version is 0; this program reads version 1; the version is the"),
+    "no version": (
+        attribute("/", version=None),
+        "the root attribute version is missing; this program reads versions 1",
+    ),
+    "newer version": (attribute("/", version=3), "its version is 3; this program reads versions 1 and 2; update this"),
+    "older version": (
+        attribute("/", version=0),
+        "its version is 0; this program reads versions 1 and 2; the version is an",
+    ),
     "version no integer": (attribute("/", version=1.5), "its version is 1.5"),
     "version text": (attribute("/", version="one"), "rec.h5: attribute version is text, not a number"),
     "no signals": (moved("signals", "other"), "/signals: the group is missing; a recording holds its signals there"),

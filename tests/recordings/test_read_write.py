@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import pickle
 import subprocess
 import sys
 from datetime import UTC, datetime, timedelta, timezone
@@ -16,7 +17,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
-from recording_samples import FORCE, N_SAMPLES, POSITION, TIME, assert_same, contract_file, recording
+from recording_samples import FORCE, N_SAMPLES, POSITION, SPECS, TIME, assert_same, contract_file, recording
 
 from recordings import (
     UNITS,
@@ -255,3 +256,61 @@ def test_a_result_is_written_as_json_with_null_for_what_is_not_finite(tmp_path):
     path = tmp_path / "result.json"
     save_json(path, {"a": np.float32(1.5), "b": [np.nan, float("inf"), (2.0,)], "c": np.bool_(True), "d": {"e": None}})
     assert json.loads(path.read_text()) == {"a": 1.5, "b": [None, None, [2.0]], "c": True, "d": {"e": None}}
+
+
+# Version 2: the quality and the reply time of each value
+
+DETAILS = {
+    "quality": {"position": [0, 1, 2, 4], "force": [0, 0, 3, 0]},
+    "reply_times": {"position": [0.001, 0.011, 0.021, np.nan], "force": [0.002, 0.012, 0.022, 0.032]},
+}
+BATCH = {"time": [0.0, 0.01, 0.02, 0.03], "position": [1.0, np.nan, np.nan, np.nan], "force": [1.0, 2.0, np.nan, 4.0]}
+
+
+def detailed(path: Path) -> Path:
+    with RecordingWriter(path, SPECS, per_value=True, chunk_rows=3) as writer:
+        for k in range(4):
+            rows = [{name: one[k] for name, one in part.items()} for part in (BATCH, *DETAILS.values())]
+            writer.append(*rows)
+    return path
+
+
+def test_a_recording_of_version_2_keeps_the_quality_and_the_time_of_each_value(tmp_path):
+    recording = read(detailed(tmp_path / "two.h5"))
+    for group, expected in DETAILS.items():
+        for name, values in expected.items():
+            np.testing.assert_array_equal(getattr(recording, group)[name], values)
+    write(tmp_path / "copy.h5", recording)
+    copied = read(tmp_path / "copy.h5", ["force"])
+    assert copied.quality["force"].tolist() == DETAILS["quality"]["force"]
+    assert validate(tmp_path / "two.h5") == validate(tmp_path / "copy.h5") == []
+    with h5py.File(tmp_path / "two.h5") as file:
+        assert file.attrs["version"] == 2
+        assert file["quality/position"].dtype == np.uint8
+    assert pickle.loads(pickle.dumps(recording)).quality["position"].tolist() == DETAILS["quality"]["position"]
+
+
+def test_a_recording_without_qualities_is_written_as_version_1(tmp_path):
+    write(tmp_path / "one.h5", recording())
+    with h5py.File(tmp_path / "one.h5") as file:
+        assert file.attrs["version"] == 1
+        assert "quality" not in file
+    assert not read(tmp_path / "one.h5").quality
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda file: file.pop("quality"), "/quality: the group is missing"),
+        (lambda file: file["reply_times"].pop("force"), "/reply_times/force: the dataset is missing"),
+        (lambda file: file["quality/force"].resize((3,)), "/quality/force: it has 3 values, the signal has 4"),
+        (lambda file: file["quality/force"].write_direct(np.full(4, 9, "u1")), "the code 9 of sample 0 is no quality"),
+    ],
+)
+def test_what_version_2_needs_and_is_not_there_is_named(tmp_path, change, words):
+    path = detailed(tmp_path / "two.h5")
+    with h5py.File(path, "r+") as file:
+        change(file)
+    assert words in str(validate(path)[0])
+    with pytest.raises(BadInput, match=words):
+        read(path)

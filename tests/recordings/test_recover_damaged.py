@@ -34,14 +34,21 @@ def _no_waiting_for_the_disk(monkeypatch: pytest.MonkeyPatch) -> None:
 def cut_off(tmp_path_factory: pytest.TempPathFactory) -> tuple[bytes, bytes]:
     """The bytes of a recording that was cut off, and of its journal."""
     path = tmp_path_factory.mktemp("cut") / "run.h5"
-    writer = RecordingWriter(path, SPECS, chunk_rows=CHUNK_ROWS, title="small")
+    writer = RecordingWriter(path, SPECS, chunk_rows=CHUNK_ROWS, title="small", per_value=True)
     for start in range(0, N_SAMPLES, 30):
-        writer.append(values(30, start))
+        writer.append(values(30, start), *details(30, start))
     for event in EVENTS:
         writer.event(event)
     found = path.read_bytes(), journal_of(path).read_bytes()
     writer.close()
     return found
+
+
+def details(n_samples: int, start: int = 0) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+    """The quality and the reply times of the samples from `start` on."""
+    row = np.arange(start, start + n_samples)
+    names = ("position", "force")
+    return dict.fromkeys(names, row % 5.0), {name: np.where(row % 5, np.nan, 0.001 * row) for name in names}
 
 
 def journal_of(path: Path) -> Path:
@@ -72,6 +79,10 @@ def missing(path: Path, file: bytes, journal: bytes) -> str:
     for name, expected in values(N_SAMPLES).items():
         if len(made) != N_SAMPLES or not np.array_equal(made[name].values, expected):
             return f"{name}: {len(made)} samples, {recovery}"
+    for kept, told in zip((made.quality, made.reply_times), details(N_SAMPLES), strict=True):
+        for name, expected in told.items():
+            if not np.array_equal(kept[name], expected, equal_nan=True):
+                return f"what is known of {name}, {recovery}"
     if not recovery.lost and sorted(made.events, key=lambda event: event.time) != list(EVENTS):
         return f"events: {made.events}"
     return "lost" if recovery.lost else ""
@@ -158,14 +169,14 @@ HOSTILE_FRAMES = {
     "event without text": frame(b"E", b'{"time": 1}'),
     "event at no time": frame(b"E", b'{"time": NaN, "kind": "a", "text": "b"}'),
     "chunk is a number": frame(b"C", b"3"),
-    "chunk nowhere": frame(b"C", b"[0, [-5, 1], [0, 1], [0, 1]]"),
+    "chunk nowhere": frame(b"C", json.dumps([0, [-5, 1], *[[0, 1]] * 6]).encode()),
     "chunk of one signal": frame(b"C", b"[0, [5, 1]]"),
-    "chunk beyond all": frame(b"C", b"[0, [1e300, 1], [0, 1], [0, 1]]"),
-    "chunk in words": frame(b"C", b'["a", [0, 1], [0, 1], [0, 1]]'),
+    "chunk beyond all": frame(b"C", json.dumps([0, [1e300, 1], *[[0, 1]] * 6]).encode()),
+    "chunk in words": frame(b"C", json.dumps(["a", *[[0, 1]] * 7]).encode()),
     "rows without a number": frame(b"R", b"123"),
     "rows that do not divide": frame(b"R", bytes(8 + 8 * 4)),
-    "rows far away": frame(b"R", struct.pack("<Q", 1 << 63) + bytes(8 * 3)),
-    "time goes backwards": frame(b"R", struct.pack("<Q", 150) + struct.pack("<6d", -1, -2, 0, 0, 0, 0)),
+    "rows far away": frame(b"R", struct.pack("<Q", 1 << 63) + bytes(8 * 7)),
+    "time goes backwards": frame(b"R", struct.pack("<Q", 150) + struct.pack("<14d", -1, -2, *[0] * 12)),
 }
 
 

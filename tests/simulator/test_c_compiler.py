@@ -117,6 +117,16 @@ class TestCache:
         os.chown(cache, 12345, 12345)
         assert cache not in artefact("key", build_once).parents
 
+    @pytest.mark.skipif(os.getuid() != 0, reason="only root can give a folder to somebody else")
+    @pytest.mark.parametrize(("mode", "owner", "group"), [(0o755, 12345, 0), (0o775, 0, 12345)])
+    def test_a_folder_under_one_of_somebody_else_is_not_used(self, tmp_path, monkeypatch, mode, owner, group):
+        above = tmp_path / "above"
+        above.mkdir()
+        above.chmod(mode)
+        os.chown(above, owner, group)
+        monkeypatch.setenv("BRISTLE_CACHE", str(above / "cache"))
+        assert above not in artefact("key", build_once).parents
+
     @pytest.mark.parametrize("place", ["/dev/null/cache", "/proc/cache", "{tmp}/file"])
     def test_where_nothing_can_be_kept_a_folder_of_the_process_serves(self, tmp_path, monkeypatch, place):
         (tmp_path / "file").write_text("")

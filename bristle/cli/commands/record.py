@@ -96,7 +96,9 @@ def _tell(event: LinkEvent) -> None:
 def _show(report: RecorderReport, seconds: float) -> None:
     late, missed = report.statistics.lateness, report.statistics.missed
     text = f"\r{seconds:6.0f} s  {report.samples} samples  {report.samples / seconds:.1f} Hz  {missed} deadlines missed"
-    print(f"{text}  late p99 {1e3 * late.quantile(0.99):.1f} ms ", end="", file=sys.stderr, flush=True)
+    failures = report.statistics.failures.total()
+    failed = f"  {failures} failures" if failures else ""
+    print(f"{text}  late p99 {1e3 * late.quantile(0.99):.1f} ms{failed} ", end="", file=sys.stderr, flush=True)
 
 
 def _summary(report: RecorderReport) -> str:
@@ -109,6 +111,8 @@ def _summary(report: RecorderReport) -> str:
     longest = 1e3 * statistics.lateness.maximum
     deadlines = f"{statistics.missed} of {statistics.polls + statistics.missed} deadlines missed"
     lines.append(f"lateness [ms]: {late} max {longest:.2f}; {deadlines}")
+    if statistics.failures:
+        lines.append("failures: " + ", ".join(f"{n} x {failure}" for failure, n in statistics.failures.most_common()))
     if statistics.faults:
         lines.append("refused: " + ", ".join(f"{n} x {fault}" for fault, n in statistics.faults.most_common()))
     return "\n".join(lines)

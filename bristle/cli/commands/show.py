@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -109,11 +108,10 @@ def command(
 
 
 def kind_of(file: Path) -> str:
-    """What kind of file it is; one that cannot be read counts as a recording, whose reader has words for that."""
+    """What kind of file it is, a recording where it is nothing else. Raises BadInput for a .json that is no JSON."""
     if file.suffix == ".toml":
         return "register-map"
-    try:
-        content = json.loads(file.read_text(encoding="utf-8")) if file.suffix == ".json" else None
-    except (OSError, ValueError, RecursionError):
-        content = None
+    from recordings import read_small_json
+
+    content = read_small_json(file, "give a model, a trace or a recording") if file.suffix == ".json" else None
     return str(content.get("format")) if isinstance(content, dict) else "recording"

@@ -16,7 +16,6 @@ from hil import (
     LinkEvent,
     LiveSource,
     Polling,
-    Quality,
     Reading,
     RegisterMap,
     RingReading,
@@ -171,5 +170,6 @@ class Averaged(SourceWrapper):
 def _mean(readings: list[Reading]) -> Reading:
     bad = next((one for one in readings if not one.good), None)
     if bad is not None:
-        return Reading(math.nan, bad.unit, Quality.BAD, bad.reason)
-    return Reading(statistics.fmean(one.value for one in readings), readings[0].unit)
+        return bad._replace(value=math.nan)
+    value = statistics.fmean(one.value for one in readings)
+    return Reading(value, readings[0].unit, time=statistics.fmean(one.time for one in readings))

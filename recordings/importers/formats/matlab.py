@@ -18,8 +18,9 @@ from recordings.hdf5.opening import open_hdf5, starts_like_hdf5
 from recordings.hdf5.probe import probe
 from recordings.hdf5.problems import h5py_errors
 from recordings.importers.file_format import FileFormat, Match
+from recordings.importers.formats.matlab_size import check_unpacked
 from recordings.importers.mapping import FileLayout
-from recordings.importers.table import ForeignTable
+from recordings.importers.table import ForeignTable, check_expansion
 
 Variables = dict[str, Array]
 
@@ -38,6 +39,7 @@ def read_mat(path: Path, variable: str | None = None) -> ForeignTable:
     """
     from scipy.io import loadmat
 
+    check_unpacked(path)
     reading = functools.partial(loadmat, path, squeeze_me=True, struct_as_record=False, chars_as_strings=True)
     probe(path, reading, "scipy")
     try:
@@ -54,7 +56,9 @@ def read_mat73(path: Path, variable: str | None = None) -> ForeignTable:
     probe(path, lambda: _list_hdf5(path))
     with open_hdf5(path) as file, h5py_errors(str(path)):
         variables = {}
-        for name, dataset in _datasets(file):
+        found = list(_datasets(file))
+        check_expansion(path, sum(dataset.size for _, dataset in found), len(found))
+        for name, dataset in found:
             check_size(dataset, f"{path}: {name}")
             variables[name] = np.squeeze(np.asarray(dataset[()], np.float64))
     return _table(str(path), variables, variable)

@@ -13,7 +13,7 @@ from recordings.column_headers import named_columns
 from recordings.errors import BadInput
 from recordings.importers.file_format import FileFormat, Match
 from recordings.importers.mapping import FileLayout
-from recordings.importers.table import BadCell, ForeignTable
+from recordings.importers.table import BadCell, ForeignTable, check_expansion
 
 
 def read_parquet(path: Path) -> ForeignTable:
@@ -31,7 +31,11 @@ def read_parquet(path: Path) -> ForeignTable:
         remedy = "install Bristle with its extra 'parquet', or save the file as CSV"
         raise BadInput(str(path), "reading Parquet needs the package pyarrow, which is not installed", remedy) from None
     try:
+        declared = pq.read_metadata(path)
+        check_expansion(path, declared.num_rows * declared.num_columns, declared.num_columns)
         content = pq.read_table(path)
+    except BadInput:
+        raise
     except (pa.ArrowException, OSError, ValueError) as error:
         found = f"it cannot be read as Parquet ({' '.join(str(error).split())[:120]})"
         raise BadInput(str(path), found, "copy it again from its origin") from error

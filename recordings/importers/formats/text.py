@@ -31,12 +31,14 @@ from recordings.importers.formats.text_dialect import (
     split_row,
 )
 from recordings.importers.mapping import FileLayout
-from recordings.importers.table import BadCell, ForeignTable
+from recordings.importers.table import BadCell, ForeignTable, check_expansion
 
-_BLOCK_ROWS = 20_000
+_BLOCK_ROWS, _BLOCK_CELLS = 20_000, 400_000
 _SAMPLE_LINES = 60
 _LONGEST_LINE = 1 << 20
 """Checked before a line is held: a file of a few MB can unpack into gigabytes without a line's end."""
+_ALWAYS_CHARACTERS, _MOST_PACKED = 2_000_000, 20
+"""Text may be so long, and longer by so many times its file: packed measurements are a third or a tenth of theirs."""
 _MISSING = frozenset({"", "-", "--", "?", "na", "n/a", "#n/a", "nan", "null", "none", "nil", "missing"})
 
 TextLine = tuple[int, str]
@@ -106,22 +108,28 @@ class _Parser:
         if not sample:
             raise BadInput(str(self._path), "it holds no data", "give a file with at least two rows of numbers")
         headers, units, skipped = self._head(sample, separator)
+        check_expansion(self._path, 0, len(headers))
         names, named_units = named_columns(headers)
         empty = ForeignTable(str(self._path), dict.fromkeys(names, np.empty(0)))
         columns = _Columns(names, self._layout, {empty.name_of(text) for text in self._wanted_texts})
         for block in self._blocks(chain(sample[skipped:], lines), separator, len(names)):
             columns.add(block)
+            check_expansion(self._path, len(columns.rows) * (1 + len(names)))
         if len(columns.rows) == 0:
             raise BadInput(str(self._path), "it holds no data", "give a file with at least two rows of numbers")
         return columns.table(str(self._path), named_units | units)
 
     def _lines(self, stream: TextIO) -> Iterator[TextLine]:
         """The lines that count, with their number in the file."""
-        comment = self._layout.comment
+        comment, left = self._layout.comment, _ALWAYS_CHARACTERS + _MOST_PACKED * self._path.stat().st_size
         for number, line in enumerate(iter(functools.partial(stream.readline, _LONGEST_LINE), ""), start=1):
             if len(line) == _LONGEST_LINE:
                 remedy = "give a table, one row a line"
                 raise BadInput(f"{self._path}: line {number}", f"it has {_LONGEST_LINE} characters or more", remedy)
+            left -= len(line)
+            if left < 0:
+                found = f"it unpacks into more than {_MOST_PACKED} times its size"
+                raise BadInput(f"{self._path}: line {number}", found, "unpack it first, if it holds measurements")
             line = line.rstrip("\n")
             blank = not line.strip() or (comment and line.lstrip().startswith(comment))
             if number > self._layout.skip_lines and not blank:
@@ -145,7 +153,8 @@ class _Parser:
 
     def _blocks(self, lines: Iterable[TextLine], separator: str, width: int) -> Iterator[list[tuple[int, list[str]]]]:
         rows = self._rows(lines, separator, width)
-        while block := list(islice(rows, _BLOCK_ROWS)):
+        n_rows = max(min(_BLOCK_ROWS, _BLOCK_CELLS // max(width, 1)), 1)
+        while block := list(islice(rows, n_rows)):
             yield block
 
     def _rows(self, lines: Iterable[TextLine], separator: str, width: int) -> Iterator[tuple[int, list[str]]]:
