@@ -2,9 +2,9 @@
 
 One Modbus reply becomes a stored value in these folders, in this order: ``modbus`` (messages, frames, addresses, TLS,
 serial lines), ``client`` (a link that stays open), ``registers`` (what registers mean), ``source`` (samples with a
-quality for every value), ``recorder`` (files) and ``monitor`` (events); ``service`` does it for many valves and for years. ``plant`` and ``server`` are the other end of
-the line, ``testing`` what goes wrong on it. `BackgroundServer` and `BackgroundRecorder` are for programs without an
-event loop.
+quality for every value), ``recorder`` (files) and ``monitor`` (events). ``service`` does it for many valves and for
+years. ``plant`` and ``server`` are the other end of the line, ``testing`` what goes wrong on it. `BackgroundServer` and
+`BackgroundRecorder` are for programs without an event loop.
 """
 
 from hil.background import BackgroundRecorder, BackgroundServer
