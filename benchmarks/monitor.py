@@ -84,7 +84,9 @@ def rig() -> Iterator[Rig]:
         model = ValveModel(effects=("inertia", "spring", "lugre"), parameters=values, plant=plant)
         model.write(folder / "model.json")
         (folder / "map.toml").write_text(MAP)
-        np.save(folder / "table.npy", np.column_stack([recording[n].values for n in ("position", "setpoint", "pressure")]))
+        np.save(
+            folder / "table.npy", np.column_stack([recording[n].values for n in ("position", "setpoint", "pressure")])
+        )
         devices = Devices(folder / "table.npy")
         try:
             yield Rig(folder, model, recording, devices.port)
@@ -151,7 +153,9 @@ def held(rig: Rig, rate: float, watch: Watch, seconds: float, most: int) -> list
         load = asyncio.run(loaded(plan_for(rig, valves, rate, True, watch), seconds, True))
         kept = load.missed < GOAL_MISSED and not load.lost
         missed = f"{100 * load.missed:.2f} % of deadlines missed, {load.lost} samples dropped"
-        lines.append(f"  {rate:5g} Hz {valves:4} valves: {missed}, {load.cost:.2f} ms/s a valve{'' if kept else '  too many'}")
+        lines.append(
+            f"  {rate:5g} Hz {valves:4} valves: {missed}, {load.cost:.2f} ms/s a valve{'' if kept else '  too many'}"
+        )
         print(lines[-1], flush=True)
         if not kept:
             break
@@ -172,7 +176,9 @@ def added(rig: Rig, watch: Watch, seconds: float, valves: int, rate: float) -> s
     steps = [("detection", service(False, False)), ("and recording", service(True, False)),
              ("and metrics", service(True, True))]  # fmt: skip
     words = ", ".join(f"{name} {one.cost:.2f} ({100 * (one.cost / alone - 1):+.0f} %)" for name, one in steps)
-    return f"  {valves} valves at {rate:g} Hz, ms/s a valve: acquisition {alone:.2f}; with {words}; goal {GOAL_COST:+.0%}"
+    return (
+        f"  {valves} valves at {rate:g} Hz, ms/s a valve: acquisition {alone:.2f}; with {words}; goal {GOAL_COST:+.0%}"
+    )
 
 
 async def acquired(plan: ServicePlan, seconds: float) -> Load:
