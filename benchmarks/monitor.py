@@ -126,6 +126,13 @@ def plan_for(rig: Rig, valves: int, rate: float, recorded: bool, watch: Watch | 
     return plan
 
 
+def fetched(url: str) -> bytes:
+    """What is behind an address."""
+    with urllib.request.urlopen(url, timeout=10) as answer:
+        found: bytes = answer.read()
+    return found
+
+
 async def loaded(plan: ServicePlan, seconds: float, metrics: bool) -> Load:
     """Run the service, two seconds to settle, and count."""
     service, stop = Service(plan, ServiceOutlets([], ("127.0.0.1", 0) if metrics else None)), asyncio.Event()
@@ -135,8 +142,7 @@ async def loaded(plan: ServicePlan, seconds: float, metrics: bool) -> Load:
     while time.perf_counter() - began < seconds:
         await asyncio.sleep(min(1.0, seconds))
         if metrics and service.metrics is not None:
-            url = f"http://127.0.0.1:{service.metrics.port}/metrics"
-            await asyncio.to_thread(lambda: urllib.request.urlopen(url, timeout=10).read())
+            await asyncio.to_thread(fetched, f"http://127.0.0.1:{service.metrics.port}/metrics")
     spent, lasted, after = time.process_time() - cost, time.perf_counter() - began, service.status()
     stop.set()
     await task

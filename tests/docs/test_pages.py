@@ -28,7 +28,8 @@ NOT_RUN = {
 }
 """Why the blocks of a page that are marked `no-test` do not run, one reason for each. Their options are tested."""
 
-LANGUAGES = {"console", "python", "toml", "csv", "json", "yaml", "{toctree}", "{eval-rst}", "{image}", "{literalinclude}"}
+TEXTS = {"console", "python", "toml", "csv", "json", "yaml"}
+LANGUAGES = TEXTS | {"{toctree}", "{eval-rst}", "{image}", "{literalinclude}"}
 RUN = {
     str(page.relative_to(ROOT)): page
     for page in PAGES

@@ -1,4 +1,4 @@
-"""The service over real sockets: trouble of the link, of the disk and of a sink; killed and begun anew; what it opens."""
+"""The service over real sockets: trouble of link, disk and sink, killed and begun anew, and what it opens."""
 
 from __future__ import annotations
 
