@@ -96,11 +96,12 @@ class Recorder:
     The clock of the recordings is monotonic and begins with the first sample of the session; `created` is the
     wall-clock time of that moment, in every file. An event before it has a negative time.
 
-    source : entered already; settings : see `RecorderSettings`. Raises BadInput when nothing can be written there.
-    `refused` is what the disk has refused, None as long as it takes everything.
+    source : entered already; settings : see `RecorderSettings`; disk : one thread that several recorders share, else
+    each has its own. Raises BadInput when nothing can be written there. `refused` is what the disk has refused, None as
+    long as it takes everything.
     """
 
-    def __init__(self, source: Source, settings: RecorderSettings) -> None:
+    def __init__(self, source: Source, settings: RecorderSettings, disk: ThreadPoolExecutor | None = None) -> None:
         settings.check(list(source.signals))
         self.refused: BadInput | None = None
         self._source, self._settings = source, settings
@@ -110,7 +111,9 @@ class Recorder:
         }
         self._origin: float | None = None
         self._n_waiting = 0
-        self._disk = ThreadPoolExecutor(1, "disk")  # one thread: batches stay in order, and HDF5 likes no second one
+        self._shared = disk is not None
+        # One thread: batches stay in order, and HDF5 likes no second one.
+        self._disk = disk or ThreadPoolExecutor(1, "disk")
         self._turn = asyncio.Lock()
 
     @property
@@ -144,7 +147,8 @@ class Recorder:
                 continue
             origin = self._begin(item) if self._origin is None else self._origin
             lane.take(item, origin)
-            _check_first(lane.report, item)
+            if self._settings.refuse_unusable:
+                _check_first(lane.report, item)
             self._n_waiting += 1
             if self._n_waiting >= MOST_WAITING:
                 await self._write()
@@ -200,7 +204,8 @@ class Recorder:
                 self.refused = self.refused or problem
                 raise
             finally:
-                self._disk.shutdown()
+                if not self._shared:
+                    self._disk.shutdown()
 
     def _close(self) -> None:
         with ExitStack() as stack:  # closes every file, and then raises what went wrong
