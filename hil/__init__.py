@@ -15,7 +15,7 @@ from hil.monitor.event import MonitorEvent
 from hil.monitor.monitor import Monitor
 from hil.monitor.session import MonitorEnd, MonitorSession, monitor_session
 from hil.monitor.state import load_state, save_state
-from hil.monitor.valve import ValveStatus
+from hil.monitor.valve import WatchStatus
 from hil.plant.actuator import ActuatorPlant, ActuatorSetup
 from hil.plant.pace import Lateness, LatenessReport, Pace
 from hil.plant.plant import Command, ServedPlant
@@ -87,7 +87,7 @@ __all__ = [
     "Statistics",
     "Valve",
     "ValveReport",
-    "ValveStatus",
+    "WatchStatus",
     "WriteMap",
     "decode",
     "describe_register_map",

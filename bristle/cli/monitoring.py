@@ -21,7 +21,7 @@ from hil import (
     RecorderSettings,
     Source,
     Statistics,
-    ValveStatus,
+    WatchStatus,
     load_state,
     monitor_session,
 )  # fmt: skip
@@ -114,13 +114,13 @@ def _learned(valve: str, watch: Watch) -> None:
         print(f"{valve}: {line}", file=sys.stderr, flush=True)
 
 
-def _show(status: tuple[ValveStatus, ...], statistics: Statistics, seconds: float) -> None:
+def _show(status: tuple[WatchStatus, ...], statistics: Statistics, seconds: float) -> None:
     shown = "  ".join(_word(one) for one in status[:4]) + (f"  and {len(status) - 4} more" if len(status) > 4 else "")
     missed = f"  {statistics.missed} deadlines missed" if statistics.missed else ""
     print(f"\r{seconds:6.0f} s  {shown}{missed} \033[K", end="", file=sys.stderr, flush=True)
 
 
-def _word(one: ValveStatus) -> str:
+def _word(one: WatchStatus) -> str:
     if one.phase == "learning":
         if one.learned < 1.0:
             return f"{one.valve}: learning {100 * one.learned:.0f} %"
@@ -130,7 +130,7 @@ def _word(one: ValveStatus) -> str:
     return f"{one.valve}: watching, {100 * min(one.load, 9.99):.0f} % of the limit"
 
 
-def _so_far(one: ValveStatus) -> str:
+def _so_far(one: WatchStatus) -> str:
     return f"{one.strokes} of {LEAST_STROKES} reversals, {one.gathered_s:.0f} s"
 
 

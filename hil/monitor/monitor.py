@@ -14,7 +14,7 @@ from typing import Self
 from detector import Measurements, Watch, WatchState, learn
 from hil.monitor.event import MonitorEvent
 from hil.monitor.units import SampleConverter
-from hil.monitor.valve import Learner, ValveStatus, ValveWatch
+from hil.monitor.valve import Learner, ValveWatch, WatchStatus
 from hil.source.sample import LinkEvent, Sample
 from recordings import BadInput, SignalSpec
 from simulator import CATALOGUE, Catalogue, ValveModel
@@ -108,7 +108,7 @@ class Monitor:
         return event
 
     @property
-    def status(self) -> tuple[ValveStatus, ...]:
+    def status(self) -> tuple[WatchStatus, ...]:
         """How each valve stands, for a terminal, a page or metrics."""
         return tuple(valve.status for valve in self.valves.values())
 

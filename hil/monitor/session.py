@@ -12,7 +12,7 @@ from pathlib import Path
 from hil.monitor.event import MonitorEvent
 from hil.monitor.monitor import Monitor
 from hil.monitor.state import check_state, save_state
-from hil.monitor.valve import ValveStatus
+from hil.monitor.valve import WatchStatus
 from hil.recorder.files import RecorderSettings
 from hil.recorder.recorder import Recorder, RecorderReport
 from hil.running import RepeatedTask, Stop, first_of, freeze_garbage, repeating
@@ -24,7 +24,7 @@ from recordings import BadInput
 Sink = Callable[[MonitorEvent], None]
 """Where events go: a file, a terminal, and later a page."""
 
-ShowWatching = Callable[[tuple[ValveStatus, ...], Statistics, float], None]
+ShowWatching = Callable[[tuple[WatchStatus, ...], Statistics, float], None]
 """Shown, once a second, how the valves stand, what the source has done, and the seconds since the start."""
 
 SHOW_EVERY_S = 1.0

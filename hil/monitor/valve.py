@@ -32,7 +32,7 @@ _COUNTED_EVERY = 0.05
 
 
 @dataclass(frozen=True)
-class ValveStatus:
+class WatchStatus:
     """A valve at a moment, for whoever looks. load : largest score, an alarm at 1; learned : share of the learning
     time that is over; samples : taken so far; strokes : seen of the `LEAST_STROKES` that learning needs; gathered_s :
     learned from so far [s].
@@ -116,14 +116,14 @@ class ValveWatch:
         return MonitorEvent(judgement.time_s, wall, self.valve, "alarm", _text(judgement), judgement.kind, *numbers)
 
     @property
-    def status(self) -> ValveStatus:
+    def status(self) -> WatchStatus:
         """How it stands."""
         if self.state is None:
             gathered_s = self._gathered_s
             learned = min(gathered_s / (self.learn_s or 1.0), 1.0)
-            return ValveStatus(self.valve, "learning", 0.0, None, learned, self._samples, self._strokes, gathered_s)
+            return WatchStatus(self.valve, "learning", 0.0, None, learned, self._samples, self._strokes, gathered_s)
         phase: WatchPhase = "alarm" if self.state.alarm else "watching"
-        return ValveStatus(self.valve, phase, self._load, self.state.kind, 1.0, self._samples)
+        return WatchStatus(self.valve, phase, self._load, self.state.kind, 1.0, self._samples)
 
 
 _WORDS = {
