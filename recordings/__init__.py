@@ -25,6 +25,7 @@ from recordings.signal import ROLES, UNDERSTOOD, Role, Signal, SignalSpec
 from recordings.units import UNITS, Unit, convert, find_unit, unit
 from recordings.views.description import describe
 from recordings.views.page import picture
+from recordings.views.pictures import envelope
 
 __all__ = [
     "ROLES",
@@ -59,6 +60,7 @@ __all__ = [
     "classes_of",
     "convert",
     "describe",
+    "envelope",
     "find_unit",
     "instances_of",
     "open_recording",

@@ -1,0 +1,157 @@
+"""One valve: what it does now, what speaks against it, what happened to it, and what was recorded."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from collections.abc import Mapping, Sequence
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from bokeh.document import Document, without_document_lock
+from bokeh.models import ColumnDataSource
+
+from hil.page.feed import Feed, Samples
+from hil.page.views.figures import figure_rows
+from hil.page.views.history import about, history_of, recorded_files
+from hil.page.views.live import LivePage
+from hil.page.views.plant import Badge, notices, silence_words
+from hil.page.views.plots import LOOP_S, SHOWN_S, HistoryPlot, LivePlots, history_plot, live_plots
+from hil.page.views.rendering import template
+from hil.page.views.words import clock, measured, since
+from hil.service.status import ValveStatus
+from recordings import Array, BadInput
+
+NEWEST_EVENTS = 20
+MOST_DRAWN = 4000
+"""Samples in a drawing that follows."""
+
+
+class ValvePage:
+    """The page of one valve for one browser. recordings : folder, None where nothing is recorded."""
+
+    def __init__(self, feed: Feed, recordings: Path | None, tag: str, doc: Document) -> None:
+        self._feed, self._folder, self._tag, self._doc = feed, recordings, tag, doc
+        self._plots, self._history = live_plots(), history_plot()
+        self._drawn = 0
+        self._chosen, self._said = "", ""
+        self._choice = ColumnDataSource(data={"file": [""]}, name="choice")
+        self._choice.on_change("data", lambda *_: self._choose())
+        live = LivePage(doc, "valve.html", tag, "/", self._pieces)
+        live.also(self._draw)
+        for root in (self._choice, self._plots.position, self._plots.evidence, self._plots.force, self._history.plot):
+            doc.add_root(root)
+        feed.look(tag)
+        doc.on_session_destroyed(lambda _: feed.look_away(tag))
+
+    def _pieces(self) -> Mapping[str, str]:
+        valve = self._feed.valve(self._tag)
+        status = self._feed.status
+        if valve is None or status is None:
+            places = ("head", "notices", "values", "check", "figures", "events", "link", "history")
+            return dict.fromkeys(places, "") | {"head": template("no_valve.html").render(tag=self._tag)}
+        silence = silence_words(self._feed.silence_of(valve))
+        said = [f"{silence} The values are old."] if silence else []
+        return {
+            "head": template("valve_head.html").render(
+                tag=valve.tag, badge=Badge.of(valve.health), reason=valve.reason, since=since(valve.since, status.at)
+            ),
+            "notices": template("notices.html").render(notices=notices(self._feed, status) + said),
+            "values": template("values.html").render(
+                values=[measured(name, value) for name, value in valve.latest.items()],
+                load=valve.load, phase=valve.phase, old=bool(silence),
+            ),
+            "check": template("check.html").render(evidence=valve.evidence, check=valve.check),
+            "figures": template("figures.html").render(rows=figure_rows(valve.figures), figures=valve.figures),
+            "events": template("events.html").render(events=_newest(valve), clock=clock),
+            "link": template("link.html").render(link=valve.link),
+            "history": template("history.html").render(
+                files=recorded_files(self._folder, self._tag), chosen=self._chosen, said=self._said
+            ),
+        }  # fmt: skip
+
+    def _draw(self) -> None:
+        samples = self._feed.samples(self._tag)
+        n_new = min(samples.added - self._drawn, len(samples))
+        self._drawn = samples.added
+        if n_new > 0:
+            stream(self._plots, samples, n_new)
+
+    def _choose(self) -> None:
+        """A recording was chosen in the browser; only the names that were offered are files."""
+        chosen = str((self._choice.data.get("file") or [""])[0])
+        if self._folder is None or chosen not in {one.name for one in recorded_files(self._folder, self._tag)}:
+            return
+        self._chosen, self._said = chosen, "Reading …"
+        self._doc.add_next_tick_callback(partial(_read, self, self._folder / chosen))
+
+    def show(self, said: str, plots: Mapping[str, Mapping[str, Array]] | None) -> None:
+        """What came of reading a recording."""
+        self._said = said
+        if plots is not None:
+            _fill(self._history, plots)
+
+
+def valve_document(feed: Feed, recordings: Path | None, doc: Document) -> None:
+    """Fill a document with the page of the valve that the address names."""
+    arguments = doc.session_context.request.arguments if doc.session_context else {}
+    tag = arguments.get("tag", [b""])[0].decode(errors="replace")
+    ValvePage(feed, recordings, tag, doc)
+
+
+@without_document_lock
+async def _read(page: ValvePage, path: Path) -> None:
+    """Read beside the page, which goes on meanwhile."""
+    try:
+        found = await asyncio.to_thread(history_of, path)
+    except BadInput as problem:
+        page.show(str(problem), None)
+        return
+    then = partial(page.show, about(found), {"samples": found.samples, "wanted": found.wanted})
+    page._doc.add_next_tick_callback(then)
+
+
+def _fill(history: HistoryPlot, plots: Mapping[str, Mapping[str, Array]]) -> None:
+    history.samples.data = dict(plots["samples"])
+    history.wanted.data = dict(plots["wanted"])
+
+
+def _newest(valve: ValveStatus) -> Sequence[object]:
+    return valve.events[::-1][:NEWEST_EVENTS]
+
+
+def stream(plots: LivePlots, samples: Samples, n_new: int) -> None:
+    """Draw the newest samples; a line is broken where nothing came for a while."""
+    time, *rest = (_tail(samples.columns[name], n_new) for name in ("time_s", "position_m", "setpoint_m", "residual"))
+    position, setpoint, residual = rest
+    force, threshold = _tail(samples.columns["force_N"], n_new), _tail(samples.columns["threshold"], n_new)
+    columns = {
+        "t": 1e3 * time, "position": 1e3 * position, "setpoint": 1e3 * setpoint, "residual": residual,
+        "threshold": threshold,
+    }  # fmt: skip
+    before = plots.samples.data["t"]
+    if len(before) and time[0] - float(before[-1]) / 1e3 > _longest_step(samples):
+        broken = {name: np.insert(column, 0, math.nan) for name, column in columns.items()}
+        broken["t"][0] = 1e3 * time[0] - 1.0
+        columns = broken
+    step = _usual_step(samples)
+    drawn = int(min(MOST_DRAWN, max(200, SHOWN_S / step))) if step > 0.0 else MOST_DRAWN
+    plots.samples.stream(columns, rollover=drawn)
+    looped = int(min(MOST_DRAWN, max(50, LOOP_S / step))) if step > 0.0 else MOST_DRAWN
+    plots.loop.stream({"position": 1e3 * position, "force": force}, rollover=looped)
+
+
+def _tail(column: list[float] | None, n: int) -> Array:
+    return np.full(n, math.nan) if column is None else np.array(column[-n:], dtype=float)
+
+
+def _usual_step(samples: Samples) -> float:
+    """Median time between the last samples [s]; 0 where that is not known."""
+    steps = np.diff(samples.times[-200:])
+    return float(np.median(steps)) if len(steps) else 0.0
+
+
+def _longest_step(samples: Samples) -> float:
+    """Time without a sample beyond which a line is broken [s]."""
+    return max(1.0, 5.0 * _usual_step(samples))
