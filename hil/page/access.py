@@ -45,7 +45,9 @@ class PageSettings:
         ]
         if self.token is None or self.certificate is None or self.key is None:
             needed = " and ".join(f"--page-{name}" for name in missing)
-            raise BadInput("--expose", f"other machines need a token and TLS, and {needed} is missing", f"give {needed}")
+            raise BadInput(
+                "--expose", f"other machines need a token and TLS, and {needed} is missing", f"give {needed}"
+            )
         access = Access(host, port, _token(self.token), self.certificate, self.key)
         access.tls()
         return access
@@ -94,7 +96,9 @@ class Access:
 
     def admits(self, cookie: str | None) -> bool:
         """Whether a browser with this cookie may look."""
-        return self.token is None or (cookie is not None and hmac.compare_digest(cookie.encode(), self.cookie().encode()))
+        return self.token is None or (
+            cookie is not None and hmac.compare_digest(cookie.encode(), self.cookie().encode())
+        )
 
 
 def _host_and_port(address: str) -> tuple[str, int]:

@@ -65,9 +65,7 @@ class _Application(BokehTornado):
     """Bokeh's application, with its script from this server whatever the environment says."""
 
     def resources(self, absolute_url: str | bool | None = None) -> Resources:
-        return Resources(
-            mode="server", root_url="/", components=["bokeh"], path_versioner=StaticHandler.append_version
-        )
+        return Resources(mode="server", root_url="/", components=["bokeh"], path_versioner=StaticHandler.append_version)
 
 
 @contextlib.contextmanager

@@ -41,6 +41,8 @@ class Page:
         self._watched, self._recordings = watched, recordings
         self._listening = self._access.bound()
         self.url = self._access.url(self._listening.getsockname()[1])
+        self.process: int | None = None
+        """Number of the process that serves; None while there is none."""
 
     def __enter__(self) -> Self:
         return self
@@ -55,11 +57,13 @@ class Page:
     async def run(self) -> None:
         """Serve the page until this is cancelled. Raises PageEnded when its process ends before; run it again then."""
         process = await self._started()
+        self.process = process.pid
         try:
             await self._answer(process)
             code = await process.wait()
             raise PageEnded(f"the process of the page ended with code {code}")
         finally:
+            self.process = None
             await _ended(process)
 
     async def _started(self) -> Process:

@@ -6,7 +6,7 @@ import asyncio
 import math
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from hil import MonitorEvent
-from hil.page import Page, PageSettings
+from hil.page import Page, PageEnded, PageSettings
 from hil.running import LoopThread
 from hil.service.in_service.figures import Histogram, InServiceFigures, Trended
 from hil.service.status import Health, LinkStatus, PlantStatus, RecentSamples, TaskStatus, ValveStatus
@@ -32,7 +32,7 @@ def link(**other) -> LinkStatus:
 def valve(tag: str, health: Health = Health.GOOD, **other) -> ValveStatus:
     usual = ValveStatus(
         tag, health, "nothing above its limit", BEGAN, (), (), link(),
-        latest={"position": 0.0191234, "setpoint": 0.0193, "pressure": 123_400.0}, phase="watching", load=0.2,
+        latest={"position": 0.0191234, "setpoint": 0.507, "pressure": 123_400.0}, phase="watching", load=0.2,
     )  # fmt: skip
     return replace(usual, **other)
 
@@ -75,7 +75,16 @@ class Shown:
 
 
 def alarmed(tag: str) -> ValveStatus:
-    event = MonitorEvent(70.0, BEGAN.timestamp() + 70.0, tag, "alarm", "the friction has changed; test 'fc' at 2.5, limit 1", "friction", 2.5, 1.0)
+    event = MonitorEvent(
+        70.0,
+        BEGAN.timestamp() + 70.0,
+        tag,
+        "alarm",
+        "the friction has changed; test 'fc' at 2.5, limit 1",
+        "friction",
+        2.5,
+        1.0,
+    )
     return valve(
         tag, Health.MAINTENANCE, reason="the friction has changed", since=BEGAN + timedelta(seconds=70),
         evidence=("test 'fc' at 2.5, limit 1",), check=("packing: too tight, dry or worn", "stem: bent or scored"),
@@ -88,12 +97,19 @@ def served(shown: Shown, settings: PageSettings | None = None, recordings: Path 
     """A page in its process, while the context lasts."""
     with Page(settings or PageSettings(), shown, recordings) as page:
         loop = LoopThread("page of a test")
-        task = loop.start(page.run())
+        task = loop.start(_looked_after(page))
         try:
             yield page
         finally:
             loop.run(_cancelled(task))
             loop.close()
+
+
+async def _looked_after(page: Page) -> None:
+    """Begin anew whenever it ends, as the service does."""
+    while True:
+        with suppress(PageEnded):
+            await page.run()
 
 
 async def _cancelled(task: asyncio.Task) -> None:

@@ -67,7 +67,9 @@ def plant_pieces(feed: Feed) -> Mapping[str, str]:
             plant=status.plant, worst=Badge.of(status.health), counts=_counts(status)
         ),
         "notices": template("notices.html").render(notices=notices(feed, status)),
-        "valves": template("valves.html").render(valves=[line_of(one, feed, status.at) for one in worst_first(feed, status)]),
+        "valves": template("valves.html").render(
+            valves=[line_of(one, feed, status.at) for one in worst_first(feed, status)]
+        ),
     }
 
 

@@ -15,7 +15,11 @@ FOLDER = Path(__file__).with_name("templates")
 def environment() -> Environment:
     """Where templates come from, with our own style and script."""
     made = Environment(
-        loader=FileSystemLoader(FOLDER), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+        loader=FileSystemLoader(FOLDER),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
     )
     made.globals |= {"style": _asset("style.css"), "behaviour": _asset("page.js")}
     return made

@@ -19,7 +19,7 @@ from hil.page.views.live import LivePage
 from hil.page.views.plant import Badge, notices, silence_words
 from hil.page.views.plots import LOOP_S, SHOWN_S, HistoryPlot, LivePlots, history_plot, live_plots
 from hil.page.views.rendering import template
-from hil.page.views.words import clock, measured, since
+from hil.page.views.words import SHOWN, clock, measured, since
 from hil.service.status import ValveStatus
 from recordings import Array, BadInput
 
@@ -52,14 +52,14 @@ class ValvePage:
             places = ("head", "notices", "values", "check", "figures", "events", "link", "history")
             return dict.fromkeys(places, "") | {"head": template("no_valve.html").render(tag=self._tag)}
         silence = silence_words(self._feed.silence_of(valve))
-        said = [f"{silence} The values are old."] if silence else []
+        said = [silence] if silence else []
         return {
             "head": template("valve_head.html").render(
                 tag=valve.tag, badge=Badge.of(valve.health), reason=valve.reason, since=since(valve.since, status.at)
             ),
             "notices": template("notices.html").render(notices=notices(self._feed, status) + said),
             "values": template("values.html").render(
-                values=[measured(name, value) for name, value in valve.latest.items()],
+                values=[measured(name, valve.latest[name]) for name in SHOWN if name in valve.latest],
                 load=valve.load, phase=valve.phase, old=bool(silence),
             ),
             "check": template("check.html").render(evidence=valve.evidence, check=valve.check),

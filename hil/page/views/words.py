@@ -12,7 +12,7 @@ NARROW = "\N{NARROW NO-BREAK SPACE}"
 NOTHING = "–"
 
 SHOWN: Mapping[str, tuple[str, float, str]] = {
-    "position": ("position", 1e3, "mm"), "setpoint": ("set point", 1e3, "mm"), "pressure": ("actuator pressure", 1e-3, "kPa"),
+    "position": ("position", 1e3, "mm"), "setpoint": ("set point", 100.0, "%"), "pressure": ("actuator pressure", 1e-3, "kPa"),
     "force": ("force", 1.0, "N"), "supply_pressure": ("supply pressure", 1e-3, "kPa"),
     "upstream_pressure": ("upstream pressure", 1e-3, "kPa"), "downstream_pressure": ("downstream pressure", 1e-3, "kPa"),
     "flow": ("flow", 3600.0, "m³/h"), "mass_flow": ("mass flow", 1.0, "kg/s"),
@@ -41,16 +41,18 @@ def quantity(value: float, unit: str, digits: int = 3) -> str:
 
 
 def measured(name: str, value: float) -> tuple[str, str]:
-    """The words for a signal in SI units, and its value.
+    """The words for a signal of `SHOWN` in SI units, and its value.
 
-    >>> measured("position", 0.0123456)[0], measured("level", 2.0)
-    ('position', ('level', '2.00'))
+    >>> words, value = measured("position", 0.0123456)
+    >>> words, value.replace(NARROW, " ")
+    ('position', '12.35 mm')
     """
-    words, factor, unit = SHOWN.get(name, (name.replace("_", " "), 1.0, ""))
+    words, factor, unit = SHOWN[name]
     value *= factor
-    text = f"{value:.2f}" if unit in ("mm", "") and math.isfinite(value) else number(value)
-    text = text.replace("-", "−")
-    return words, text if text == NOTHING or not unit else f"{text}{NARROW}{unit}"
+    if not math.isfinite(value):
+        return words, NOTHING
+    text = f"{value:.2f}".replace("-", "−") if unit in ("mm", "%") else number(value)
+    return words, f"{text}{NARROW}{unit}"
 
 
 def lasting(seconds: float) -> str:
