@@ -16,6 +16,9 @@ from hil.monitor.monitor import Monitor
 from hil.monitor.session import MonitorEnd, MonitorSession, monitor_session
 from hil.monitor.state import load_state, save_state
 from hil.monitor.valve import WatchStatus
+from hil.page.access import PageSettings
+from hil.page.shown_monitor import ShownMonitor
+from hil.page.task import Page
 from hil.plant.actuator import ActuatorPlant, ActuatorSetup
 from hil.plant.pace import Lateness, LatenessReport, Pace
 from hil.plant.plant import Command, ServedPlant
@@ -59,6 +62,8 @@ __all__ = [
     "MonitorEvent",
     "MonitorSession",
     "NetworkAddress",
+    "Page",
+    "PageSettings",
     "Pace",
     "Point",
     "Polling",
@@ -82,6 +87,7 @@ __all__ = [
     "ServerAddress",
     "ServerEnd",
     "ServerSettings",
+    "ShownMonitor",
     "Source",
     "SourceWrapper",
     "Statistics",

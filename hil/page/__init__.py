@@ -2,6 +2,7 @@
 
 from hil.page.access import PageSettings
 from hil.page.exchange import Watched
+from hil.page.shown_monitor import ShownMonitor
 from hil.page.task import Page, PageEnded
 
-__all__ = ["Page", "PageEnded", "PageSettings", "Watched"]
+__all__ = ["Page", "PageEnded", "PageSettings", "ShownMonitor", "Watched"]

@@ -14,6 +14,7 @@ from typing import Self
 from hil.page.access import Access, PageSettings
 from hil.page.exchange import LONGEST_LINE, Watched, answered
 from hil.page.start import PageStart
+from hil.service.supervision import SupervisedTask
 
 ENDS_WITHIN_S = 3.0
 """How long the process may take to end by itself [s]."""
@@ -65,6 +66,10 @@ class Page:
         finally:
             self.process = None
             await _ended(process)
+
+    async def always(self) -> None:
+        """Serve the page until this is cancelled, and begin anew whenever it ends before."""
+        await SupervisedTask("page", self.run).run()
 
     async def _started(self) -> Process:
         listening = self._listening.fileno()

@@ -6,7 +6,7 @@ import asyncio
 import math
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from hil import MonitorEvent
-from hil.page import Page, PageEnded, PageSettings
+from hil.page import Page, PageSettings
 from hil.running import LoopThread
 from hil.service.in_service.figures import Histogram, InServiceFigures, Trended
 from hil.service.status import Health, LinkStatus, PlantStatus, RecentSamples, TaskStatus, ValveStatus
@@ -40,8 +40,9 @@ def valve(tag: str, health: Health = Health.GOOD, **other) -> ValveStatus:
 def figures() -> InServiceFigures:
     friction = Trended(Interval(251.3, 240.1, 262.9), "N", Interval(3.1, 1.2, 5.0), 12, BEGAN)
     return InServiceFigures(
-        BEGAN, 36_000.0, Histogram((0.0, 50.0, 100.0), (1800.0, 1800.0), "%"), Histogram((0.0, 50.0, 100.0), (70.0, 9.0), "%"),
-        812.4, 1034, friction=friction, dead_band=Trended(Interval(0.61, 0.55, 0.68), "%", None, 3, BEGAN), steps=4,
+        BEGAN, 36_000.0, Histogram((0.0, 50.0, 100.0), (1800.0, 1800.0), "%"),
+        Histogram((0.0, 50.0, 100.0), (70.0, 9.0), "%"), 812.4, 1034, friction=friction,
+        dead_band=Trended(Interval(0.61, 0.55, 0.68), "%", None, 3, BEGAN), steps=4,
         notes=("The spring rate needs the diaphragm area.",),
     )  # fmt: skip
 
@@ -88,7 +89,8 @@ def alarmed(tag: str) -> ValveStatus:
     return valve(
         tag, Health.MAINTENANCE, reason="the friction has changed", since=BEGAN + timedelta(seconds=70),
         evidence=("test 'fc' at 2.5, limit 1",), check=("packing: too tight, dry or worn", "stem: bent or scored"),
-        events=(MonitorEvent(1.0, BEGAN.timestamp(), tag, "link_up", "the device answers"), event), load=2.5, figures=figures(),
+        events=(MonitorEvent(1.0, BEGAN.timestamp(), tag, "link_up", "the device answers"), event), load=2.5,
+        figures=figures(),
     )  # fmt: skip
 
 
@@ -97,19 +99,12 @@ def served(shown: Shown, settings: PageSettings | None = None, recordings: Path 
     """A page in its process, while the context lasts."""
     with Page(settings or PageSettings(), shown, recordings) as page:
         loop = LoopThread("page of a test")
-        task = loop.start(_looked_after(page))
+        task = loop.start(page.always())
         try:
             yield page
         finally:
             loop.run(_cancelled(task))
             loop.close()
-
-
-async def _looked_after(page: Page) -> None:
-    """Begin anew whenever it ends, as the service does."""
-    while True:
-        with suppress(PageEnded):
-            await page.run()
 
 
 async def _cancelled(task: asyncio.Task) -> None:

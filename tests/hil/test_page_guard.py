@@ -118,7 +118,8 @@ def guarded(guarded_by) -> Iterator[Served]:
 @pytest.mark.parametrize(
     "target",
     [
-        "/static/js/../../../../../../../../etc/passwd", "/static/js/%2e%2e/%2e%2e/%2e%2e/%2e%2e/%2e%2e/%2e%2e/etc/passwd",
+        "/static/js/../../../../../../../../etc/passwd",
+        "/static/js/%2e%2e/%2e%2e/%2e%2e/%2e%2e/%2e%2e/%2e%2e/etc/passwd",
         "/static/js/..%2f..%2f..%2f..%2fetc/passwd", "/static//etc/passwd", "//etc/passwd", "/valve/../../etc/passwd",
         "/static/js/bokeh.min.js/../../../server.py", "/static/js/bokeh.js%00.min.js", "/autoload.js", "/metadata",
         "/valve/autoload.js", "/static/extensions/x/../../../etc/passwd", "/%2e%2e/%2e%2e/etc/passwd",
@@ -140,7 +141,8 @@ def test_the_page_and_its_script_can_be_fetched(local):
 @pytest.mark.parametrize(
     ("target", "headers"),
     [
-        ("/valve?tag=%0d%0aX-Injected:%201", ()), ("/%0d%0aX-Injected:%201", ()), ("/?bokeh-session-id=a%0d%0aX-Injected:1", ()),
+        ("/valve?tag=%0d%0aX-Injected:%201", ()), ("/%0d%0aX-Injected:%201", ()),
+        ("/?bokeh-session-id=a%0d%0aX-Injected:1", ()),
         ("/", ("Bokeh-Session-Id: a%0d%0aX-Injected: 1",)), ("/", ("Origin: http://a\r\n\tX-Injected: 1",)),
         ("/valve", ("Cookie: a=\r\n\tX-Injected: 1",)),
     ],
@@ -206,8 +208,8 @@ def test_every_answer_says_that_nothing_comes_from_elsewhere(local, target):
 
 @pytest.mark.parametrize("target", ["/alive", "/static/js/bokeh.min.js"])
 @pytest.mark.parametrize(
-    "header", ["X-None: 1", "Authorization: Bearer wrong", f"Authorization: Bearer {TOKEN[:-1]}", "Cookie: bristle_page=x",
-               f"Cookie: bristle_page={TOKEN}", "Authorization: Bearer é"],
+    "header", ["X-None: 1", "Authorization: Bearer wrong", f"Authorization: Bearer {TOKEN[:-1]}",
+               "Cookie: bristle_page=x", f"Cookie: bristle_page={TOKEN}", "Authorization: Bearer é"],
 )  # fmt: skip
 def test_without_the_token_nothing_is_given(guarded, target, header):
     assert guarded.ask(target, header).status == 401

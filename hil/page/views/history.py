@@ -29,7 +29,7 @@ class RecordedFile:
 
 @dataclass(frozen=True)
 class RecordedHistory:
-    """Columns for drawing. samples : t [POSIX ms], position [mm]; wanted : t, setpoint [mm], empty where there is none."""
+    """Columns for drawing. samples : t [POSIX ms], position [mm]; wanted : t, setpoint [mm], empty where none is."""
 
     samples: Mapping[str, Array]
     wanted: Mapping[str, Array]

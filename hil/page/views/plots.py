@@ -78,8 +78,9 @@ def _over_time(label: str, height: int, name: str, **options: Any) -> Any:
 
 def _figure(x_label: str, y_label: str, height: int, name: str, **options: Any) -> Any:
     plot = figure(
-        height=height, sizing_mode="stretch_width", min_width=260, name=name, x_axis_label=x_label, y_axis_label=y_label,
-        tools="pan,box_zoom,reset", active_drag=None, active_scroll=None, toolbar_location="above", min_border_right=16,
+        height=height, sizing_mode="stretch_width", min_width=260, name=name, x_axis_label=x_label,
+        y_axis_label=y_label, tools="pan,box_zoom,reset", active_drag=None, active_scroll=None,
+        toolbar_location="above", min_border_right=16,
         background_fill_color=None, border_fill_color=None, outline_line_color=None, **options,
     )  # fmt: skip
     plot.toolbar.logo = None

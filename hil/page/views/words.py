@@ -12,9 +12,10 @@ NARROW = "\N{NARROW NO-BREAK SPACE}"
 NOTHING = "–"
 
 SHOWN: Mapping[str, tuple[str, float, str]] = {
-    "position": ("position", 1e3, "mm"), "setpoint": ("set point", 100.0, "%"), "pressure": ("actuator pressure", 1e-3, "kPa"),
-    "force": ("force", 1.0, "N"), "supply_pressure": ("supply pressure", 1e-3, "kPa"),
-    "upstream_pressure": ("upstream pressure", 1e-3, "kPa"), "downstream_pressure": ("downstream pressure", 1e-3, "kPa"),
+    "position": ("position", 1e3, "mm"), "setpoint": ("set point", 100.0, "%"),
+    "pressure": ("actuator pressure", 1e-3, "kPa"), "force": ("force", 1.0, "N"),
+    "supply_pressure": ("supply pressure", 1e-3, "kPa"), "upstream_pressure": ("upstream pressure", 1e-3, "kPa"),
+    "downstream_pressure": ("downstream pressure", 1e-3, "kPa"),
     "flow": ("flow", 3600.0, "m³/h"), "mass_flow": ("mass flow", 1.0, "kg/s"),
 }  # fmt: skip
 """How a signal in SI units is named and shown: words, factor, unit."""
