@@ -14,7 +14,12 @@ def page_settings(
 ) -> PageSettings | None:
     """Where the page is served, by the options; None without --page. Raises BadInput for options that lead nowhere."""
     if page is None:
-        for given, option in ((expose, "--expose"), (token, "--page-token"), (certificate, "--page-cert"), (key, "--page-key")):
+        for given, option in (
+            (expose, "--expose"),
+            (token, "--page-token"),
+            (certificate, "--page-cert"),
+            (key, "--page-key"),
+        ):
             if given:
                 raise BadInput(option, "there is no page that it is for", "give --page [HOST:]PORT, too")
         return None

@@ -28,7 +28,7 @@ LONGEST_LINE = 16_000_000
 COLUMNS = ("time_s", "position_m", "setpoint_m", "force_N", "residual", "threshold")
 
 
-class Watched(Protocol):
+class WatchedPlant(Protocol):
     """What is shown: the service, and whatever else knows how a plant stands."""
 
     def status(self) -> PlantStatus:
@@ -38,7 +38,7 @@ class Watched(Protocol):
         """The newest samples of a valve. Raises KeyError for a tag that there is not."""
 
 
-class Question(BaseModel):
+class PageQuestion(BaseModel):
     """What the page wants. after : by the tag of a valve that somebody looks at, the time of its newest known sample
     [POSIX s].
     """
@@ -50,7 +50,7 @@ class Question(BaseModel):
 
 @dataclass(frozen=True)
 class RecentColumns:
-    """Samples that are new, by column; None for what is not read."""
+    """FeedSamples that are new, by column; None for what is not read."""
 
     time_s: tuple[float, ...] = ()
     position_m: tuple[float, ...] | None = None
@@ -64,16 +64,16 @@ class RecentColumns:
 
 
 @dataclass(frozen=True)
-class Answer:
+class PageAnswer:
     """What the monitor says. recent : by tag, for each that was asked for and that there is."""
 
     status: PlantStatus
     recent: Mapping[str, RecentColumns] = field(default_factory=dict)
 
 
-def answered(line: bytes, watched: Watched) -> bytes:
+def answered(line: bytes, watched: WatchedPlant) -> bytes:
     """The line that answers a line. Raises pydantic's ValidationError for what is no question."""
-    question = Question.model_validate_json(line)
+    question = PageQuestion.model_validate_json(line)
     recent: dict[str, RecentColumns] = {}
     for tag, after in question.after.items():
         try:
@@ -84,19 +84,19 @@ def answered(line: bytes, watched: Watched) -> bytes:
     return to_json(answer, inf_nan_mode="constants", fallback=_plain) + b"\n"
 
 
-def understood(line: bytes) -> Answer:
+def understood(line: bytes) -> PageAnswer:
     """An answer from its line. Raises pydantic's ValidationError for anything else."""
     return _answers().validate_json(line)
 
 
 def asked(after: Mapping[str, float]) -> bytes:
     """The line of a question."""
-    return Question(after=dict(after)).model_dump_json().encode() + b"\n"
+    return PageQuestion(after=dict(after)).model_dump_json().encode() + b"\n"
 
 
 @cache
-def _answers() -> TypeAdapter[Answer]:
-    return TypeAdapter(Answer)
+def _answers() -> TypeAdapter[PageAnswer]:
+    return TypeAdapter(PageAnswer)
 
 
 def _newer(recent: RecentSamples, after: float) -> RecentColumns:

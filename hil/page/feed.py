@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from hil.page.exchange import COLUMNS, Answer, RecentColumns, asked, understood
+from hil.page.exchange import COLUMNS, PageAnswer, RecentColumns, asked, understood
 from hil.service.status import PlantStatus, ValveStatus
 
 ASK_EVERY_S = 0.25
@@ -36,7 +36,7 @@ class Feed:
         self.status: PlantStatus | None = None
         self._told_s = self._began_s = time.monotonic()
         self._looked_at: Counter[str] = Counter()
-        self._samples: dict[str, Samples] = {}
+        self._samples: dict[str, FeedSamples] = {}
         self._first: dict[str, tuple[float, int]] = {}
 
     async def run(self) -> None:
@@ -56,9 +56,9 @@ class Feed:
         valves = self.status.valves if self.status else ()
         return next((one for one in valves if one.tag == tag), None)
 
-    def samples(self, tag: str) -> Samples:
+    def samples(self, tag: str) -> FeedSamples:
         """The newest samples of a valve, for as long as somebody looks at it."""
-        return self._samples.setdefault(tag, Samples())
+        return self._samples.setdefault(tag, FeedSamples())
 
     @contextmanager
     def looking_at(self, tag: str) -> Iterator[None]:
@@ -102,7 +102,7 @@ class Feed:
         gained = valve.link.samples - samples
         return (time.monotonic() - since) / gained if gained > 2 else 0.0
 
-    def _take(self, answer: Answer) -> None:
+    def _take(self, answer: PageAnswer) -> None:
         self.status, self._told_s = answer.status, time.monotonic()
         for valve in answer.status.valves:
             self._first.setdefault(valve.tag, (self._told_s, valve.link.samples))
@@ -111,7 +111,7 @@ class Feed:
                 self.samples(tag).add(recent)
 
 
-class Samples:
+class FeedSamples:
     """The newest samples of a valve, column by column; a column that is not read is None."""
 
     def __init__(self) -> None:

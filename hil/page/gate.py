@@ -29,7 +29,7 @@ HOST = re.compile(r"[A-Za-z0-9.-]{1,253}(:\d{1,5})?|\[[0-9A-Fa-f:]{2,45}\](:\d{1
 
 
 @dataclass(frozen=True)
-class Refusal:
+class PageRefusal:
     """Why a request goes no further: a status of HTTP and words."""
 
     status: int
@@ -43,23 +43,23 @@ class Gate:
         self._access = access
         self._names = {f"{name}:{port}" for name in ("127.0.0.1", "localhost", "[::1]", access.host)}
 
-    def refusal(self, request: HTTPServerRequest) -> Refusal | None:
+    def refusal(self, request: HTTPServerRequest) -> PageRefusal | None:
         """Why not, if not."""
         host = request.headers.get_list("Host")
         if len(host) != 1 or not HOST.fullmatch(host[0]):
-            return Refusal(400, "the request names no host")
+            return PageRefusal(400, "the request names no host")
         if self._access.token is None and host[0] not in self._names:  # a page elsewhere whose name leads here
-            return Refusal(403, "this server has another name")
+            return PageRefusal(403, "this server has another name")
         if not self._is_own(request, host[0]):
-            return Refusal(403, "requests from other sites are refused")
+            return PageRefusal(403, "requests from other sites are refused")
         if request.path == SIGN_IN and self._access.token is not None:
-            return None if request.method in ("GET", "POST") else Refusal(405, "ask with GET or POST")
+            return None if request.method in ("GET", "POST") else PageRefusal(405, "ask with GET or POST")
         if not PATHS.fullmatch(request.path):
-            return Refusal(404, "there is nothing under this address")
+            return PageRefusal(404, "there is nothing under this address")
         if request.method not in ("GET", "HEAD"):
-            return Refusal(405, "nothing can be changed here")
+            return PageRefusal(405, "nothing can be changed here")
         if not self._is_known(request):
-            return Refusal(401, "sign in first")
+            return PageRefusal(401, "sign in first")
         return None
 
     def _is_own(self, request: HTTPServerRequest, host: str) -> bool:
@@ -85,7 +85,7 @@ class Gate:
 class Refuser(RequestHandler):
     """Answers what was refused."""
 
-    def initialize(self, refusal: Refusal) -> None:
+    def initialize(self, refusal: PageRefusal) -> None:
         """refusal : why."""
         self._refusal = refusal
 

@@ -12,7 +12,7 @@ from types import TracebackType
 from typing import Self
 
 from hil.page.access import Access, PageSettings
-from hil.page.exchange import LONGEST_LINE, Watched, answered
+from hil.page.exchange import LONGEST_LINE, WatchedPlant, answered
 from hil.page.start import PageStart
 from hil.service.supervision import SupervisedTask
 
@@ -31,13 +31,13 @@ class Page:
     ----------
     settings : PageSettings
         Where, and for whom. Raises BadInput when that cannot be.
-    watched : Watched
+    watched : WatchedPlant
         What is shown.
     recordings : Path, optional
         Folder with recordings of the valves, for their history.
     """
 
-    def __init__(self, settings: PageSettings, watched: Watched, recordings: Path | None = None) -> None:
+    def __init__(self, settings: PageSettings, watched: WatchedPlant, recordings: Path | None = None) -> None:
         self._access: Access = settings.access()
         self._watched, self._recordings = watched, recordings
         self._listening = self._access.bound()

@@ -83,8 +83,8 @@ Ending = Callable[[DemoWatch], None]
 def watch_stage(model: Path, out: Path, say: Say, ending: Ending, keep: bool = False) -> None:
     """Watch the simulated valve with a model file until an injected friction fault is found.
 
-    Everything runs on loopback and is ended before this returns; with `keep` that is when it is interrupted. Raises NegativeAnswer when no alarm comes, or one
-    before the fault.
+    Everything runs on loopback and is ended before this returns; with `keep` that is when it is interrupted. Raises
+    NegativeAnswer when no alarm comes, or one before the fault.
     """
     known = ValveModel.read(model)
     known = known.model_copy(update={"plant": DATA_SHEET.known() | known.plant})

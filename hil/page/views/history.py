@@ -20,7 +20,7 @@ STAMP = re.compile(r"-(\d{8}T\d{6}Z)-(\d+)$")
 
 
 @dataclass(frozen=True)
-class RecordedFile:
+class HistoryFile:
     """A recording to choose. name : of the file; words : what is shown of it."""
 
     name: str
@@ -35,13 +35,13 @@ class RecordedHistory:
     wanted: Mapping[str, Array]
 
 
-def recorded_files(folder: Path | None, tag: str) -> Sequence[RecordedFile]:
+def recorded_files(folder: Path | None, tag: str) -> Sequence[HistoryFile]:
     """The recordings of a valve, the newest first."""
     if folder is None:
         return ()
     found = [(*_stamp(path, tag), path.name) for path in folder.glob("*.h5") if _stamp(path, tag) != ("", 0)]
     return [
-        RecordedFile(name, f"{stamp[:4]}-{stamp[4:6]}-{stamp[6:8]} {stamp[9:11]}:{stamp[11:13]} UTC, file {part}")
+        HistoryFile(name, f"{stamp[:4]}-{stamp[4:6]}-{stamp[6:8]} {stamp[9:11]}:{stamp[11:13]} UTC, file {part}")
         for stamp, part, name in sorted(found, reverse=True)[:MOST_FILES]
     ]
 

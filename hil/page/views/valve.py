@@ -12,7 +12,7 @@ import numpy as np
 from bokeh.document import Document, without_document_lock
 from bokeh.models import ColumnDataSource
 
-from hil.page.feed import Feed, Samples
+from hil.page.feed import Feed, FeedSamples
 from hil.page.views.figures import figure_rows
 from hil.page.views.history import about, history_of, recorded_files
 from hil.page.views.live import LivePage
@@ -25,7 +25,7 @@ from recordings import Array, BadInput
 
 NEWEST_EVENTS = 20
 MOST_DRAWN = 4000
-"""Samples in a drawing that follows."""
+"""FeedSamples in a drawing that follows."""
 
 
 class ValvePage:
@@ -121,7 +121,7 @@ def _newest(valve: ValveStatus) -> Sequence[object]:
     return valve.events[::-1][:NEWEST_EVENTS]
 
 
-def stream(plots: LivePlots, samples: Samples, n_new: int) -> None:
+def stream(plots: LivePlots, samples: FeedSamples, n_new: int) -> None:
     """Draw the newest samples; a line is broken where nothing came for a while."""
     time, *rest = (_tail(samples.columns[name], n_new) for name in ("time_s", "position_m", "setpoint_m", "residual"))
     position, setpoint, residual = rest
@@ -146,12 +146,12 @@ def _tail(column: list[float] | None, n: int) -> Array:
     return np.full(n, math.nan) if column is None else np.array(column[-n:], dtype=float)
 
 
-def _usual_step(samples: Samples) -> float:
+def _usual_step(samples: FeedSamples) -> float:
     """Median time between the last samples [s]; 0 where that is not known."""
     steps = np.diff(samples.times[-200:])
     return float(np.median(steps)) if len(steps) else 0.0
 
 
-def _longest_step(samples: Samples) -> float:
+def _longest_step(samples: FeedSamples) -> float:
     """Time without a sample beyond which a line is broken [s]."""
     return max(1.0, 5.0 * _usual_step(samples))
