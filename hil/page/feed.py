@@ -41,15 +41,19 @@ class Feed:
 
     async def run(self) -> None:
         """Ask again and again, until the monitor has gone."""
-        while True:
-            began = time.monotonic()
-            self._writer.write(asked({tag: self.samples(tag).newest_s for tag in +self._looked_at}))
-            await self._writer.drain()
-            line = await self._reader.readline()
-            if not line:
-                return
-            self._take(understood(line))
+        began = time.monotonic()
+        while await self.ask():
             await asyncio.sleep(max(0.02, ASK_EVERY_S - (time.monotonic() - began)))
+            began = time.monotonic()
+
+    async def ask(self) -> bool:
+        """Ask once; returns whether the monitor is still there."""
+        self._writer.write(asked({tag: self.samples(tag).newest_s for tag in +self._looked_at}))
+        await self._writer.drain()
+        line = await self._reader.readline()
+        if line:
+            self._take(understood(line))
+        return bool(line)
 
     def valve(self, tag: str) -> ValveStatus | None:
         """How a valve stands; None when there is no such tag."""

@@ -25,6 +25,7 @@ async def _main(questions: int) -> None:
     reader, writer = await _pipe(questions)
     start = PageStart.model_validate_json(await reader.readline())
     feed = Feed(reader, writer)
+    await feed.ask()  # whoever comes first sees something
     with socket.socket(fileno=start.listening) as listening:
         documents = {"/": partial(plant_document, feed), "/valve": partial(valve_document, feed, start.recordings)}
         with page_server(start.access, listening, documents):

@@ -13,7 +13,7 @@ from detector import LEAST_STROKES
 from hil.monitor.event import MonitorEvent
 from hil.monitor.monitor import Monitor
 from hil.service.acquisition import ValveLink
-from hil.service.health import UNSETTLED_S, Facts, Standing
+from hil.service.health import Facts, Standing
 from hil.service.recent import RecentRing
 from hil.service.status import PlantStatus, RecentSamples, ValveStatus
 from hil.source.sample import LinkEvent, Sample
@@ -83,7 +83,7 @@ class _ShownValve:
         learned = f"{watch.strokes} of {LEAST_STROKES} reversals, {watch.gathered_s:.0f} s"
         facts = Facts(
             self._link.age_s(clock), self._link.stale_s, self._link.connected, self._link.down, self._link.bad,
-            self._link.unsettled(clock, UNSETTLED_S), "", watch.phase, learned, watch.load, watch.fault,
+            (), "", watch.phase, learned, watch.load, watch.fault,
             self._alarm_text,
         )  # fmt: skip
         self._standing = self._standing.after(facts, now)

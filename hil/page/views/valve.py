@@ -37,7 +37,7 @@ class ValvePage:
         self._drawn = 0
         self._chosen, self._said = "", ""
         self._choice = ColumnDataSource(data={"file": [""]}, name="choice")
-        self._choice.on_change("data", lambda *_: self._choose())
+        self._choice.on_change("data", self._choose)
         live = LivePage(doc, "valve.html", tag, "/", self._pieces)
         live.also(self._draw)
         for root in (self._choice, self._plots.position, self._plots.evidence, self._plots.force, self._history.plot):
@@ -78,9 +78,9 @@ class ValvePage:
         if n_new > 0:
             stream(self._plots, samples, n_new)
 
-    def _choose(self) -> None:
+    def _choose(self, attr: str, old: object, new: Mapping[str, Sequence[object]]) -> None:
         """A recording was chosen in the browser; only the names that were offered are files."""
-        chosen = str((self._choice.data.get("file") or [""])[0])
+        chosen = str((*new.get("file", ()), "")[0])
         if self._folder is None or chosen not in {one.name for one in recorded_files(self._folder, self._tag)}:
             return
         self._chosen, self._said = chosen, "Reading …"
