@@ -23,7 +23,8 @@ COOKIE = "bristle_page"
 @dataclass(frozen=True)
 class PageSettings:
     """Where the page is served. address : ``[HOST:]PORT``, a port of 0 is any free one; expose : to other machines,
-    which needs the other three; token : file with the secret that who looks has to know; certificate, key : PEM files.
+    which needs the next three; token : file with the secret that who looks has to know; certificate, key : PEM files;
+    where : what a message names.
     """
 
     address: str = "0"
@@ -31,24 +32,22 @@ class PageSettings:
     token: Path | None = None
     certificate: Path | None = None
     key: Path | None = None
+    where: str = "--page"
 
     def access(self) -> Access:
         """The settings with everything about them checked. Raises BadInput."""
-        host, port = _host_and_port(self.address)
+        host, port = _host_and_port(self.address, self.where)
         if not self.expose:
             if not _is_loopback(host):
-                remedy = "give 127.0.0.1, or --expose with a token and a certificate"
-                raise BadInput("--page", f"{host} can be reached from other machines", remedy)
-            return Access(host, port)
-        missing = [
-            name for name, given in (("token", self.token), ("cert", self.certificate), ("key", self.key)) if not given
-        ]
+                remedy = "give 127.0.0.1, or expose it with a token and TLS"
+                raise BadInput(self.where, f"other machines can reach {host}", remedy, parameter="expose")
+            return Access(host, port, where=self.where)
         if self.token is None or self.certificate is None or self.key is None:
-            needed = " and ".join(f"--page-{name}" for name in missing)
-            raise BadInput(
-                "--expose", f"other machines need a token and TLS, and {needed} is missing", f"give {needed}"
-            )
-        access = Access(host, port, _token(self.token), self.certificate, self.key)
+            files = (("page_token", self.token), ("page_cert", self.certificate), ("page_key", self.key))
+            missing = tuple(name for name, given in files if given is None)
+            found = "other machines may look only with a token and over TLS"
+            raise BadInput(self.where, found, "give files of a token, a certificate and its key", parameter=missing)
+        access = Access(host, port, _token(self.token), self.certificate, self.key, self.where)
         access.tls()
         return access
 
@@ -62,6 +61,7 @@ class Access:
     token: str | None = None
     certificate: Path | None = None
     key: Path | None = None
+    where: str = "--page"
 
     def __repr__(self) -> str:
         return f"<Access to {self.host}:{self.port}{' with a token and TLS' if self.token else ''}>"
@@ -79,7 +79,7 @@ class Access:
             return socket.create_server((self.host, self.port), family=family, backlog=64)
         except OSError as error:
             found = f"{self.host}:{self.port} cannot be used ({error.strerror or error})"
-            raise BadInput("--page", found, "give another port, or 0 for a free one") from None
+            raise BadInput(self.where, found, "give another port, or 0 for a free one") from None
 
     def url(self, port: int) -> str:
         """The address of the page on the port that was bound."""
@@ -101,11 +101,11 @@ class Access:
         )
 
 
-def _host_and_port(address: str) -> tuple[str, int]:
+def _host_and_port(address: str, where: str) -> tuple[str, int]:
     host, _, port = address.rpartition(":")
     host = host.removeprefix("[").removesuffix("]")
     if not port.isdecimal() or not port.isascii() or int(port) > 65535 or any(c in host for c in "/@ "):
-        raise BadInput("--page", f"'{address}' is no [HOST:]PORT", "write for example 5006 or 127.0.0.1:5006")
+        raise BadInput(where, f"'{address}' is no [HOST:]PORT", "write for example 5006 or 127.0.0.1:5006")
     return host or DEFAULT_HOST, int(port)
 
 
@@ -123,7 +123,8 @@ def _token(path: Path) -> str:
     try:
         lines = path.read_text(encoding="ascii").splitlines()
     except OSError as error:
-        raise BadInput(str(path), f"the token cannot be read: {error.strerror}", "give another --page-token") from None
+        found = f"the token cannot be read: {error.strerror}"
+        raise BadInput(str(path), found, "give another file", parameter="page_token") from None
     except UnicodeDecodeError:
         raise BadInput(str(path), "the token has other signs than ASCII", "use letters and digits") from None
     token = lines[0].strip() if lines else ""

@@ -261,11 +261,12 @@ def test_the_token_stands_in_no_text_about_the_settings(guarded):
 
 
 def test_a_page_for_other_machines_needs_token_and_tls(guarded_by):
-    for missing, named in (("token", "--page-token"), ("certificate", "--page-cert"), ("key", "--page-key")):
-        with pytest.raises(BadInput, match=named) as refused:
+    for missing, named in (("token", "page_token"), ("certificate", "page_cert"), ("key", "page_key")):
+        with pytest.raises(BadInput, match="a token and over TLS") as refused:
             guarded_by(**{missing: None}).access()
+        assert refused.value.parameters == (named,)
         assert "\n" not in str(refused.value)
-    with pytest.raises(BadInput, match="can be reached from other machines"):
+    with pytest.raises(BadInput, match="other machines can reach"):
         PageSettings("0.0.0.0:0").access()
 
 
