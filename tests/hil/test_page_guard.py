@@ -6,7 +6,7 @@ import json
 import socket
 import ssl
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from email.message import Message
 from email.parser import Parser
@@ -27,7 +27,7 @@ PATIENCE_S = 60.0
 
 @dataclass(frozen=True)
 class Reply:
-    """An answer: status, headers, body."""
+    """An answer: status (0 where the connection was closed instead), headers, body."""
 
     status: int
     headers: Message
@@ -62,9 +62,12 @@ class Served:
                 peer = opened.enter_context(context.wrap_socket(peer, server_hostname="127.0.0.1"))
             peer.sendall(raw)
             answer = b""
-            while (more := peer.recv(65536)) and not (keeps and b"\r\n\r\n" in answer + more):
+            with suppress(ConnectionResetError):  # a server that will not read on
+                while (more := peer.recv(65536)) and not (keeps and b"\r\n\r\n" in answer + more):
+                    answer += more
                 answer += more
-            answer += more
+        if not answer:
+            return Reply(0, Message(), "")
         head, _, rest = answer.decode("latin-1").partition("\r\n\r\n")
         first, _, names = head.partition("\r\n")
         return Reply(int(first.split()[1]), Parser().parsestr(names), rest)
@@ -193,8 +196,8 @@ def test_nothing_can_be_sent_to_it(local, method):
 
 
 def test_a_large_request_is_not_read(local):
-    assert local.ask("/", "Content-Length: 100000000", method="POST").status in (400, 413)
-    assert local.ask("/", f"Cookie: {'a' * 100_000}").status in (400, 431)
+    assert local.ask("/", "Content-Length: 100000000", method="POST").status in (0, 400, 413)
+    assert local.ask("/", f"Cookie: {'a' * 100_000}").status in (0, 400, 431)
 
 
 @pytest.mark.parametrize("target", ["/", "/alive", "/nothing", "/static/js/bokeh.min.js", "/sign-in"])

@@ -15,6 +15,10 @@ BEAT_MS = 400
 Pieces = Callable[[], Mapping[str, str]]
 
 
+CARRIER = ["carrier"]
+"""Marks what is in a document to be sent, and not to be seen."""
+
+
 class LivePage:
     """A document whose pieces follow the plant.
 
@@ -25,8 +29,10 @@ class LivePage:
     def __init__(self, doc: Document, name: str, title: str, back: str | None, pieces: Pieces) -> None:
         self._pieces, self._beats = pieces, 0
         first = dict(pieces())
-        self._places = {place: ColumnDataSource(data={"html": [html]}, name=place) for place, html in first.items()}
-        self._beat = ColumnDataSource(data={"beat": [0], "places": [list(first)]}, name="beat")
+        self._places = {
+            place: ColumnDataSource(data={"html": [html]}, name=place, tags=CARRIER) for place, html in first.items()
+        }
+        self._beat = ColumnDataSource(data={"beat": [0], "places": [list(first)]}, name="beat", tags=CARRIER)
         self._calls: list[Callable[[], None]] = []
         doc.title, doc.template = title, template(name)
         doc.template_variables.update({"pieces": first, "back": back})

@@ -15,7 +15,7 @@ from bokeh.models import ColumnDataSource
 from hil.page.feed import Feed, FeedSamples
 from hil.page.views.figures import figure_rows
 from hil.page.views.history import about, history_of, recorded_files
-from hil.page.views.live import LivePage
+from hil.page.views.live import CARRIER, LivePage
 from hil.page.views.plant import Badge, notices, silence_words
 from hil.page.views.plots import LOOP_S, SHOWN_S, HistoryPlot, LivePlots, history_plot, live_plots
 from hil.page.views.rendering import template
@@ -36,7 +36,7 @@ class ValvePage:
         self._plots, self._history = live_plots(), history_plot()
         self._drawn = 0
         self._chosen, self._said = "", ""
-        self._choice = ColumnDataSource(data={"file": [""]}, name="choice")
+        self._choice = ColumnDataSource(data={"file": [""]}, name="choice", tags=CARRIER)
         self._choice.on_change("data", self._choose)
         live = LivePage(doc, "valve.html", tag, "/", self._pieces)
         live.also(self._draw)
