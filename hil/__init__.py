@@ -2,9 +2,9 @@
 
 One Modbus reply becomes a stored value in these folders, in this order: ``modbus`` (messages, frames, addresses, TLS,
 serial lines), ``client`` (a link that stays open), ``registers`` (what registers mean), ``source`` (samples with a
-quality for every value), ``recorder`` (files) and ``monitor`` (events). ``plant`` and ``server`` are the other end of
-the line, ``testing`` what goes wrong on it. `BackgroundServer` and `BackgroundRecorder` are for programs without an
-event loop.
+quality for every value), ``recorder`` (files) and ``monitor`` (events); ``service`` does it for many valves and for
+years, and ``page`` shows it. ``plant`` and ``server`` are the other end of the line, ``testing`` what goes wrong on it.
+`BackgroundServer` and `BackgroundRecorder` are for programs without an event loop.
 """
 
 from hil.background import BackgroundRecorder, BackgroundServer
@@ -33,6 +33,11 @@ from hil.registers.ring import Ring
 from hil.server.address import NetworkAddress, PtyAddress, ServerAddress, listen_address
 from hil.server.server import Server, ServerSettings
 from hil.server.session import ServerEnd, serve_session
+from hil.service.plan import ServicePlan
+from hil.service.plant_file import PlantFile
+from hil.service.service import Service, ServiceOutlets, ServiceTask
+from hil.service.session import ServiceEnd, ServiceSession, http_address, run_service
+from hil.service.status import Health, LinkStatus, PlantStatus, RecentSamples, TaskStatus, ValveStatus
 from hil.source.address import parse_address
 from hil.source.live import LiveSource, PollingStopped
 from hil.source.polling import Polling
@@ -52,19 +57,23 @@ __all__ = [
     "Certificates",
     "Command",
     "Decoded",
+    "Health",
     "Lateness",
     "LatenessReport",
     "LinkEvent",
     "LinkState",
+    "LinkStatus",
     "LiveSource",
     "Monitor",
     "MonitorEnd",
     "MonitorEvent",
     "MonitorSession",
     "NetworkAddress",
+    "Pace",
     "Page",
     "PageSettings",
-    "Pace",
+    "PlantFile",
+    "PlantStatus",
     "Point",
     "Polling",
     "PollingStopped",
@@ -72,6 +81,7 @@ __all__ = [
     "Quality",
     "ReadBlock",
     "Reading",
+    "RecentSamples",
     "Recorder",
     "RecorderEnd",
     "RecorderReport",
@@ -87,17 +97,26 @@ __all__ = [
     "ServerAddress",
     "ServerEnd",
     "ServerSettings",
+    "Service",
+    "ServiceEnd",
+    "ServiceOutlets",
+    "ServicePlan",
+    "ServiceSession",
+    "ServiceTask",
     "ShownMonitor",
     "Source",
     "SourceWrapper",
     "Statistics",
+    "TaskStatus",
     "Valve",
     "ValveReport",
+    "ValveStatus",
     "WatchStatus",
     "WriteMap",
     "decode",
     "describe_register_map",
     "encode",
+    "http_address",
     "listen_address",
     "load_state",
     "monitor_session",
@@ -105,6 +124,7 @@ __all__ = [
     "parse_address",
     "record_session",
     "register_map_page",
+    "run_service",
     "save_state",
     "serve_session",
     "valves_of",

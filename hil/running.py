@@ -139,6 +139,11 @@ class LoopThread:
             future.cancel()
             raise
 
+    def soon(self, call: Callable[[], object]) -> None:
+        """Call something in the loop's thread, soon; not at all once it is closed."""
+        with suppress(RuntimeError):
+            self._loop.call_soon_threadsafe(call)
+
     def close(self) -> None:
         """Cancel what still runs, and end the thread. A second call does nothing."""
         with suppress(RuntimeError):  # the loop is closed already

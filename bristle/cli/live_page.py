@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from hil import Page, PageSettings
+from hil import Page, PageSettings, PlantFile
 from recordings import BadInput
 
 
@@ -24,6 +24,16 @@ def page_settings(
                 raise BadInput(option, "there is no page that it is for", "give --page [HOST:]PORT, too")
         return None
     return PageSettings(page, expose, token, certificate, key)
+
+
+def plant_page(plant: PlantFile) -> PageSettings | None:
+    """Where a plant file wants its page; None where it wants none."""
+    entry = plant.page
+    if entry is None:
+        return None
+    files = (entry.token_file, entry.certificate, entry.key)
+    token, certificate, key = (None if one is None else plant.path(one) for one in files)
+    return PageSettings(entry.listen, entry.expose, token, certificate, key, f"{plant.file}: page")
 
 
 def announce(page: Page) -> None:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import IO, Any
 
+from bristle.cli.live_page import announce
 from detector import LEAST_STROKES, Watch, described, learn_recordings
 from hil import (
     Monitor,
@@ -88,7 +89,7 @@ def _shown(source: Source, monitor: Monitor, session: MonitorSession, options: M
     )  # fmt: skip
     folder = None if options.record is None else options.record.to
     with Page(options.page or PageSettings(), shown, folder) as page:
-        print(f"live page: {page.url}", file=sys.stderr, flush=True)
+        announce(page)
         told = replace(session, taken=shown.take)
 
         async def both() -> MonitorEnd:

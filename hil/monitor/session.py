@@ -39,7 +39,8 @@ BREATHE_EVERY = 64
 @dataclass(frozen=True)
 class MonitorSession:
     """sinks : where events go; duration_s : stop after so long [s]; state, model_key : file for what is learned, and
-    the model it belongs to; record : how the source is recorded meanwhile; show : see `ShowWatching`; taken : see `Taken`.
+    the model it belongs to; record : how the source is recorded meanwhile; show : see `ShowWatching`; taken :
+    see `Taken`.
     """
 
     sinks: Sequence[Sink] = ()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
@@ -50,14 +51,17 @@ class WatchStatus:
 
 class ValveWatch:
     """What the monitor holds of one valve. watch, state : None until it is learned; learn_s : learning time [s], which
-    goes on until the valve has moved to and fro `LEAST_STROKES` times.
+    goes on until the valve has moved to and fro `LEAST_STROKES` times; measured, judgement : of the last sample, the
+    latter None while nothing is judged.
     """
 
     def __init__(self, valve: str, learner: Learner, learn_s: float | None) -> None:
         self.valve, self._learner, self.learn_s = valve, learner, learn_s
         self.watch: Watch | None = None
         self.state: WatchState | None = None
-        self._gathered: list[Measurement] = []
+        self.measured: Measurement | None = None
+        self.judgement: Judgement | None = None
+        self._gathered = _Gathered()
         self._load, self._samples = 0.0, 0
         self._strokes, self._count_s = 0, 0.0
 
@@ -69,12 +73,13 @@ class ValveWatch:
     def gather(self, moment: Measurement) -> bool:
         """Store a measurement for learning; returns whether time and strokes are enough now."""
         self._samples += 1
+        self.measured = moment
         self._gathered.append(moment)
         gathered_s = self._gathered_s
         if self.learn_s is None:
             return False
         if gathered_s >= self._count_s:
-            self._strokes = strokes_of(np.array([one.values["position"] for one in self._gathered]))
+            self._strokes = strokes_of(self._gathered.measurements.values["position"])
             self._count_s = (1.0 + _COUNTED_EVERY) * gathered_s
         enough = self._strokes >= LEAST_STROKES or len(self._gathered) >= MOST_GATHERED
         return enough and gathered_s >= self.learn_s
@@ -82,13 +87,14 @@ class ValveWatch:
     @property
     def _gathered_s(self) -> float:
         """Time that was gathered so far [s]."""
-        return self._gathered[-1].time_s - self._gathered[0].time_s if self._gathered else 0.0
+        return self._gathered.span_s
 
     def learn(self) -> Watch:
         """Learn from what was gathered. Raises BadInput naming the valve when that cannot support a detector."""
-        gathered, self._gathered = self._gathered, []
+        gathered, self._gathered = self._gathered.measurements, _Gathered()
+        self._count_s = 0.0
         try:
-            self.resume(watch := self._learner(Measurements.of(gathered)))
+            self.resume(watch := self._learner(gathered))
         except BadInput as problem:
             raise BadInput(f"valve {self.valve}: {problem.where}", problem.found, problem.remedy) from None
         return watch
@@ -98,7 +104,9 @@ class ValveWatch:
         if self.watch is None or self.state is None:
             raise RuntimeError(f"{self.valve} is checked before it is learned")
         self._samples += 1
+        self.measured = moment
         self.state, judgement = self.watch.step(self.state, moment)
+        self.judgement = judgement
         self._load = judgement.load if judgement.verdict.used else self._load
         if judgement.changed:
             return self._change(judgement, wall)
@@ -124,6 +132,33 @@ class ValveWatch:
             return WatchStatus(self.valve, "learning", 0.0, None, learned, self._samples, self._strokes, gathered_s)
         phase: WatchPhase = "alarm" if self.state.alarm else "watching"
         return WatchStatus(self.valve, phase, self._load, self.state.kind, 1.0, self._samples)
+
+
+class _Gathered:
+    """Measurements to learn from, as columns: a valve that waits a day for its strokes must not fill the memory."""
+
+    def __init__(self) -> None:
+        self._time = array("d")
+        self._columns: dict[str, array[float]] = {}
+
+    def __len__(self) -> int:
+        return len(self._time)
+
+    def append(self, moment: Measurement) -> None:
+        if not self._columns:
+            self._columns = {name: array("d") for name in moment.values}
+        self._time.append(moment.time_s)
+        for name, column in self._columns.items():
+            column.append(moment.values[name])
+
+    @property
+    def span_s(self) -> float:
+        return self._time[-1] - self._time[0] if self._time else 0.0
+
+    @property
+    def measurements(self) -> Measurements:
+        columns = {name: np.array(column) for name, column in self._columns.items()}
+        return Measurements(np.array(self._time), columns)
 
 
 _WORDS = {

@@ -29,7 +29,8 @@ class RecorderSettings:
 
     to : a directory, or a file ending in .h5 or .hdf5 for a single valve; rotate_mb, rotate_s : size [MB] and age [s]
     at which a new file is started; batch_s : how long samples may wait [s]; title, kind, plant : as in `Recording`;
-    acknowledge : see `Acknowledge`, called from another thread; tell : see `Tell`.
+    acknowledge : see `Acknowledge`, called from another thread; tell : see `Tell`; refuse_unusable : whether to end
+    when none of a valve's first values is good.
     """
 
     to: Path
@@ -41,6 +42,7 @@ class RecorderSettings:
     plant: Plant = field(default_factory=Plant)
     acknowledge: Acknowledge | None = None
     tell: Tell | None = None
+    refuse_unusable: bool = True
 
     @property
     def rotates(self) -> bool:

@@ -90,10 +90,11 @@ class Recorder:
     The clock of the recordings is monotonic and begins with the first sample of the session; `created` is the
     wall-clock time of that moment, in every file. An event before it has a negative time.
 
-    source : entered already; settings : see `RecorderSettings`. Raises BadInput when nothing can be written there.
+    source : entered already; settings : see `RecorderSettings`; disk : one thread that several recorders share, else
+    each has its own. Raises BadInput when nothing can be written there.
     """
 
-    def __init__(self, source: Source, settings: RecorderSettings) -> None:
+    def __init__(self, source: Source, settings: RecorderSettings, disk: ThreadPoolExecutor | None = None) -> None:
         settings.check(list(source.signals))
         self._source, self._settings = source, settings
         self._lanes = {
@@ -102,7 +103,9 @@ class Recorder:
         }
         self._origin: float | None = None
         self._n_waiting = 0
-        self._disk = ThreadPoolExecutor(1, "disk")  # one thread: batches stay in order, and HDF5 likes no second one
+        self._shared = disk is not None
+        # One thread: batches stay in order, and HDF5 likes no second one.
+        self._disk = disk or ThreadPoolExecutor(1, "disk")
         self._turn = asyncio.Lock()
 
     @property
@@ -137,7 +140,8 @@ class Recorder:
                 continue
             origin = self._begin(item) if self._origin is None else self._origin
             lane.take(item, origin)
-            _check_first(lane.report, item)
+            if self._settings.refuse_unusable:
+                _check_first(lane.report, item)
             self._n_waiting += 1
             if self._n_waiting >= MOST_WAITING:
                 await self._write()
@@ -169,7 +173,8 @@ class Recorder:
             await self._write()
         finally:
             await asyncio.get_running_loop().run_in_executor(self._disk, self._close)
-            self._disk.shutdown()
+            if not self._shared:
+                self._disk.shutdown()
 
     def _close(self) -> None:
         with ExitStack() as stack:  # closes every file, and then raises what went wrong

@@ -5,14 +5,24 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-from typer import Option
+from typer import Argument, Option
 
 
 def command(
+    plant_file: Annotated[Path | None, Argument(help="Plant file (TOML): many valves, as a service.")] = None,
+    plant: Annotated[Path | None, Option(help="The same as an option.")] = None,
+    check: Annotated[bool, Option("--check", help="Only say what a plant file would do; nothing is sent.")] = False,
+    metrics: Annotated[
+        str | None, Option(help="With a plant file: where Prometheus asks, HOST:PORT, instead of the file's.")
+    ] = None,
+    on_event: Annotated[
+        Path | None, Option(help="With a plant file: program to run for every event, its line on standard input.")
+    ] = None,
     source: Annotated[
-        str, Option(help="tcp://HOST:PORT, tls://HOST:PORT?ca=..&cert=..&key=.., rtu:DEVICE?baud=.., replay:REC")
-    ],
-    model: Annotated[Path, Option(help="Model of the valve, from bristle fit or trace.")],
+        str | None,
+        Option(help="tcp://HOST:PORT, tls://HOST:PORT?ca=..&cert=..&key=.., rtu:DEVICE?baud=.., replay:REC"),
+    ] = None,
+    model: Annotated[Path | None, Option(help="Model of the valve, from bristle fit or trace.")] = None,
     map_: Annotated[str | None, Option("--map", help="Register map: a file, or a shipped one by name.")] = None,
     rate: Annotated[
         float, Option(help="Polls per second (with --ring: readings of the ring).", min=1e-4, max=1e4)
@@ -29,22 +39,44 @@ def command(
     unit: Annotated[str | None, Option(help="Device ids of equal valves on one line: 1,2,5-7.")] = None,
     valve: Annotated[str | None, Option(help="Names of the valves, one for each device id: A,B,C.")] = None,
     ring: Annotated[bool, Option("--ring", help="Fetch every sample that the device keeps in its ring.")] = False,
+    page: Annotated[str | None, Option(help="Show a live page: [HOST:]PORT; 0 for any free port.")] = None,
+    expose: Annotated[
+        bool, Option("--expose", help="Let other machines look at the page; needs the three below.")
+    ] = False,
+    page_token: Annotated[Path | None, Option(help="File with the secret that who looks has to know.")] = None,
+    page_cert: Annotated[Path | None, Option(help="Certificate of the page (PEM).")] = None,
+    page_key: Annotated[Path | None, Option(help="Private key of that certificate (PEM).")] = None,
 ) -> None:
     """Watch valves until --duration is over, or Ctrl-C or SIGTERM comes. Exit code 1 when there was an alarm.
 
     What is learned is saved, and the next start resumes from it; --learn learns anew. Nothing is written to the plant.
 
+    With a plant file it watches many valves as a service, until it is told to stop: bristle monitor --plant plant.toml
+
     Example: bristle monitor --map damadics --source tcp://127.0.0.1:5020 --model model.json --learn 300
     """
+    from bristle.cli.live_page import page_settings
+
+    settings = page_settings(page, expose, page_token, page_cert, page_key)
+    if plant_file or plant or check:
+        from bristle.cli.service import plant_service
+
+        plant_service(plant_file or plant, check, duration, metrics, on_event, settings)
+        return
     from bristle.cli import monitoring
     from bristle.cli.sources import valves_from
     from hil import Polling, RecorderSettings, RingReading, open_source
+    from recordings import BadInput
 
+    if source is None or model is None:
+        missing = "--source" if source is None else "--model"
+        raise BadInput(missing, "it is missing", "give --source and --model for one source, or a plant file for many")
     plan = RingReading(rate) if ring else Polling(rate)
     live = open_source(source, valves_from(map_, unit, valve) if map_ else (), plan, name=valve)
     recorded = None if record is None else RecorderSettings(to=record)
     kept = state or model.with_name(f"{model.stem}.state.json")
     options = monitoring.MonitorOptions(
-        model, learn, calibrate or (), kept, false_alarms, events, duration, recorded, source.startswith("replay:")
-    )
+        model, learn, calibrate or (), kept, false_alarms, events, duration, recorded, source.startswith("replay:"),
+        settings, source, rate,
+    )  # fmt: skip
     monitoring.watch(live, options)

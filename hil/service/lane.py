@@ -1,0 +1,171 @@
+"""Detection for one valve: its items in, what is seen of it out, as values that others read at any time."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import time
+from collections import Counter
+from collections.abc import Callable, Mapping
+from datetime import UTC, datetime
+from types import MappingProxyType
+
+from detector import LEAST_STROKES, Watch, learn_recordings
+from hil.monitor.event import MonitorEvent
+from hil.monitor.monitor import Monitor
+from hil.monitor.valve import ValveWatch
+from hil.service.acquisition import ItemQueue, ValveLink
+from hil.service.health import UNSETTLED_S, Facts, Standing
+from hil.service.in_service.figures import InServiceFigures
+from hil.service.in_service.movements import Movements
+from hil.service.plan import ValvePlan
+from hil.service.recent import RecentRing
+from hil.service.status import ValveStatus
+from hil.source.sample import LinkEvent, Sample
+from recordings import read
+
+NAP_S = 0.1
+"""Between two looks into the queue: items come in batches, so that waking up costs little."""
+
+BATCH = 32
+"""Samples after which others get their turn."""
+
+EVENTS_KEPT = 50
+
+Publish = Callable[[MonitorEvent], None]
+"""Told of every event."""
+
+NOTHING: Mapping[str, float] = MappingProxyType({})
+
+
+class ValveLane:
+    """One valve under watch.
+
+    plan : what it is; link : the way to it; queue : its items; publish : see `Publish`; learned : told its detector.
+    """
+
+    def __init__(
+        self,
+        plan: ValvePlan,
+        link: ValveLink,
+        queue: ItemQueue,
+        publish: Publish,
+        learned: Callable[[str, Watch], None] = lambda tag, watch: None,
+    ) -> None:
+        self.plan, self.link, self._queue, self._publish = plan, link, queue, publish
+        self._learned = learned
+        self.monitor: Monitor = plan.monitor(on_learned=learned)
+        self.standing = Standing.first()
+        self.figures: InServiceFigures | None = None
+        self.movements = Movements(plan)
+        self.counts: Counter[str] = Counter()
+        self.error = ""
+        self._events: tuple[MonitorEvent, ...] = ()
+        self._alarm_text = ""
+        names = {spec.name for spec in plan.signals}
+        stroke, area = plan.known("stroke_m"), plan.known("diaphragm_area_m2")
+        self._scale_m = stroke if "setpoint" in names and stroke else math.nan
+        self._area = 1.0 if "force" in names else area if "pressure" in names and area else math.nan
+        self._force = "force" if "force" in names else "pressure"
+        self.ring = RecentRing(not math.isnan(self._scale_m), not math.isnan(self._area))
+
+    @property
+    def tag(self) -> str:
+        """The valve's name."""
+        return self.plan.tag
+
+    @property
+    def watch(self) -> ValveWatch:
+        """What is held of the valve."""
+        return self.monitor.valves[self.tag]
+
+    def forget(self) -> None:
+        """Begin with nothing learned."""
+        self.monitor = self.plan.monitor(on_learned=self._learned)
+
+    async def run(self) -> None:
+        """Detect until cancelled. Raises what detection raises; the item that it raised for is not seen again."""
+        await self._prepare()
+        while True:
+            items = self._queue.take(BATCH)
+            for item in items:
+                await self.take(item)
+            self.error = ""
+            await asyncio.sleep(0.0 if len(items) == BATCH else NAP_S)
+
+    async def _prepare(self) -> None:
+        """Learn from the recordings that the plan names, unless it is known already."""
+        plan = self.plan
+        if self.watch.watch is None and plan.calibrate:
+            recordings = [await asyncio.to_thread(read, path) for path in plan.calibrate]
+            watch = await asyncio.to_thread(learn_recordings, recordings, plan.model, plan.false_alarms)
+            self.monitor.resume({self.tag: (watch, None)})
+            self.monitor.check()
+            self._learned(self.tag, watch)
+
+    async def take(self, item: Sample | LinkEvent) -> None:
+        """One item of the valve."""
+        event = await self._seen(item)
+        if event is not None:
+            self.counts[event.kind] += 1
+            if event.kind == "alarm":
+                self._alarm_text = event.text
+            self._events = (*self._events[1 - EVENTS_KEPT :], event)
+            self._publish(event)
+
+    async def _seen(self, item: Sample | LinkEvent) -> MonitorEvent | None:
+        try:
+            event = await self.monitor.take(item)
+        except Exception as error:
+            self.error = f"{type(error).__name__}: {error}"
+            raise
+        measured, judgement = self.watch.measured, self.watch.judgement
+        if isinstance(item, Sample) and measured is not None:
+            values = measured.values
+            self.ring.add(
+                item.wall,
+                values["position"],
+                values.get("setpoint", math.nan) * self._scale_m,
+                values.get(self._force, math.nan) * self._area,
+                judgement.residual if judgement and judgement.verdict.used else math.nan,
+                judgement.threshold if judgement and judgement.verdict.used else math.nan,
+            )
+            self.movements.add(measured)
+        return event
+
+    def judge(self, now: datetime, monotonic_s: float) -> None:
+        """Look at the valve as a whole: how it stands now."""
+        self.standing = self.standing.after(self._facts(monotonic_s), now)
+
+    def _facts(self, now: float) -> Facts:
+        link, status = self.link, self.watch.status
+        learned = f"{status.strokes} of {LEAST_STROKES} reversals, {status.gathered_s:.0f} s"
+        if self.plan.entry.learn_s:
+            learned += f" of {self.plan.entry.learn_s:.0f} s"
+        return Facts(
+            link.age_s(now), link.stale_s, link.connected, link.down, link.bad, link.unsettled(now, UNSETTLED_S),
+            self.error, status.phase, learned, status.load, status.fault, self._alarm_text,
+        )  # fmt: skip
+
+    def status(self, late: int) -> ValveStatus:
+        """As others see it. late : deadlines missed on its source."""
+        now, cause, watch = time.monotonic(), self.standing.cause, self.watch.status
+        link = self.link.status(now, late)
+        return ValveStatus(
+            self.tag, cause.health, cause.reason, self.standing.since, cause.evidence, cause.check, link,
+            self.figures, self._latest(link.age_s), self._events, watch.phase, watch.load,
+        )  # fmt: skip
+
+    def _latest(self, age_s: float) -> Mapping[str, float]:
+        """The newest good values; none once they are stale, for nobody must take them for fresh."""
+        measured, newest = self.watch.measured, self.link.newest
+        if newest is None or not self.link.connected or age_s > self.link.stale_s:
+            return NOTHING
+        others = {name: one.value for name, one in newest.readings.items() if one.good}
+        si = {name: value for name, value in (measured.values if measured else {}).items() if name in others}
+        return MappingProxyType({**others, **{name: value for name, value in si.items() if math.isfinite(value)}})
+
+
+def utc_now() -> datetime:
+    """The wall clock."""
+    return datetime.now(UTC)

@@ -1,0 +1,1 @@
+"""Where findings go: events to files, programs and brokers, numbers to Prometheus, signs of life to systemd."""
