@@ -83,10 +83,8 @@ def _run(source: Source, monitor: Monitor, session: MonitorSession) -> MonitorEn
 
 def _shown(source: Source, monitor: Monitor, session: MonitorSession, options: MonitorOptions) -> MonitorEnd:
     """The same with a live page, which ends with it. Raises BadInput when the page cannot be served."""
-    shown = ShownMonitor(
-        options.model.stem, options.address.partition("?")[0], options.rate_hz, monitor,
-        ValveModel.read(options.model), lambda: source.statistics.missed,
-    )  # fmt: skip
+    address, model = options.address.partition("?")[0], ValveModel.read(options.model)
+    shown = ShownMonitor(address, address, options.rate_hz, monitor, model, lambda: source.statistics.missed)
     folder = None if options.record is None else options.record.to
     with Page(options.page or PageSettings(), shown, folder) as page:
         announce(page)

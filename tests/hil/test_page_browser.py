@@ -163,7 +163,7 @@ def test_a_recording_is_shown_when_it_is_chosen_and_no_other_file_can_be(opened,
     assert opened.run(offered) == ["", "FV-101-20261123T080000Z-001.h5"]
     choose = """
         const choice = Bokeh.documents[0].get_model_by_name("choice");
-        choice.data = new Map([["file", [arguments[0]]]]);
+        choice.data = { file: [arguments[0]] };
     """
     for other in ("../../../../etc/passwd", "FV-101-B-20261123T080000Z-001.h5", "", 7):
         opened.run(choose, other)
@@ -172,7 +172,7 @@ def test_a_recording_is_shown_when_it_is_chosen_and_no_other_file_can_be(opened,
         select.value = select.options[1].value;
         select.dispatchEvent(new Event("change", { bubbles: true }));
     """)
-    history = f"{FIGURE.format('history')}.renderers[0].data_source"
+    history = f"{FIGURE.format('recorded')}.renderers[0].data_source"
     opened.wait(f"{history}.get_length() > 100")
     assert max(opened.run(f"return [...{history}.get('position')];")) == pytest.approx(30.0, abs=0.1)
     opened.wait("document.getElementById('history').innerText.includes('From 2026-11-23 08:00:00')")

@@ -64,7 +64,7 @@ def history_plot() -> HistoryPlot:
     """An empty drawing of a recording."""
     samples = ColumnDataSource(data={"t": [], "position": []})
     wanted = ColumnDataSource(data={"t": [], "setpoint": []})
-    plot = _figure("time [UTC]", "position [mm]", 240, "history", x_axis_type="datetime")
+    plot = _figure("time [UTC]", "position [mm]", 240, "recorded", x_axis_type="datetime")
     plot.line("t", "position", source=samples, color=MEASURED, line_width=2, legend_label="position")
     plot.line("t", "setpoint", source=wanted, color=WANTED, line_dash="dashed", legend_label="set point")
     return HistoryPlot(samples, wanted, _dressed(plot))

@@ -45,20 +45,20 @@
   const begin = () => {
     const held = window.Bokeh?.documents[0], beat = held?.get_model_by_name("beat");
     if (!beat) { setTimeout(begin, 30); return; }
-    for (const place of beat.data.get("places")[0]) {
-      const piece = held.get_model_by_name(place), show = () => put(place, piece.data.get("html")[0]);
+    for (const place of beat.get("places")[0]) {
+      const piece = held.get_model_by_name(place), show = () => put(place, piece.get("html")[0]);
       piece.properties.data.change.connect(show);
       show();
     }
     const beaten = () => {
       last = performance.now();
-      document.body.dataset.beats = beat.data.get("beat")[0];
+      document.body.dataset.beats = beat.get("beat")[0];
     };
     beat.properties.data.change.connect(beaten);
     beaten();
     document.addEventListener("change", (event) => {
       const choice = held.get_model_by_name("choice");
-      if (event.target.id === "recording" && choice) choice.data = new Map([["file", [event.target.value]]]);
+      if (event.target.id === "recording" && choice) choice.data = { file: [event.target.value] };
     });
   };
   begin();
