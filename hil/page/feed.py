@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import math
 import time
 from collections import Counter
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 
 from hil.page.exchange import COLUMNS, PageAnswer, RecentColumns, asked, understood
@@ -17,7 +16,10 @@ KEPT_S, KEPT_POINTS = 600.0, 6000
 """How much of a valve is kept for who opens its page next [s], and at most how many samples."""
 
 USUAL_S = 1.5
-"""Without a sample for so long, and three times as long as usual, a valve has no data [s]."""
+"""Without an answer for so long the monitor is silent; a valve that long, and three times as long as is usual [s]."""
+
+KNOWN = 10
+"""Samples from which on the usual time between two of them is known."""
 
 
 @dataclass(frozen=True)
@@ -64,15 +66,6 @@ class Feed:
         """The newest samples of a valve, for as long as somebody looks at it."""
         return self._samples.setdefault(tag, FeedSamples())
 
-    @contextmanager
-    def looking_at(self, tag: str) -> Iterator[None]:
-        """Meanwhile samples of that valve are asked for."""
-        self.look(tag)
-        try:
-            yield
-        finally:
-            self.look_away(tag)
-
     def look(self, tag: str) -> None:
         """Somebody opened the page of a valve."""
         self._looked_at[tag] += 1
@@ -96,20 +89,21 @@ class Feed:
         age = link.age_s + (time.monotonic() - self._told_s)
         if not link.connected:
             return Silence(age, "the link is down")
-        if age > max(USUAL_S, 3.0 * self._usual_s(valve)):
+        if "position" not in valve.latest or age > max(USUAL_S, 3.0 * self._usual_s(valve)):
             return Silence(age, "no good value comes")
         return None
 
     def _usual_s(self, valve: ValveStatus) -> float:
-        """Mean time between samples since the page began [s]."""
+        """Mean time between samples since the link came up [s]; infinite where that is not known yet."""
         since, samples = self._first[valve.tag]
         gained = valve.link.samples - samples
-        return (time.monotonic() - since) / gained if gained > 2 else 0.0
+        return (time.monotonic() - since) / gained if gained >= KNOWN else math.inf
 
     def _take(self, answer: PageAnswer) -> None:
         self.status, self._told_s = answer.status, time.monotonic()
         for valve in answer.status.valves:
-            self._first.setdefault(valve.tag, (self._told_s, valve.link.samples))
+            if not valve.link.connected or valve.tag not in self._first:
+                self._first[valve.tag] = (self._told_s, valve.link.samples)
         for tag, recent in answer.recent.items():
             if self._looked_at[tag]:
                 self.samples(tag).add(recent)

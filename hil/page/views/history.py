@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +14,9 @@ from hil.page.views.words import clock
 from recordings import Array, BadInput, Recording, envelope, open_recording
 
 MOST_FILES = 200
+LOOK_S = 5.0
+"""Between two looks into the folder [s]."""
+
 MOST_SAMPLES = 20_000_000
 """Of a recording that is drawn here: more would take the machine away from the monitor."""
 
@@ -35,10 +39,28 @@ class RecordedHistory:
     wanted: Mapping[str, Array]
 
 
-def recorded_files(folder: Path | None, tag: str) -> Sequence[HistoryFile]:
-    """The recordings of a valve, the newest first."""
-    if folder is None:
-        return ()
+class RecordedHistories:
+    """The recordings of a valve, looked for now and then. folder : None where nothing is recorded."""
+
+    def __init__(self, folder: Path | None, tag: str) -> None:
+        self._folder, self._tag = folder, tag
+        self._found: Sequence[HistoryFile] = ()
+        self._looked = -LOOK_S
+
+    @property
+    def files(self) -> Sequence[HistoryFile]:
+        """What there is, the newest first."""
+        if time.monotonic() - self._looked >= LOOK_S and self._folder is not None:
+            self._found, self._looked = _recorded(self._folder, self._tag), time.monotonic()
+        return self._found
+
+    def path(self, name: str) -> Path | None:
+        """The file of a name that is among them; None for any other text."""
+        known = self._folder is not None and name in {one.name for one in self._found}
+        return self._folder / name if self._folder is not None and known else None
+
+
+def _recorded(folder: Path, tag: str) -> Sequence[HistoryFile]:
     found = [(*_stamp(path, tag), path.name) for path in folder.glob("*.h5") if _stamp(path, tag) != ("", 0)]
     return [
         HistoryFile(name, f"{stamp[:4]}-{stamp[4:6]}-{stamp[6:8]} {stamp[9:11]}:{stamp[11:13]} UTC, file {part}")

@@ -14,7 +14,7 @@ from bokeh.models import ColumnDataSource
 
 from hil.page.feed import Feed, FeedSamples
 from hil.page.views.figures import figure_rows
-from hil.page.views.history import about, history_of, recorded_files
+from hil.page.views.history import RecordedHistories, about, history_of
 from hil.page.views.live import CARRIER, LivePage
 from hil.page.views.plant import Badge, notices, silence_words
 from hil.page.views.plots import LOOP_S, SHOWN_S, HistoryPlot, LivePlots, history_plot, live_plots
@@ -32,7 +32,8 @@ class ValvePage:
     """The page of one valve for one browser. recordings : folder, None where nothing is recorded."""
 
     def __init__(self, feed: Feed, recordings: Path | None, tag: str, doc: Document) -> None:
-        self._feed, self._folder, self._tag, self._doc = feed, recordings, tag, doc
+        self._feed, self._tag, self._doc = feed, tag, doc
+        self._recordings = RecordedHistories(recordings, tag)
         self._plots, self._history = live_plots(), history_plot()
         self._drawn = 0
         self._chosen, self._said = "", ""
@@ -42,8 +43,9 @@ class ValvePage:
         live.also(self._draw)
         for root in (self._choice, self._plots.position, self._plots.evidence, self._plots.force, self._history.plot):
             doc.add_root(root)
-        feed.look(tag)
-        doc.on_session_destroyed(lambda _: feed.look_away(tag))
+        if feed.valve(tag) is not None:
+            feed.look(tag)
+            doc.on_session_destroyed(self._closed)
 
     def _pieces(self) -> Mapping[str, str]:
         valve = self._feed.valve(self._tag)
@@ -67,9 +69,12 @@ class ValvePage:
             "events": template("events.html").render(events=_newest(valve), clock=clock),
             "link": template("link.html").render(link=valve.link),
             "history": template("history.html").render(
-                files=recorded_files(self._folder, self._tag), chosen=self._chosen, said=self._said
+                files=self._recordings.files, chosen=self._chosen, said=self._said
             ),
         }  # fmt: skip
+
+    def _closed(self, _: object) -> None:
+        self._feed.look_away(self._tag)
 
     def _draw(self) -> None:
         samples = self._feed.samples(self._tag)
@@ -81,10 +86,11 @@ class ValvePage:
     def _choose(self, attr: str, old: object, new: Mapping[str, Sequence[object]]) -> None:
         """A recording was chosen in the browser; only the names that were offered are files."""
         chosen = str((*new.get("file", ()), "")[0])
-        if self._folder is None or chosen not in {one.name for one in recorded_files(self._folder, self._tag)}:
+        path = self._recordings.path(chosen)
+        if path is None:
             return
         self._chosen, self._said = chosen, "Reading …"
-        self._doc.add_next_tick_callback(partial(_read, self, self._folder / chosen))
+        self._doc.add_next_tick_callback(partial(_read, self, path))
 
     def show(self, said: str, plots: Mapping[str, Mapping[str, Array]] | None) -> None:
         """What came of reading a recording."""
