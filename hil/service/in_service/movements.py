@@ -25,6 +25,9 @@ Count = Annotated[float, Field(ge=0.0, le=1e15)]
 Finite = Annotated[float, Field(ge=-1e15, le=1e15)]
 
 
+_Four = tuple[float, float, float, float]
+
+
 class KeptMovements(BaseModel):
     """What of the movements outlives the service."""
 
@@ -117,7 +120,7 @@ class Movements:
         return KeptMovements(
             observed_s=travel.observed_s, travelled=travel.whole, reversals=travel.reversals, steps=self._steps,
             places_s=list(travel.places_s), lengths=list(travel.lengths),
-            history={name: [tuple(one) for one in seen] for name, seen in self._history.items()},
+            history={name: list[_Four](seen) for name, seen in self._history.items()},
         )  # fmt: skip
 
     def resume(self, kept: KeptMovements) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 import math
 from collections.abc import Callable, Iterator
 from typing import Protocol
@@ -15,6 +16,8 @@ from hil.service.in_service.figures import InServiceFigures, Trended
 from hil.service.status import Health, PlantStatus, ValveStatus
 
 LOOK_S = 1.0
+
+LOG = logging.getLogger("bristle.monitor")
 
 
 class MeasuredService(Protocol):
@@ -166,6 +169,7 @@ class MetricsServer:
         """Serve until cancelled. Raises OSError when the address is taken, and RuntimeError when the server ended."""
         server, thread = start_http_server(self._asked, self._host, self._registry)
         self.port = server.server_port
+        LOG.info("metrics at http://%s:%d/metrics", self._host, self.port)
         try:
             while thread.is_alive():
                 await asyncio.sleep(LOOK_S)

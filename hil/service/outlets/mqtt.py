@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -29,12 +29,13 @@ class MqttSink:
         self._ca = str(plant.path(entry.ca)) if entry.ca else None
         try:
             import paho.mqtt.client as mqtt
+            from paho.mqtt.enums import CallbackAPIVersion
         except ImportError:
             found = "paho-mqtt is not installed"
             raise BadInput(
                 f"{plant.file}: events.mqtt", found, "pip install 'bristle[mqtt]', or leave it out"
             ) from None
-        self._mqtt = mqtt
+        self._new: Callable[[], Any] = lambda: mqtt.Client(CallbackAPIVersion.VERSION2)
 
     def send(self, events: Sequence[MonitorEvent]) -> None:
         """Publish them. Raises ConnectionError when the broker does not confirm in time."""
@@ -57,7 +58,7 @@ class MqttSink:
     def _connected(self) -> Any:
         if self._client is None:
             entry = self._entry
-            client = self._mqtt.Client(self._mqtt.CallbackAPIVersion.VERSION2)
+            client = self._new()
             client.username_pw_set(entry.username, self._password)
             if self._ca:
                 client.tls_set(self._ca)

@@ -1,0 +1,212 @@
+"""What one process of the service holds: valves at 10 and 100 Hz, and what detection, recording and metrics cost.
+
+    python -m benchmarks.monitor                              everything (some ten minutes)
+    python -m benchmarks.monitor --seconds 5 --most 8         a look
+
+The devices are another process that answers from memory, sixteen behind one address as on a gateway. Valves are added,
+doubling, for as long as fewer than 1 % of the deadlines are missed. The cost is processor time of this process for one
+valve, in ms a second. The last table compares acquisition alone with detection, recording and metrics on top, for the
+same valves; the page is measured by what its own benchmark adds.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import tempfile
+import time
+import urllib.request
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from benchmarks.machine import machine
+from benchmarks.monitor_device import MAP, Devices
+from detector import Watch, learn_recordings
+from hil import Monitor, PlantFile, Service, ServiceOutlets, ServicePlan, save_state
+from recordings import Plant, Recording, Signal
+from simulator import Value, ValveModel
+from simulator.damadics import Actuator, Noise, Parameters, Scenario, run, stimuli
+
+GOAL_MISSED, GOAL_COST = 0.01, 0.30
+BEHIND_ONE = 16
+MODEL = {
+    "mass.m": (2.0, "kg"), "spring.K": (1.17e5, "N/m"), "spring.F0": (1950.0, "N"), "lugre.fc": (130.0, "N"),
+    "lugre.fs": (170.0, "N"), "lugre.vs": (1e-3, "m/s"), "lugre.sigma0": (3e6, "N/m"),
+    "lugre.sigma1": (3.5e3, "N s/m"), "lugre.sigma2": (1500.0, "N s/m"),
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Rig:
+    """Everything that the runs share."""
+
+    folder: Path
+    model: ValveModel
+    recording: Recording
+    port: int
+
+
+class Load(NamedTuple):
+    """missed : share of the deadlines; cost : processor time a valve [ms/s]; lost : samples that were dropped."""
+
+    missed: float
+    cost: float
+    lost: int
+
+
+def healthy() -> Recording:
+    """Four minutes of a valve in good order at 10 Hz."""
+
+    def stimulus(t: np.ndarray) -> np.ndarray:
+        columns = stimuli.constant(0.5)(t)
+        columns[:, 0] = 0.5 + 0.12 * np.sin(2 * np.pi * t / 14.0) + 0.08 * np.sin(2 * np.pi * t / 47.0)
+        return columns
+
+    scenario = Scenario("moved", "to and fro", stimulus, 250.0, (), 0.1)
+    made = run(scenario, Actuator("lugre", Parameters(), {}), Noise(3), duration=250.0, sample=0.1)[0]
+    kept = [made.si("time"), *(made.si(name) for name in ("setpoint", "position", "pressure"))]
+    cut = [Signal(one.name, one.values[100:], one.unit, one.role) for one in kept]
+    return Recording.of(cut, plant=Plant(stroke_m=0.0381, diaphragm_area_m2=0.029))
+
+
+@contextmanager
+def rig() -> Iterator[Rig]:
+    """A folder with model and map, and the devices."""
+    with tempfile.TemporaryDirectory() as name:
+        folder, recording = Path(name), healthy()
+        values = {key: Value(value=value, unit=unit) for key, (value, unit) in MODEL.items()}
+        plant: dict[str, float | str] = {"diaphragm_area_m2": 0.029, "stroke_m": 0.0381}
+        model = ValveModel(effects=("inertia", "spring", "lugre"), parameters=values, plant=plant)
+        model.write(folder / "model.json")
+        (folder / "map.toml").write_text(MAP)
+        np.save(folder / "table.npy", np.column_stack([recording[n].values for n in ("position", "setpoint", "pressure")]))
+        devices = Devices(folder / "table.npy")
+        try:
+            yield Rig(folder, model, recording, devices.port)
+        finally:
+            devices.kill()
+
+
+def watch_at(rig: Rig, rate: float) -> Watch:
+    """The detector, learned at a rate: the valve is as many times faster as the rate is above 10 Hz."""
+    slower = rate / 10.0
+    signals = [
+        Signal(one.name, one.values / (slower if one.role == "time" else 1.0), one.unit, one.role)
+        for one in rig.recording.signals.values()
+    ]
+    return learn_recordings([Recording.of(signals, plant=rig.recording.plant)], rig.model)
+
+
+def plan_for(rig: Rig, valves: int, rate: float, recorded: bool, watch: Watch | None) -> ServicePlan:
+    """A plant file for so many valves; with a detector their states are there already, else they learn for ever."""
+    lines = ['name = "bench"', f'state = "state-{valves}-{rate:g}-{watch is not None}"']
+    for k in range(valves):
+        if k % BEHIND_ONE == 0:
+            lines += ["[[source]]", f'address = "tcp://127.0.0.1:{rig.port}"', f"rate_hz = {rate}"]
+        lines += ["[[source.valve]]", f'tag = "V{k}"', 'map = "map.toml"', f"unit = {1 + k}", 'model = "model.json"']
+        lines.append("learn_s = 1e7")
+    lines += ["[recordings]", f'folder = "rec-{valves}-{rate:g}-{time.monotonic_ns()}"'] if recorded else []
+    path = rig.folder / "plant.toml"
+    path.write_text("\n".join(lines) + "\n")
+    plan = ServicePlan.of(PlantFile.read(path))
+    if watch is not None:
+        state = rig.folder / plan.plant.state
+        state.mkdir(exist_ok=True)
+        for valve in plan.valves:
+            monitor = Monitor.with_model({valve.tag: valve.signals}, rig.model)
+            monitor.resume({valve.tag: (watch, None)})
+            save_state(state / f"{valve.tag}.state.json", list(monitor.valves.values()), valve.model_key)
+    return plan
+
+
+async def loaded(plan: ServicePlan, seconds: float, metrics: bool) -> Load:
+    """Run the service, two seconds to settle, and count."""
+    service, stop = Service(plan, ServiceOutlets([], ("127.0.0.1", 0) if metrics else None)), asyncio.Event()
+    task = asyncio.create_task(service.run(stop))
+    await asyncio.sleep(2.0)
+    cost, began, before = time.process_time(), time.perf_counter(), service.status()
+    while time.perf_counter() - began < seconds:
+        await asyncio.sleep(min(1.0, seconds))
+        if metrics and service.metrics is not None:
+            url = f"http://127.0.0.1:{service.metrics.port}/metrics"
+            await asyncio.to_thread(lambda: urllib.request.urlopen(url, timeout=10).read())
+    spent, lasted, after = time.process_time() - cost, time.perf_counter() - began, service.status()
+    stop.set()
+    await task
+    firsts = range(0, len(after.valves), BEHIND_ONE)
+    late = sum(after.valves[k].link.late - before.valves[k].link.late for k in firsts)
+    due = sum(source.rate_hz * lasted for source in plan.sources)
+    return Load(late / due, 1e3 * spent / lasted / len(after.valves), sum(one.link.lost for one in after.valves))
+
+
+def held(rig: Rig, rate: float, watch: Watch, seconds: float, most: int) -> list[str]:
+    """How many valves at a rate, doubling."""
+    lines, valves = [], 1
+    while valves <= most:
+        load = asyncio.run(loaded(plan_for(rig, valves, rate, True, watch), seconds, True))
+        kept = load.missed < GOAL_MISSED and not load.lost
+        missed = f"{100 * load.missed:.2f} % of deadlines missed, {load.lost} samples dropped"
+        lines.append(f"  {rate:5g} Hz {valves:4} valves: {missed}, {load.cost:.2f} ms/s a valve{'' if kept else '  too many'}")
+        print(lines[-1], flush=True)
+        if not kept:
+            break
+        valves *= 2
+    return lines
+
+
+def added(rig: Rig, watch: Watch, seconds: float, valves: int, rate: float) -> str:
+    """What detection, recording and metrics cost over acquisition alone: medians of three turns."""
+
+    def cost(run: Callable[[], Load]) -> float:
+        return sorted(run().cost for _ in range(3))[1]
+
+    def service(recorded: bool, metrics: bool) -> Load:
+        return asyncio.run(loaded(plan_for(rig, valves, rate, recorded, watch), seconds, metrics))
+
+    alone = cost(lambda: asyncio.run(acquired(plan_for(rig, valves, rate, False, None), seconds)))
+    steps = [("detection", service(False, False)), ("and recording", service(True, False)),
+             ("and metrics", service(True, True))]  # fmt: skip
+    words = ", ".join(f"{name} {one.cost:.2f} ({100 * (one.cost / alone - 1):+.0f} %)" for name, one in steps)
+    return f"  {valves} valves at {rate:g} Hz, ms/s a valve: acquisition {alone:.2f}; with {words}; goal {GOAL_COST:+.0%}"
+
+
+async def acquired(plan: ServicePlan, seconds: float) -> Load:
+    """The sources alone, read by somebody who throws everything away."""
+
+    async def reading(k: int) -> None:
+        async with plan.sources[k].open() as source:
+            async for _ in source:
+                pass
+
+    tasks = [asyncio.create_task(reading(k)) for k in range(len(plan.sources))]
+    await asyncio.sleep(2.0)
+    cost, began = time.process_time(), time.perf_counter()
+    await asyncio.sleep(seconds)
+    spent, lasted = time.process_time() - cost, time.perf_counter() - began
+    for task in tasks:
+        task.cancel()
+    await asyncio.gather(*tasks, return_exceptions=True)
+    return Load(0.0, 1e3 * spent / lasted / len(plan.valves), 0)
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seconds", type=float, default=20.0, help="length of each run [s]")
+    parser.add_argument("--most", type=int, default=128, help="valves at most")
+    options = parser.parse_args()
+    print(machine())
+    with rig() as shared:
+        watches = {rate: watch_at(shared, rate) for rate in (10.0, 100.0)}
+        print(added(shared, watches[10.0], options.seconds, min(8, options.most), 10.0), flush=True)
+        for rate, watch in watches.items():
+            held(shared, rate, watch, options.seconds, options.most)
+
+
+if __name__ == "__main__":
+    main()

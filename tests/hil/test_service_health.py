@@ -1,0 +1,78 @@
+"""Health in the words of NE 107: which facts give which state, and since when."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+from itertools import product
+from math import inf
+
+import pytest
+
+from detector import KINDS
+from hil import Health
+from hil.service.health import FINE, Facts, Standing
+
+GOOD = Facts(0.1, 2.0, True, phase="watching")
+NOW = datetime(2026, 11, 23, 12, 0, tzinfo=UTC)
+
+
+def cause(facts: Facts):
+    return Standing.first().after(facts, NOW).cause
+
+
+def test_every_state_has_its_own_letter_shape_and_colour_and_the_worst_wins():
+    for of in ("letter", "shape", "colour", "rank"):
+        assert len({getattr(one, of) for one in Health}) == len(Health)
+    assert [one.letter for one in Health] == ["", "M", "S", "C", "F"]
+    assert Health.worst([Health.CHECK, Health.FAILURE, Health.GOOD]) is Health.FAILURE
+    assert Health.worst([]) is Health.GOOD
+
+
+@pytest.mark.parametrize(
+    ("changes", "health", "words"),
+    [
+        ({}, Health.GOOD, "as it was learned"),
+        ({"connected": False, "down": "refused"}, Health.CHECK, "no communication"),
+        ({"age_s": 5.0}, Health.CHECK, "stale"),
+        ({"bad": (("position", "bad: out of range"),)}, Health.CHECK, "cannot be used"),
+        ({"bad": (("flow", "bad: not a number"),)}, Health.OUT_OF_SPEC, "some values"),
+        ({"unsettled": ("gap: 3 s",)}, Health.OUT_OF_SPEC, "irregularly"),
+        ({"phase": "learning"}, Health.CHECK, "still being learned"),
+        ({"detector_error": "ValueError: x"}, Health.CHECK, "detection does not run"),
+        ({"phase": "alarm", "kind": "friction"}, Health.MAINTENANCE, "friction has changed"),
+        ({"phase": "alarm", "kind": "spring"}, Health.MAINTENANCE, "spring"),
+        ({"phase": "alarm", "kind": "sensor"}, Health.FAILURE, "position cannot be believed"),
+        ({"phase": "alarm", "kind": None}, Health.OUT_OF_SPEC, "no name"),
+    ],
+)
+def test_facts_give_a_state_a_reason_evidence_and_what_to_check(changes, health, words):
+    found = cause(replace(GOOD, **changes))
+    assert (found.health, words in found.reason) == (health, True)
+    if health is not Health.GOOD:
+        assert found.evidence
+        assert found.check
+
+
+def test_whatever_happens_to_the_link_it_is_never_a_fault_of_the_valve():
+    ages, connections, bad = (0.1, 5.0, inf), (True, False), ((), (("position", "x"),), (("flow", "x"),))
+    for age, connected, wrong, unsettled in product(ages, connections, bad, ((), ("gap",))):
+        facts = replace(GOOD, age_s=age, connected=connected, bad=wrong, unsettled=unsettled)
+        assert cause(facts).health not in (Health.FAILURE, Health.MAINTENANCE)
+
+
+def test_every_kind_of_alarm_has_words():
+    for kind in KINDS:
+        found = cause(replace(GOOD, phase="alarm", kind=kind, load=3.0, alarm_text="test 'x'"))
+        assert found.health is not Health.GOOD
+        assert found.evidence[0] == "test 'x'"
+        assert len(found.check) >= 2
+
+
+def test_since_stays_for_as_long_as_the_cause_does():
+    standing = Standing.first().after(GOOD, NOW)
+    assert (standing.cause, standing.since) == (FINE, NOW)
+    later = standing.after(replace(GOOD, age_s=0.2), NOW + timedelta(hours=1))
+    assert later.since == NOW
+    changed = later.after(replace(GOOD, phase="alarm", kind="friction"), NOW + timedelta(hours=2))
+    assert changed.since == NOW + timedelta(hours=2)

@@ -1,0 +1,101 @@
+"""The service for long: chaos for ten minutes, a day of twenty valves, and ten minutes at 100 Hz. Run with -m long."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+
+import numpy as np
+import pytest
+from link_peers import TcpPeer
+from monitor_rig import model_file
+from service_rig import Swinging, plan_of, plant_file, running
+from test_service_run import assert_every_value_true, chaos, recorded, usage
+
+from hil import Service, ServiceOutlets
+from recordings import Plant, Recording, Signal, write
+
+pytestmark = pytest.mark.long
+
+GROWTH_MB_PER_H = 1.0
+DAY_S, VALVES = 86400.0, 20
+
+
+def slope_per_hour(times_s: list[float], sizes: list[float]) -> float:
+    """Growth [a unit an hour], by a line through the second half: the first is warming up."""
+    half = len(times_s) // 2
+    return 3600.0 * float(np.polyfit(times_s[half:], sizes[half:], 1)[0])
+
+
+def test_ten_minutes_of_chaos(tmp_path):
+    asyncio.run(chaos(tmp_path, 600.0, seed=5))
+    assert sum(assert_every_value_true(recorded(tmp_path / "rec", tag)) for tag in ("V1", "V2")) > 1000
+
+
+def test_ten_minutes_at_100_hz_do_not_grow(tmp_path):
+    async def story() -> tuple[list[float], list[float], list[int], Service]:
+        times, sizes, open_ = [], [], []
+        async with TcpPeer(Swinging()) as peer:
+            more = '[recordings]\nfolder = "rec"\n'
+            plan = plan_of(plant_file(tmp_path, peer.port, rate_hz=100.0, more=more))
+            async with running(plan, ServiceOutlets([])) as service:
+                loop = asyncio.get_running_loop()
+                began = loop.time()
+                while loop.time() - began < 600.0:
+                    await asyncio.sleep(5.0)
+                    size, n = usage()
+                    times.append(loop.time() - began)
+                    sizes.append(size)
+                    open_.append(n)
+        return times, sizes, open_, service
+
+    times, sizes, open_, service = asyncio.run(story())
+    found = service.status().valves[0].link
+    print(f"{found.samples} samples, {found.late} late, {found.lost} lost, {slope_per_hour(times, sizes):.2f} MB/h")
+    assert found.lost == 0
+    assert max(open_[len(open_) // 2 :]) <= open_[len(open_) // 2] + 1
+    learning = 8.0 * 4 * 100 * 3600 / 1e6  # what the detector learns from is kept: 4 numbers a sample
+    assert slope_per_hour(times, sizes) - learning < GROWTH_MB_PER_H
+    assert assert_every_value_true(recorded(tmp_path / "rec", "V1")) > 30_000
+
+
+def day_of(seed: int) -> Recording:
+    """A day of a valve at 1 Hz that follows its set point, with noise."""
+    random, t = np.random.default_rng(seed), np.arange(0.0, DAY_S, 1.0)
+    asked = 0.5 + 0.2 * np.sin(t / 150.0) + 0.1 * np.sin(t / 1900.0)
+    x = 0.0381 * asked + random.normal(0.0, 1e-5, len(t))
+    signals = [
+        Signal("time", t, "s", "time"), Signal("setpoint", asked, "1", "input"), Signal("position", x, "m", "output"),
+    ]  # fmt: skip
+    return Recording.of(signals, plant=Plant(stroke_m=0.0381))
+
+
+def test_a_day_of_twenty_valves_does_not_grow(tmp_path):
+    model_file(tmp_path)
+    lines = ['name = "Day"', "figures_every_s = 20.0"]
+    for k in range(VALVES):
+        write(tmp_path / f"day{k}.h5", day_of(100 + k))
+        lines += ["[[source]]", f'address = "replay:day{k}.h5"', "[[source.valve]]", f'tag = "D{k}"']
+        lines += ['model = "model.json"', "learn_s = 7200.0"]
+    (tmp_path / "plant.toml").write_text("\n".join(lines) + '\n[recordings]\nfolder = "rec"\n')
+    plan = plan_of(tmp_path / "plant.toml")
+
+    async def story() -> tuple[list[float], list[float], Service]:
+        service, done, sizes = Service(plan, ServiceOutlets([])), [], []
+        task = asyncio.create_task(service.run(asyncio.Event()))
+        while not task.done():
+            await asyncio.sleep(2.0)
+            done.append(sum(one.link.samples for one in service.status().valves) / VALVES)  # seconds of the day
+            sizes.append(usage()[0])
+        await task
+        return done, sizes, service
+
+    done, sizes, service = asyncio.run(story())
+    print(f"{slope_per_hour(done, sizes):.3f} MB an hour of plant time")
+    assert slope_per_hour(done, sizes) < GROWTH_MB_PER_H
+    for one in service.status().valves:
+        assert (one.link.samples, one.link.lost) == (int(DAY_S), 0)
+        assert one.phase == "watching", one.evidence
+        assert one.figures is not None
+        kept = json.loads((tmp_path / "state" / f"{one.tag}.service.json").read_text())
+        assert kept["movements"]["observed_s"] == pytest.approx(DAY_S, rel=1e-3)

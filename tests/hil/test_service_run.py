@@ -1,0 +1,231 @@
+"""The service over real sockets: trouble of the link, of the disk and of a sink; killed and begun anew; what it opens."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import re
+import signal
+import sys
+import time
+import urllib.request
+from asyncio.subprocess import DEVNULL, PIPE
+from pathlib import Path
+
+import numpy as np
+import pytest
+from link_peers import TcpPeer
+from service_rig import PATIENCE, Swinging, plan_of, plant_file, position_mm, running, until
+
+from hil import Health, Service, ServiceOutlets
+from hil.testing import FaultSchedule, TcpFaultInjector
+from recordings import read, recover
+
+RECORDED = '[recordings]\nfolder = "rec"\n'
+HARM = (
+    "delay", "drop", "duplicate", "truncate", "wrong_unit", "wrong_function", "wrong_transaction", "wrong_count",
+    "bad_check", "exception", "silence", "close", "garbage", "drip",
+)  # fmt: skip
+
+
+def recorded(folder: Path, tag: str) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Counter and position [mm] of every recording of a valve, those of a killed service recovered."""
+    found = []
+    for path in sorted(folder.glob(f"{tag}-*.h5*")):
+        if path.suffix != ".h5":
+            continue
+        recover(path)
+        recording = read(path)
+        found.append((recording["counter"].values, recording["position"].values))
+    return found
+
+
+def assert_every_value_true(runs: list[tuple[np.ndarray, np.ndarray]]) -> int:
+    """Every position is the one that belongs to its counter, or missing; returns how many there are."""
+    n = 0
+    for counter, position in runs:
+        good = np.isfinite(counter) & np.isfinite(position)
+        assert np.array_equal(position[good], position_mm(counter[good]).astype(float))
+        n += int(good.sum())
+    return n
+
+
+def valve(service: Service, tag: str = "V1"):
+    return next(one for one in service.status().valves if one.tag == tag)
+
+
+def test_a_lost_link_is_check_function_within_two_seconds_and_back_within_two(tmp_path):
+    async def story() -> None:
+        device = Swinging()
+        peer = await TcpPeer(device).start()
+        async with running(plan_of(plant_file(tmp_path, peer.port, more=RECORDED))) as service:
+            await until(lambda: valve(service).link.samples > 20, "samples")
+            assert valve(service).latest["position"] == pytest.approx(0.019, abs=0.007)
+            await peer.stop()
+            gone = time.monotonic()
+            await until(lambda: valve(service).evidence and not valve(service).link.connected, "the loss is seen")
+            await until(lambda: "no communication" in valve(service).reason, "the health says so")
+            assert time.monotonic() - gone < 10.0  # two seconds on a machine of its own
+            found = valve(service)
+            assert found.health is Health.CHECK
+            assert found.check
+            assert found.latest == {}, "a stale value is not shown"
+            n = found.link.samples
+            await peer.start()
+            await until(lambda: valve(service).link.samples > n + 5, "samples again")
+            assert valve(service).link.reconnects == 1
+            await until(lambda: "no communication" not in valve(service).reason, "the health is back")
+            recent = service.recent("V1")
+            assert len(recent.time_s) == len(recent.position_m) > 20
+            assert recent.force_N is None
+            await until(lambda: (service.recorded("V1") or 0) > n, "recorded")
+        await peer.stop()
+        assert device.functions == {4}, "nothing but reading was asked"
+
+    asyncio.run(story())
+    assert assert_every_value_true(recorded(tmp_path / "rec", "V1")) > 25
+    assert json.loads((tmp_path / "state" / "V1.service.json").read_text())["movements"]["observed_s"] > 0
+
+
+def test_a_disk_and_a_sink_that_fail_or_hang_do_not_hold_up_the_others(tmp_path):
+    class Failing:
+        name = "failing"
+
+        def send(self, events):
+            raise ConnectionError("gone")
+
+        def close(self):
+            pass
+
+    async def story() -> None:
+        async with TcpPeer(Swinging()) as peer:
+            plan = plan_of(plant_file(tmp_path, peer.port, 2, more=RECORDED))
+            (tmp_path / "rec").write_text("a file where a folder should be")
+            async with running(plan, ServiceOutlets([Failing()])) as service:
+
+                def task(name: str):
+                    return next(one for one in service.status().tasks if one.name == name)
+
+                await until(lambda: task("recording V1").restarts >= 2, "recording is tried again")
+                assert "nothing can be written there" in task("recording V1").last_error
+                await until(lambda: task("failing").restarts >= 1, "the sink is tried again")
+                n = valve(service, "V2").link.samples
+                await until(lambda: valve(service, "V2").link.samples > n + 20, "reading goes on")
+                assert task("detection V2").restarts == 0
+                (tmp_path / "rec").unlink()
+                await until(lambda: (service.recorded("V1") or 0) > 10, "recording is back")
+
+    asyncio.run(story())
+
+
+async def chaos(folder: Path, seconds: float, seed: int) -> Service:
+    """A service behind a line on which everything goes wrong; memory and descriptors at the middle and at the end."""
+    device = Swinging()
+    schedule = FaultSchedule.even(0.3, *HARM, seed=seed, delay_s=0.3)
+    async with TcpPeer(device) as peer, TcpFaultInjector("127.0.0.1", peer.port, schedule) as line:
+        plan = plan_of(plant_file(folder, line.port, 2, 50.0, RECORDED))
+        async with running(plan, ServiceOutlets([])) as service:
+            await asyncio.sleep(seconds / 2)
+            middle = usage()
+            await asyncio.sleep(seconds / 2)
+            end = usage()
+            tasks = {task.name: task for task in service.status().tasks}
+            for one in service.status().valves:
+                assert one.link.samples > 0
+                assert one.health not in (Health.FAILURE, Health.MAINTENANCE), "trouble of the link is no fault"
+    assert device.functions == {4}
+    assert sum(line.injector.counts.values()) > 10
+    assert all(task.restarts == 0 for task in tasks.values()), tasks
+    assert end[1] <= middle[1] + 8, "descriptors"
+    assert end[0] - middle[0] < 30.0, "memory [MB]"
+    return service
+
+
+def usage() -> tuple[float, int]:
+    """Resident memory [MB] and open descriptors of this process."""
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6, len(os.listdir("/proc/self/fd"))
+
+
+def test_chaos_on_the_line_gives_no_wrong_value_no_exception_and_no_fault(tmp_path):
+    service = asyncio.run(chaos(tmp_path, 8.0, seed=4))
+    assert len(service.status().valves) == 2
+    assert sum(assert_every_value_true(recorded(tmp_path / "rec", tag)) for tag in ("V1", "V2")) > 20
+
+
+class ServiceProcess:
+    """`bristle monitor --plant` in its process."""
+
+    @classmethod
+    async def start(cls, path: Path) -> ServiceProcess:
+        self = cls()
+        command = (sys.executable, "-m", "bristle", "monitor", "--plant", str(path), "--metrics", "127.0.0.1:0")
+        self.process = await asyncio.create_subprocess_exec(*command, stdout=DEVNULL, stderr=PIPE)
+        said = ""
+        async with asyncio.timeout(PATIENCE):
+            while "metrics at" not in said:
+                line = await self.process.stderr.readline()
+                assert line, f"it ended: {said}"
+                said += line.decode()
+        self.said, self.url = said, re.search(r"http://\S+", said)[0]
+        return self
+
+    async def metric(self, name: str) -> float:
+        text = await asyncio.to_thread(lambda: urllib.request.urlopen(self.url, timeout=20).read().decode())
+        found = re.search(rf"^{re.escape(name)} (\S+)$", text, re.MULTILINE)
+        return float(found[1]) if found else 0.0
+
+    async def reached(self, name: str, least: float) -> float:
+        async with asyncio.timeout(PATIENCE):
+            while (value := await self.metric(name)) < least:
+                await asyncio.sleep(0.1)
+        return value
+
+    def listening(self) -> set[tuple[str, str]]:
+        """Where the process itself listens: kind and address, by its own descriptors."""
+        pid, own = self.process.pid, set()
+        for fd in os.listdir(f"/proc/{pid}/fd"):
+            found = re.match(r"socket:\[(\d+)\]", os.readlink(f"/proc/{pid}/fd/{fd}"))
+            own |= {found[1]} if found else set()
+        places = set()
+        for kind in ("tcp", "tcp6", "udp", "udp6"):
+            for line in Path(f"/proc/{pid}/net/{kind}").read_text().splitlines()[1:]:
+                words = line.split()
+                if words[9] in own and (words[3] == "0A" or kind.startswith("udp")):
+                    places.add((kind, words[1]))
+        return places
+
+
+RECORDED_V1 = 'bristle_valve_samples_recorded_total{valve="V1"}'
+
+
+def test_killed_and_begun_anew_nothing_acknowledged_is_lost_and_only_the_metrics_are_open(tmp_path):
+    async def story() -> float:
+        device = Swinging()
+        async with TcpPeer(device) as peer:
+            events = '[events]\nfile = "events.jsonl"\n'
+            path = plant_file(tmp_path, peer.port, more=RECORDED + events)
+            first = await ServiceProcess.start(path)
+            safe = await first.reached(RECORDED_V1, 40)
+            port = int(first.url.split(":")[2].split("/")[0])
+            assert first.listening() == {("tcp", f"0100007F:{port:04X}")}
+            first.process.kill()
+            await first.process.wait()
+            told = (tmp_path / "events.jsonl").read_text().splitlines()
+            assert all(json.loads(line)["kind"] for line in told)
+            (tmp_path / "state" / "V1.service.json").write_bytes(b"torn by a power cut")
+            second = await ServiceProcess.start(path)
+            assert "it is set aside" in second.said
+            await second.reached(RECORDED_V1, 10)
+            second.process.send_signal(signal.SIGTERM)
+            assert await asyncio.wait_for(second.process.wait(), PATIENCE) == 0
+            assert device.functions == {4}
+            return safe
+
+    safe = asyncio.run(story())
+    runs = recorded(tmp_path / "rec", "V1")
+    assert len(runs) == 2
+    assert len(runs[0][0]) >= safe
+    assert_every_value_true(runs)
+    assert list((tmp_path / "state").glob("*.unusable"))
