@@ -1,4 +1,4 @@
-"""The whole of it with real parts: a served valve, the monitor of a plant, its page in a browser, a fault by register."""
+"""All of it with real parts: a served valve, the monitor of a plant, its page in a browser, a fault by register."""
 
 from __future__ import annotations
 
