@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import math
 import time
+import urllib.request
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -22,6 +23,7 @@ from identification.standard_tests import Interval
 
 BEGAN = datetime(2026, 11, 23, 8, 0, tzinfo=UTC)
 RATE = 10.0
+PATIENCE_S = 120.0
 
 
 def link(**other) -> LinkStatus:
@@ -101,6 +103,7 @@ def served(shown: Shown, settings: PageSettings | None = None, recordings: Path 
         loop = LoopThread("page of a test")
         task = loop.start(page.always())
         try:
+            urllib.request.urlopen(f"{page.url}alive", timeout=PATIENCE_S).close()  # its process is there
             yield page
         finally:
             loop.run(_cancelled(task))
