@@ -17,7 +17,7 @@ import numpy as np
 from hil import MonitorEvent
 from hil.page import Page, PageSettings
 from hil.running import LoopThread
-from hil.service.in_service.figures import Histogram, InServiceFigures, Trended
+from hil.service.in_service.figures import Histogram, InServiceFigures, SignatureCurve, Trended
 from hil.service.status import Health, LinkStatus, PlantStatus, RecentSamples, TaskStatus, ValveStatus
 from identification.standard_tests import Interval
 
@@ -44,6 +44,7 @@ def figures() -> InServiceFigures:
     return InServiceFigures(
         BEGAN, 36_000.0, Histogram((0.0, 50.0, 100.0), (1800.0, 1800.0), "%"),
         Histogram((0.0, 50.0, 100.0), (70.0, 9.0), "%"), 812.4, 1034, friction=friction,
+        signature=SignatureCurve((0.0, 50.0, 100.0), (20.0, 60.0, 100.0), (10.0, 50.0, 90.0), "kPa"),
         dead_band=Trended(Interval(0.61, 0.55, 0.68), "%", None, 3, BEGAN), steps=4,
         notes=("The spring rate needs the diaphragm area.",),
     )  # fmt: skip

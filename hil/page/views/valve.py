@@ -13,13 +13,14 @@ from bokeh.document import Document, without_document_lock
 from bokeh.models import ColumnDataSource
 
 from hil.page.feed import Feed, FeedSamples
-from hil.page.views.figures import figure_rows
+from hil.page.views.figures import figure_rows, histograms, signature
 from hil.page.views.history import RecordedHistories, about, history_of
 from hil.page.views.live import CARRIER, LivePage
 from hil.page.views.plant import Badge, notices, silence_words
 from hil.page.views.plots import LOOP_S, SHOWN_S, HistoryPlot, LivePlots, history_plot, live_plots
 from hil.page.views.rendering import template
 from hil.page.views.words import SHOWN, clock, measured, since
+from hil.service.in_service.figures import InServiceFigures
 from hil.service.status import ValveStatus
 from recordings import Array, BadInput
 
@@ -65,7 +66,7 @@ class ValvePage:
                 load=valve.load, phase=valve.phase, old=bool(silence),
             ),
             "check": template("check.html").render(evidence=valve.evidence, check=valve.check),
-            "figures": template("figures.html").render(rows=figure_rows(valve.figures), figures=valve.figures),
+            "figures": _figures(valve.figures),
             "events": template("events.html").render(events=_newest(valve), clock=clock),
             "link": template("link.html").render(link=valve.link),
             "history": template("history.html").render(
@@ -121,6 +122,14 @@ async def _read(page: ValvePage, path: Path) -> None:
 def _fill(history: HistoryPlot, plots: Mapping[str, Mapping[str, Array]]) -> None:
     history.samples.data = dict(plots["samples"])
     history.wanted.data = dict(plots["wanted"])
+
+
+def _figures(figures: InServiceFigures | None) -> str:
+    return template("figures.html").render(
+        rows=figure_rows(figures), notes=() if figures is None else figures.notes,
+        histograms=[] if figures is None else histograms(figures),
+        signature=None if figures is None else signature(figures.signature),
+    )  # fmt: skip
 
 
 def _newest(valve: ValveStatus) -> Sequence[object]:
