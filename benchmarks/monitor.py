@@ -84,7 +84,9 @@ def rig() -> Iterator[Rig]:
         model = ValveModel(effects=("inertia", "spring", "lugre"), parameters=values, plant=plant)
         model.write(folder / "model.json")
         (folder / "map.toml").write_text(MAP)
-        np.save(folder / "table.npy", np.column_stack([recording[n].values for n in ("position", "setpoint", "pressure")]))
+        np.save(
+            folder / "table.npy", np.column_stack([recording[n].values for n in ("position", "setpoint", "pressure")])
+        )
         devices = Devices(folder / "table.npy")
         try:
             yield Rig(folder, model, recording, devices.port)
@@ -124,6 +126,13 @@ def plan_for(rig: Rig, valves: int, rate: float, recorded: bool, watch: Watch | 
     return plan
 
 
+def fetched(url: str) -> bytes:
+    """What is behind an address."""
+    with urllib.request.urlopen(url, timeout=10) as answer:
+        found: bytes = answer.read()
+    return found
+
+
 async def loaded(plan: ServicePlan, seconds: float, metrics: bool) -> Load:
     """Run the service, two seconds to settle, and count."""
     service, stop = Service(plan, ServiceOutlets([], ("127.0.0.1", 0) if metrics else None)), asyncio.Event()
@@ -133,8 +142,7 @@ async def loaded(plan: ServicePlan, seconds: float, metrics: bool) -> Load:
     while time.perf_counter() - began < seconds:
         await asyncio.sleep(min(1.0, seconds))
         if metrics and service.metrics is not None:
-            url = f"http://127.0.0.1:{service.metrics.port}/metrics"
-            await asyncio.to_thread(lambda: urllib.request.urlopen(url, timeout=10).read())
+            await asyncio.to_thread(fetched, f"http://127.0.0.1:{service.metrics.port}/metrics")
     spent, lasted, after = time.process_time() - cost, time.perf_counter() - began, service.status()
     stop.set()
     await task
@@ -151,7 +159,9 @@ def held(rig: Rig, rate: float, watch: Watch, seconds: float, most: int) -> list
         load = asyncio.run(loaded(plan_for(rig, valves, rate, True, watch), seconds, True))
         kept = load.missed < GOAL_MISSED and not load.lost
         missed = f"{100 * load.missed:.2f} % of deadlines missed, {load.lost} samples dropped"
-        lines.append(f"  {rate:5g} Hz {valves:4} valves: {missed}, {load.cost:.2f} ms/s a valve{'' if kept else '  too many'}")
+        lines.append(
+            f"  {rate:5g} Hz {valves:4} valves: {missed}, {load.cost:.2f} ms/s a valve{'' if kept else '  too many'}"
+        )
         print(lines[-1], flush=True)
         if not kept:
             break
@@ -172,7 +182,9 @@ def added(rig: Rig, watch: Watch, seconds: float, valves: int, rate: float) -> s
     steps = [("detection", service(False, False)), ("and recording", service(True, False)),
              ("and metrics", service(True, True))]  # fmt: skip
     words = ", ".join(f"{name} {one.cost:.2f} ({100 * (one.cost / alone - 1):+.0f} %)" for name, one in steps)
-    return f"  {valves} valves at {rate:g} Hz, ms/s a valve: acquisition {alone:.2f}; with {words}; goal {GOAL_COST:+.0%}"
+    return (
+        f"  {valves} valves at {rate:g} Hz, ms/s a valve: acquisition {alone:.2f}; with {words}; goal {GOAL_COST:+.0%}"
+    )
 
 
 async def acquired(plan: ServicePlan, seconds: float) -> Load:

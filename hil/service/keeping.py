@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, Literal, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, ValidationError
 
 from hil.monitor.state import load_state, save_state
 from hil.service.health import Cause, Standing
@@ -34,7 +34,7 @@ class KeptStanding(BaseModel):
     key: Words
     health: Health
     reason: Words
-    since: datetime
+    since: Annotated[AwareDatetime, Field(ge=datetime(2000, 1, 1, tzinfo=UTC), le=datetime(2200, 1, 1, tzinfo=UTC))]
     movements: KeptMovements
 
 

@@ -85,13 +85,17 @@ class ValveLane:
 
     async def run(self) -> None:
         """Detect until cancelled. Raises what detection raises; the item that it raised for is not seen again."""
-        await self._prepare()
-        while True:
-            items = self._queue.take(BATCH)
-            for item in items:
-                await self.take(item)
-            self.error = ""
-            await asyncio.sleep(0.0 if len(items) == BATCH else NAP_S)
+        try:
+            await self._prepare()
+            while True:
+                items = self._queue.take(BATCH)
+                for item in items:
+                    await self.take(item)
+                self.error = ""
+                await asyncio.sleep(0.0 if len(items) == BATCH else NAP_S)
+        except Exception as error:
+            self.error = f"{type(error).__name__}: {error}"
+            raise
 
     async def _prepare(self) -> None:
         """Learn from the recordings that the plan names, unless it is known already."""
@@ -114,11 +118,7 @@ class ValveLane:
             self._publish(event)
 
     async def _seen(self, item: Sample | LinkEvent) -> MonitorEvent | None:
-        try:
-            event = await self.monitor.take(item)
-        except Exception as error:
-            self.error = f"{type(error).__name__}: {error}"
-            raise
+        event = await self.monitor.take(item)
         measured, judgement = self.watch.measured, self.watch.judgement
         if isinstance(item, Sample) and measured is not None:
             values = measured.values

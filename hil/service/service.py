@@ -35,7 +35,7 @@ from hil.service.supervision import SupervisedTask
 WAITING = 3000
 """Items that may wait for detection or for the disk, of each valve: 5 min at 10 Hz, 30 s at 100 Hz; 8 MB."""
 
-JUDGE_S, SAVE_S, FIGURES_LOOK_S = 0.25, 60.0, 1.0
+JUDGE_S, SAVE_S, FIGURES_LOOK_S, LOOK_S = 0.25, 60.0, 1.0, 0.05
 DRAIN_S = 10.0
 """At the end: for so long what was read already may still be looked at and written [s]."""
 
@@ -149,7 +149,7 @@ class Service:
             self._notifier.ready(self._words())
             await self._until(stop)
             self._notifier.stopping()
-            await self._drained(reading)
+            await self._drained(reading, stop)
         finally:
             self._thread.close()
             for one in work:
@@ -164,8 +164,8 @@ class Service:
             with suppress(TimeoutError):
                 await asyncio.wait_for(stop.wait(), JUDGE_S)
 
-    async def _drained(self, reading: Sequence[asyncio.Task[None]]) -> None:
-        """Stop reading, and let what was read be looked at, written and told."""
+    async def _drained(self, reading: Sequence[asyncio.Task[None]], stop: asyncio.Event) -> None:
+        """Stop reading, and let what was read be looked at, written and told; not for long once `stop` is set."""
         assert self._thread is not None
 
         async def cancel() -> None:
@@ -176,12 +176,13 @@ class Service:
         await asyncio.to_thread(self._thread.run, cancel())
         self._ending.set()
         recordings = [task for task in self._tasks if task.name.startswith("recording ")]
-        patience = time.monotonic() + DRAIN_S
-        while time.monotonic() < patience:
+        patience = DRAIN_S
+        while patience > 0.0:
             waiting = any(map(len, self._queues)) or any(task.running for task in recordings)
             if not waiting and all(sink.idle for sink in self._sinks):
                 break
-            await asyncio.sleep(0.05)
+            await asyncio.sleep(LOOK_S)
+            patience -= LOOK_S if stop.is_set() else 0.0
         await self._judge_once()
 
     def _publish(self, event: MonitorEvent) -> None:

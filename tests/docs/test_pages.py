@@ -21,6 +21,7 @@ NOT_RUN = {
     "docs/how-to/fit.md": [DATA],
     "docs/how-to/page.md": [DEVICE, DEVICE],
     "docs/how-to/record.md": [DEVICE],
+    "docs/how-to/service.md": [DEVICE],
     "docs/how-to/trace.md": [README],
     "docs/how-to/watch.md": [DEVICE],
     "docs/studies/real-measurements.md": [DATA, DATA],
@@ -28,7 +29,8 @@ NOT_RUN = {
 }
 """Why the blocks of a page that are marked `no-test` do not run, one reason for each. Their options are tested."""
 
-LANGUAGES = {"console", "python", "toml", "csv", "json", "{toctree}", "{eval-rst}", "{image}", "{literalinclude}"}
+TEXTS = {"console", "python", "toml", "csv", "json", "yaml"}
+LANGUAGES = TEXTS | {"{toctree}", "{eval-rst}", "{image}", "{literalinclude}"}
 RUN = {
     str(page.relative_to(ROOT)): page
     for page in PAGES

@@ -68,13 +68,20 @@ def _words(value: float) -> tuple[int, int]:
     return struct.unpack(">2H", struct.pack(">f", value))
 
 
-def plant_file(folder: Path, port: int, valves: int = 1, rate_hz: float = 20.0, more: str = "") -> Path:
+def plant_file(
+    folder: Path, port: int, valves: int = 1, rate_hz: float = 20.0, more: str = "", timeout_s: float = 2.0
+) -> Path:
     """A plant of valves V1, V2, ... behind one port; they learn for ever. more : further tables."""
     folder.mkdir(parents=True, exist_ok=True)
     if not (folder / "model.json").exists():
         model_file(folder)
         (folder / "map.toml").write_text(MAP)
-    lines = ['name = "Rig"', "[[source]]", f'address = "tcp://127.0.0.1:{port}?timeout=0.2"', f"rate_hz = {rate_hz}"]
+    lines = [
+        'name = "Rig"',
+        "[[source]]",
+        f'address = "tcp://127.0.0.1:{port}?timeout={timeout_s}"',
+        f"rate_hz = {rate_hz}",
+    ]
     for unit in range(1, valves + 1):
         lines += ["[[source.valve]]", f'tag = "V{unit}"', 'map = "map.toml"', 'model = "model.json"']
         lines += [f"unit = {unit}", "learn_s = 1e6"]

@@ -15,7 +15,7 @@ import yaml
 from prometheus_client import generate_latest
 from service_rig import plan_of, plant_file, until
 
-from hil import MonitorEvent, PlantFile, Service
+from hil import BackOff, MonitorEvent, PlantFile, Service
 from hil.service.outlets.json_lines import JsonLines
 from hil.service.outlets.metrics import registry_of
 from hil.service.outlets.mqtt import MqttSink
@@ -56,8 +56,6 @@ def test_events_wait_for_a_sink_that_is_away_and_come_in_order():
     async def story() -> None:
         sink = Away()
         task = SinkTask(sink)
-        from hil import BackOff
-
         supervised = SupervisedTask("away", task.run, again=BackOff(0.01, 0.01))
         work = asyncio.create_task(supervised.run())
         for event in EVENTS:
@@ -164,10 +162,15 @@ def test_every_rule_and_every_panel_asks_for_something_that_is_exported(exported
     assert len(rules) >= 8
     assert len(targets) >= 15
     for expression in [rule["expr"] for rule in rules] + targets:
-        assert queried(expression) and queried(expression) <= names, expression
+        assert queried(expression), expression
+        assert queried(expression) <= names, expression
     assert {name for name in names if name.startswith("bristle_valve")} <= set().union(
         *map(queried, [*targets, *(rule["expr"] for rule in rules)]),
-        {"bristle_valve_health", "bristle_valve_health_since_timestamp_seconds", "bristle_valve_observed_seconds_total"},
+        {
+            "bristle_valve_health",
+            "bristle_valve_health_since_timestamp_seconds",
+            "bristle_valve_observed_seconds_total",
+        },
     )
     assert all(rule["annotations"]["summary"] and rule["labels"]["severity"] for rule in rules)
 

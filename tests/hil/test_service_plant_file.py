@@ -23,8 +23,13 @@ def test_the_check_says_what_would_be_polled_and_sends_nothing(tmp_path, capsys)
 
     assert asyncio.run(story()) == 0
     said = capsys.readouterr().out
-    for words in ("12.5 rounds of 2 requests a second, 25 requests a second", "V2: position, counter, setpoint",
-                  "unit 2, function 4, registers 0 to 4", "http://127.0.0.1:9108/metrics", "a new file every 24 h"):
+    for words in (
+        "12.5 rounds of 2 requests a second, 25 requests a second",
+        "V2: position, counter, setpoint",
+        "unit 2, function 4, registers 0 to 4",
+        "http://127.0.0.1:9108/metrics",
+        "a new file every 24 h",
+    ):
         assert words in said  # fmt: skip
     assert not (tmp_path / "rec").exists()
 

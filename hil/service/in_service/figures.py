@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from datetime import datetime
+from typing import TYPE_CHECKING
 
-from identification.standard_tests import Interval
+if TYPE_CHECKING:  # the room behind it takes its time to load, and whoever only records does not need it
+    from identification.standard_tests import Interval
 
 
 @dataclass(frozen=True)

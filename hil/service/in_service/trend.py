@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from datetime import UTC, datetime
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy.stats import t as student
 
 from hil.service.in_service.figures import Trended
-from identification.standard_tests import Interval
+
+if TYPE_CHECKING:
+    from identification.standard_tests import Interval
 
 MOST = 400
 """Values that are kept; when there are more, every second of the older half goes."""
@@ -45,6 +46,8 @@ def trended(history: Sequence[Seen], unit: str) -> Trended | None:
     The slope is that of ordinary least squares. Its interval comes from the scatter of the values about the line, so
     that what repeats badly has a wide one.
     """
+    from identification.standard_tests import Interval  # see `figures`
+
     if not history:
         return None
     last = history[-1]
@@ -53,6 +56,10 @@ def trended(history: Sequence[Seen], unit: str) -> Trended | None:
 
 
 def _slope(history: Sequence[Seen]) -> Interval | None:
+    from scipy.stats import t as student
+
+    from identification.standard_tests import Interval
+
     days = np.array([one.at for one in history]) / DAY_S
     values = np.array([one.value for one in history])
     x = days - days.mean()

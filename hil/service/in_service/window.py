@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from hil.service.in_service.figures import SignatureCurve
-from identification.standard_tests import Interval, TestKind, standard_test
 from recordings import Array, BadInput, Plant, Recording, Signal
+
+if TYPE_CHECKING:
+    from identification.standard_tests import Interval, TestKind
 
 SIGNALS = ("position", "setpoint", "drive", "pressure", "force")
 """What is kept of every sample, beside its time."""
@@ -64,12 +66,16 @@ def looked_at(rows: Array, present: Sequence[str], plant: Plant) -> WindowResult
 
 
 def _put(values: dict[str, Interval], name: str, found: Any) -> None:
+    from identification.standard_tests import Interval  # see `figures`
+
     if isinstance(found, Interval) and np.all(np.isfinite([found.value, found.lower, found.upper])):
         values[name] = found
 
 
 def _tested(recording: Recording, kind: TestKind, notes: list[str]) -> Mapping[str, Any]:
     """The values of a test; none, with a note, where the window does not hold it."""
+    from identification.standard_tests import standard_test
+
     try:
         return standard_test([recording], kind).values
     except BadInput as problem:
