@@ -55,16 +55,16 @@ def command(
 
     Example: bristle monitor --map damadics --source tcp://127.0.0.1:5020 --model model.json --learn 300
     """
-    from bristle.cli.live_page import page_settings
+    from bristle.cli.watching.live_page import page_settings
 
     settings = page_settings(page, expose, page_token, page_cert, page_key)
     if plant_file or plant or check:
-        from bristle.cli.service import plant_service
+        from bristle.cli.watching.service import plant_service
 
         plant_service(plant_file or plant, check, duration, metrics, on_event, settings)
         return
-    from bristle.cli import monitoring
     from bristle.cli.sources import valves_from
+    from bristle.cli.watching import monitoring
     from hil import Polling, RecorderSettings, RingReading, open_source
     from recordings import BadInput
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import IO, Any
 
-from bristle.cli.live_page import announce
+from bristle.cli.watching.live_page import announce
 from detector import LEAST_STROKES, Watch, described, learn_recordings
 from hil import (
     Monitor,

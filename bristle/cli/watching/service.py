@@ -10,8 +10,8 @@ from collections.abc import Mapping
 from contextlib import ExitStack
 from pathlib import Path
 
-from bristle.cli.live_page import announce, plant_page
 from bristle.cli.terminal import plain_text
+from bristle.cli.watching.live_page import announce, plant_page
 from hil import Page, PageSettings, PlantFile, Service, ServicePlan, ServiceSession, ServiceTask, run_service
 from recordings import BadInput, NegativeAnswer
 
