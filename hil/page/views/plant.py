@@ -61,15 +61,15 @@ def plant_pieces(feed: Feed) -> Mapping[str, str]:
     """What is shown now, by place."""
     status = feed.status
     if status is None:
-        return {"head": "", "notices": "", "valves": "<p>The monitor has not said anything yet.</p>"}
+        return {"head": "", "notices": "", "valves": "<p>The monitor has not said anything yet.</p>", "tasks": ""}
+    lines = [line_of(one, feed, status.at) for one in worst_first(feed, status)]
     return {
         "head": template("plant_head.html").render(
             plant=status.plant, worst=Badge.of(status.health), counts=_counts(status)
         ),
         "notices": template("notices.html").render(notices=notices(feed, status)),
-        "valves": template("valves.html").render(
-            valves=[line_of(one, feed, status.at) for one in worst_first(feed, status)]
-        ),
+        "valves": template("valves.html").render(valves=lines),
+        "tasks": template("tasks.html").render(n=len(status.tasks), troubled=_troubled(status)),
     }
 
 
@@ -105,12 +105,16 @@ def notices(feed: Feed, status: PlantStatus) -> list[str]:
 
 
 def _about(task: TaskStatus) -> str:
-    if not task.running:
-        why = f" ({task.last_error})" if task.last_error else ""
-        return f"The task '{task.name}' does not run{why}. It is begun anew by itself."
-    if task.dropped:
-        return f"The task '{task.name}' was too slow for {task.dropped} items."
-    return ""
+    if task.running:
+        return ""
+    if task.last_error:
+        return f"The task '{task.name}' does not run ({task.last_error}). It is begun anew by itself."
+    return f"The task '{task.name}' has ended."
+
+
+def _troubled(status: PlantStatus) -> list[TaskStatus]:
+    """Tasks of which more can be said than that they run."""
+    return [task for task in status.tasks if not task.running or task.restarts or task.dropped]
 
 
 def _counts(status: PlantStatus) -> str:

@@ -14,10 +14,10 @@ from bokeh.models import ColumnDataSource
 
 from hil.page.feed import Feed, FeedSamples
 from hil.page.views.figures import figure_rows, histograms, signature
-from hil.page.views.history import RecordedHistories, about, history_of
+from hil.page.views.history import RecordedHistories, RecordedHistory, about, history_of
 from hil.page.views.live import CARRIER, LivePage
 from hil.page.views.plant import Badge, notices, silence_words
-from hil.page.views.plots import LOOP_S, SHOWN_S, HistoryPlot, LivePlots, history_plot, live_plots
+from hil.page.views.plots import LOOP_S, SHOWN_S, LivePlots, history_plot, live_plots
 from hil.page.views.rendering import template
 from hil.page.views.words import SHOWN, clock, measured, since
 from hil.service.in_service.figures import InServiceFigures
@@ -26,7 +26,7 @@ from recordings import Array, BadInput
 
 NEWEST_EVENTS = 20
 MOST_DRAWN = 4000
-"""FeedSamples in a drawing that follows."""
+"""Samples in a drawing that follows."""
 
 
 class ValvePage:
@@ -41,10 +41,10 @@ class ValvePage:
         self._choice = ColumnDataSource(data={"file": [""]}, name="choice", tags=CARRIER)
         self._choice.on_change("data", self._choose)
         live = LivePage(doc, "valve.html", tag, "/", self._pieces)
-        live.also(self._draw)
         for root in (self._choice, self._plots.position, self._plots.evidence, self._plots.force, self._history.plot):
             doc.add_root(root)
         if feed.valve(tag) is not None:
+            live.also(self._draw)
             feed.look(tag)
             doc.on_session_destroyed(self._closed)
 
@@ -91,13 +91,22 @@ class ValvePage:
         if path is None:
             return
         self._chosen, self._said = chosen, "Reading …"
-        self._doc.add_next_tick_callback(partial(_read, self, path))
 
-    def show(self, said: str, plots: Mapping[str, Mapping[str, Array]] | None) -> None:
-        """What came of reading a recording."""
-        self._said = said
-        if plots is not None:
-            _fill(self._history, plots)
+        @without_document_lock  # the page goes on meanwhile
+        async def read() -> None:
+            try:
+                found = await asyncio.to_thread(history_of, path)
+            except (BadInput, OSError) as problem:
+                self._said = str(problem)
+            else:
+                self._doc.add_next_tick_callback(partial(self._show, found))
+
+        self._doc.add_next_tick_callback(read)
+
+    def _show(self, found: RecordedHistory) -> None:
+        self._said = about(found)
+        self._history.samples.data = dict(found.samples)
+        self._history.wanted.data = dict(found.wanted)
 
 
 def valve_document(feed: Feed, recordings: Path | None, doc: Document) -> None:
@@ -105,23 +114,6 @@ def valve_document(feed: Feed, recordings: Path | None, doc: Document) -> None:
     arguments = doc.session_context.request.arguments if doc.session_context else {}
     tag = arguments.get("tag", [b""])[0].decode(errors="replace")
     ValvePage(feed, recordings, tag, doc)
-
-
-@without_document_lock
-async def _read(page: ValvePage, path: Path) -> None:
-    """Read beside the page, which goes on meanwhile."""
-    try:
-        found = await asyncio.to_thread(history_of, path)
-    except BadInput as problem:
-        page.show(str(problem), None)
-        return
-    then = partial(page.show, about(found), {"samples": found.samples, "wanted": found.wanted})
-    page._doc.add_next_tick_callback(then)
-
-
-def _fill(history: HistoryPlot, plots: Mapping[str, Mapping[str, Array]]) -> None:
-    history.samples.data = dict(plots["samples"])
-    history.wanted.data = dict(plots["wanted"])
 
 
 def _figures(figures: InServiceFigures | None) -> str:
