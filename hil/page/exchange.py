@@ -102,10 +102,15 @@ def _answers() -> TypeAdapter[PageAnswer]:
 def _newer(recent: RecentSamples, after: float) -> RecentColumns:
     first = int(np.searchsorted(recent.time_s, after, side="right"))
     chosen = slice(first, None, max(1, math.ceil((len(recent.time_s) - first) / MOST_POINTS)))
-    columns: dict[str, Array | None] = {name: getattr(recent, name) for name in COLUMNS}
+
+    def values(column: Array) -> tuple[float, ...]:
+        return tuple(column[chosen].tolist())
+
+    setpoint, force = recent.setpoint_m, recent.force_N
     return RecentColumns(
-        **{name: None if column is None else tuple(column[chosen].tolist()) for name, column in columns.items()}
-    )
+        values(recent.time_s), values(recent.position_m), None if setpoint is None else values(setpoint),
+        None if force is None else values(force), values(recent.residual), values(recent.threshold),
+    )  # fmt: skip
 
 
 def _plain(value: Any) -> Any:

@@ -7,6 +7,7 @@ import math
 import time
 from collections import Counter
 from dataclasses import dataclass
+from io import RawIOBase
 
 from hil.page.exchange import COLUMNS, PageAnswer, RecentColumns, asked, understood
 from hil.service.status import PlantStatus, ValveStatus
@@ -31,12 +32,12 @@ class Silence:
 
 
 class Feed:
-    """The plant as it was last told. reader, writer : the pipe to the monitor."""
+    """The plant as it was last told. answers, questions : the pipes from the monitor and to it, unbuffered."""
 
-    def __init__(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        self._reader, self._writer = reader, writer
+    def __init__(self, answers: asyncio.StreamReader, questions: RawIOBase) -> None:
+        self._answers, self._questions = answers, questions
         self.status: PlantStatus | None = None
-        self._told_s = self._began_s = time.monotonic()
+        self._told_s = time.monotonic()
         self._looked_at: Counter[str] = Counter()
         self._samples: dict[str, FeedSamples] = {}
         self._first: dict[str, tuple[float, int]] = {}
@@ -50,9 +51,8 @@ class Feed:
 
     async def ask(self) -> bool:
         """Ask once; returns whether the monitor is still there."""
-        self._writer.write(asked({tag: self.samples(tag).newest_s for tag in +self._looked_at}))
-        await self._writer.drain()
-        line = await self._reader.readline()
+        self._questions.write(asked({tag: self.samples(tag).newest_s for tag in +self._looked_at}))  # a small one
+        line = await self._answers.readline()
         if line:
             self._take(understood(line))
         return bool(line)

@@ -9,6 +9,7 @@ import socket
 import sys
 from contextlib import suppress
 from functools import partial
+from io import FileIO, RawIOBase
 
 from hil.page.exchange import LONGEST_LINE
 from hil.page.feed import Feed
@@ -21,10 +22,12 @@ NICENESS = 5
 """Acquisition goes first where the two share a processor."""
 
 
-async def _main(questions: int) -> None:
-    reader, writer = await _pipe(questions)
-    start = PageStart.model_validate_json(await reader.readline())
-    feed = Feed(reader, writer)
+async def _main(questions: RawIOBase) -> None:
+    answers = asyncio.StreamReader(limit=LONGEST_LINE)
+    protocol = asyncio.StreamReaderProtocol(answers)
+    await asyncio.get_running_loop().connect_read_pipe(lambda: protocol, sys.stdin.buffer)
+    start = PageStart.model_validate_json(await answers.readline())
+    feed = Feed(answers, questions)
     await feed.ask()  # whoever comes first sees something
     with socket.socket(fileno=start.listening) as listening:
         documents = {"/": partial(plant_document, feed), "/valve": partial(valve_document, feed, start.recordings)}
@@ -32,24 +35,13 @@ async def _main(questions: int) -> None:
             await feed.run()
 
 
-async def _pipe(questions: int) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
-    """The pipe to the monitor: its answers on standard input, our questions to a number that nothing prints to."""
-    loop = asyncio.get_running_loop()
-    reader = asyncio.StreamReader(limit=LONGEST_LINE)
-    await loop.connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), sys.stdin.buffer)
-    transport, protocol = await loop.connect_write_pipe(
-        asyncio.streams.FlowControlMixin, os.fdopen(questions, "wb", buffering=0)
-    )
-    return reader, asyncio.StreamWriter(transport, protocol, reader, loop)
-
-
 def main() -> None:
     """Serve until the pipe is closed."""
-    questions = os.dup(1)
+    questions = FileIO(os.dup(1), "wb")
     os.dup2(2, 1)  # whatever is printed must not stand among the questions
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the monitor hears it, and closes the pipe
     os.nice(NICENESS)
-    with suppress(ConnectionError, asyncio.IncompleteReadError):
+    with suppress(ConnectionError):  # the monitor has gone
         asyncio.run(_main(questions))
 
 

@@ -61,7 +61,7 @@ class _Alive(RequestHandler):
         self.set_status(204)
 
 
-class _Application(BokehTornado):
+class _Application(BokehTornado):  # type: ignore[misc]  # bokeh has no types
     """Bokeh's application, with its script from this server whatever the environment says."""
 
     def resources(self, absolute_url: str | bool | None = None) -> Resources:

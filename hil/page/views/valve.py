@@ -92,7 +92,6 @@ class ValvePage:
             return
         self._chosen, self._said = chosen, "Reading …"
 
-        @without_document_lock  # the page goes on meanwhile
         async def read() -> None:
             try:
                 found = await asyncio.to_thread(history_of, path)
@@ -101,7 +100,7 @@ class ValvePage:
             else:
                 self._doc.add_next_tick_callback(partial(self._show, found))
 
-        self._doc.add_next_tick_callback(read)
+        self._doc.add_next_tick_callback(without_document_lock(read))  # the page goes on meanwhile
 
     def _show(self, found: RecordedHistory) -> None:
         self._said = about(found)
