@@ -17,7 +17,7 @@ install: .venv/installed
 	@touch $@
 
 demo: install
-	$(BIN)/bristle demo --out demo-output
+	$(BIN)/bristle demo --out demo-output $(if $(KEEP),--keep)
 
 # Bytecode is written even where the environment forbids it: the tests start many processes.
 test: install

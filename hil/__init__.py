@@ -2,9 +2,9 @@
 
 One Modbus reply becomes a stored value in these folders, in this order: ``modbus`` (messages, frames, addresses, TLS,
 serial lines), ``client`` (a link that stays open), ``registers`` (what registers mean), ``source`` (samples with a
-quality for every value), ``recorder`` (files) and ``monitor`` (events). ``service`` does it for many valves and for
-years. ``plant`` and ``server`` are the other end of the line, ``testing`` what goes wrong on it. `BackgroundServer` and
-`BackgroundRecorder` are for programs without an event loop.
+quality for every value), ``recorder`` (files) and ``monitor`` (events); ``service`` does it for many valves and for
+years, and ``page`` shows it. ``plant`` and ``server`` are the other end of the line, ``testing`` what goes wrong on it.
+`BackgroundServer` and `BackgroundRecorder` are for programs without an event loop.
 """
 
 from hil.background import BackgroundRecorder, BackgroundServer
@@ -16,6 +16,9 @@ from hil.monitor.monitor import Monitor
 from hil.monitor.session import MonitorEnd, MonitorSession, monitor_session
 from hil.monitor.state import load_state, save_state
 from hil.monitor.valve import WatchStatus
+from hil.page.access import PageSettings
+from hil.page.shown_monitor import ShownMonitor
+from hil.page.task import Page
 from hil.plant.actuator import ActuatorPlant, ActuatorSetup
 from hil.plant.pace import Lateness, LatenessReport, Pace
 from hil.plant.plant import Command, ServedPlant
@@ -67,6 +70,8 @@ __all__ = [
     "MonitorSession",
     "NetworkAddress",
     "Pace",
+    "Page",
+    "PageSettings",
     "PlantFile",
     "PlantStatus",
     "Point",
@@ -98,6 +103,7 @@ __all__ = [
     "ServicePlan",
     "ServiceSession",
     "ServiceTask",
+    "ShownMonitor",
     "Source",
     "SourceWrapper",
     "Statistics",

@@ -27,6 +27,7 @@ from recordings.text_files import check_depth, read_small_json, read_small_text,
 from recordings.units import UNITS, Unit, convert, find_unit, unit
 from recordings.views.description import describe
 from recordings.views.page import picture
+from recordings.views.pictures import envelope
 
 __all__ = [
     "LARGEST",
@@ -66,6 +67,7 @@ __all__ = [
     "classes_of",
     "convert",
     "describe",
+    "envelope",
     "find_unit",
     "instances_of",
     "open_recording",

@@ -40,21 +40,45 @@ class Certificates:
         return self._loaded(ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT))
 
     def _loaded(self, context: ssl.SSLContext) -> ssl.SSLContext:
-        context.minimum_version = ssl.TLSVersion.TLSv1_2
+        _load_own(context, self.certificate, self.key)
         try:
-            context.load_cert_chain(self.certificate, self.key, password=_no_password)
             context.load_verify_locations(self.authority)
         except ssl.SSLError as error:
-            found = f"not accepted by the TLS library ({error.reason or error})"
-            raise BadInput(str(self.certificate), found, "make new certificates") from None
+            raise _not_accepted(self.certificate, error) from None
         return context
 
     def _check(self) -> list[x509.Certificate]:
         """All that can be wrong with the files by themselves; returns whom the other side must be vouched for by."""
         own, authorities = _certificates(self.certificate), _certificates(self.authority)
-        if _public_key(self.key) != own[0].public_key().public_bytes(Encoding.DER, PublicFormat.SubjectPublicKeyInfo):
-            raise BadInput(str(self.key), f"does not belong to {self.certificate}", "give the key of that certificate")
+        _check_pair(self.certificate, own[0], self.key)
         return authorities
+
+
+def own_certificate(certificate: Path, key: Path) -> ssl.SSLContext:
+    """What a server needs that anybody may connect to over TLS, with no certificate of theirs. Raises BadInput."""
+    _check_pair(certificate, _certificates(certificate)[0], key)
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    _load_own(context, certificate, key)
+    return context
+
+
+def _load_own(context: ssl.SSLContext, certificate: Path, key: Path) -> None:
+    """Let a context show a certificate, over TLS 1.2 or newer."""
+    context.minimum_version = ssl.TLSVersion.TLSv1_2
+    try:
+        context.load_cert_chain(certificate, key, password=_no_password)
+    except ssl.SSLError as error:
+        raise _not_accepted(certificate, error) from None
+
+
+def _not_accepted(certificate: Path, error: ssl.SSLError) -> BadInput:
+    found = f"not accepted by the TLS library ({error.reason or error})"
+    return BadInput(str(certificate), found, "make new certificates")
+
+
+def _check_pair(path: Path, certificate: x509.Certificate, key: Path) -> None:
+    if _public_key(key) != certificate.public_key().public_bytes(Encoding.DER, PublicFormat.SubjectPublicKeyInfo):
+        raise BadInput(str(key), f"does not belong to {path}", "give the key of that certificate")
 
 
 def is_certificate_trouble(error: BaseException | None) -> bool:

@@ -27,6 +27,9 @@ Sink = Callable[[MonitorEvent], None]
 ShowWatching = Callable[[tuple[WatchStatus, ...], Statistics, float], None]
 """Shown, once a second, how the valves stand, what the source has done, and the seconds since the start."""
 
+Taken = Callable[[Sample | LinkEvent, MonitorEvent | None], None]
+"""Told every item of the source and the event that it made, if any: a page, for example. It must not wait."""
+
 SHOW_EVERY_S = 1.0
 SAVE_EVERY_S = 60.0
 BREATHE_EVERY = 64
@@ -36,7 +39,8 @@ BREATHE_EVERY = 64
 @dataclass(frozen=True)
 class MonitorSession:
     """sinks : where events go; duration_s : stop after so long [s]; state, model_key : file for what is learned, and
-    the model it belongs to; record : how the source is recorded meanwhile; show : see `ShowWatching`.
+    the model it belongs to; record : how the source is recorded meanwhile; show : see `ShowWatching`; taken :
+    see `Taken`.
     """
 
     sinks: Sequence[Sink] = ()
@@ -45,6 +49,7 @@ class MonitorSession:
     model_key: str = ""
     record: RecorderSettings | None = None
     show: ShowWatching | None = None
+    taken: Taken | None = None
 
 
 @dataclass(frozen=True)
@@ -64,15 +69,17 @@ class MonitorEnd:
 class _Watched(SourceWrapper):
     """A source whose items pass the monitor first, and then go to whoever reads it: the recorder."""
 
-    def __init__(self, source: Source, monitor: Monitor, sinks: Sequence[Sink]) -> None:
+    def __init__(self, source: Source, monitor: Monitor, sinks: Sequence[Sink], tell: Taken | None) -> None:
         super().__init__(source)
-        self._monitor, self._sinks = monitor, sinks
+        self._monitor, self._sinks, self._tell = monitor, sinks, tell
         self._taken = 0
         self.failures = source.statistics.failures
 
     async def __anext__(self) -> Sample | LinkEvent:
         item = await anext(self._source)
         event = await self._monitor.take(item)
+        if self._tell is not None:
+            self._tell(item, event)
         if event is not None:
             for sink in self._sinks:
                 try:
@@ -102,7 +109,7 @@ async def monitor_session(source: Source, monitor: Monitor, session: MonitorSess
     monitor.check()
     if session.state is not None:
         check_state(session.state)
-    watched = _Watched(source, monitor, session.sinks)
+    watched = _Watched(source, monitor, session.sinks, session.taken)
     recorder = None if session.record is None else Recorder(watched, session.record)
     freeze_garbage()
     try:

@@ -9,14 +9,18 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
+import urllib.request
 from functools import partial
 
 import pytest
 
+from bristle.cli.demo.watch import watch_stage
 from identification import trace
 from recordings import bundled_path, read, read_truth
 from simulator import BASE, CATALOGUE, Catalogue, ValveModel
 
+PAGE = re.compile(r"http://127\.0\.0\.1:(\d+)/")
 LISTENING = re.compile(r"tcp://127\.0\.0\.1:(\d+)")
 
 
@@ -38,12 +42,20 @@ def refuses(port: int) -> bool:
 
 @pytest.mark.parametrize("tried", [NEAREST, pytest.param(CATALOGUE.ids, marks=pytest.mark.long)], ids=["few", "all"])
 def test_it_fits_records_traces_and_watches_and_leaves_nothing_running(console, tmp_path, monkeypatch, tried):
-    """Whole but that few effects are tried: the rest of the catalogue takes half a minute more."""
+    """Whole but that few effects are tried: the rest of the catalogue takes half a minute more.
+
+    With few of them it is kept, looked at, and interrupted.
+    """
+    kept = Kept()
+    monkeypatch.setattr("bristle.cli.demo.watch.watch_stage", kept.stage)
     few = Catalogue(tuple(CATALOGUE[effect] for effect in CATALOGUE.ids if effect in {*BASE, *tried}))
     monkeypatch.setattr("bristle.cli.demo.trace.trace", partial(trace, catalogue=few))
     out = tmp_path / "here"
-    ending = console("demo", "--out", out)
+    keep = ("--keep",) if tried is NEAREST else ()
+    ending = console("demo", "--out", out, *keep)
     assert ending.code == 0, ending.err
+    assert kept.answered == ([204] if keep else [])
+    assert refuses(int(PAGE.findall(ending.out)[-1]))
     assert "truth" in ending.out
     assert "sparse regression agrees" in ending.out
     truth = read_truth(bundled_path("step"))
@@ -68,6 +80,26 @@ def test_it_fits_records_traces_and_watches_and_leaves_nothing_running(console, 
     for name in ("report.html", "trace.html"):
         assert (out / name).stat().st_size > 10_000
         assert name in ending.out
+
+
+class Kept:
+    """The last stage of a demo that is kept: the page is asked whether it is alive, and the demo interrupted."""
+
+    def __init__(self) -> None:
+        self.answered: list[int] = []
+
+    def stage(self, model, out, say, ending, keep):
+        def heard(text):
+            say(text)
+            if "stays at" in text:
+                threading.Thread(target=self.look, args=(PAGE.findall(text)[0],)).start()
+
+        watch_stage(model, out, heard, ending, keep)
+
+    def look(self, port):
+        with urllib.request.urlopen(f"http://127.0.0.1:{port}/alive", timeout=60.0) as answer:
+            self.answered.append(answer.status)
+        os.kill(os.getpid(), signal.SIGINT)
 
 
 def test_interrupted_it_ends_with_130_and_takes_the_served_valve_with_it(tmp_path):

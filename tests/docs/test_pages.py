@@ -19,6 +19,7 @@ NOT_RUN = {
     "docs/how-to/assess.md": [DATA],
     "docs/how-to/evaluate.md": [MINUTES, MINUTES],
     "docs/how-to/fit.md": [DATA],
+    "docs/how-to/page.md": [DEVICE, DEVICE],
     "docs/how-to/record.md": [DEVICE],
     "docs/how-to/service.md": [DEVICE],
     "docs/how-to/trace.md": [README],

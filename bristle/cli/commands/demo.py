@@ -10,20 +10,21 @@ import typer
 
 def command(
     out: Annotated[Path, typer.Option(help="Folder for recordings, models, reports and events.")] = Path("demo-output"),
+    keep: Annotated[bool, typer.Option("--keep", help="Leave valve, monitor and page running until Ctrl-C.")] = False,
 ) -> None:
     """Fit a bundled valve; record another over Modbus, trace what its model lacks, watch it, and find a fault.
 
     The second valve is simulated, in a process of its own on loopback, with an effect that the model does not have.
-    Takes about a minute.
+    Takes about a minute. A live page shows how it is watched; it ends with the demo unless --keep is given.
 
-    Example: bristle demo --out demo-output
+    Example: bristle demo --out demo-output --keep
     """
     from bristle.cli.console import stdout
     from bristle.cli.demo.files import KINDS, cleared
     from bristle.cli.demo.fit import fit_stage
     from bristle.cli.demo.record import record_stage
     from bristle.cli.demo.trace import trace_stage
-    from bristle.cli.demo.watch import watch_stage
+    from bristle.cli.demo.watch import DemoWatch, watch_stage
 
     cleared(out)
     console = stdout()
@@ -34,11 +35,14 @@ def command(
     console.rule("3  Trace")
     traced = trace_stage(recorded, out, console)
     console.rule("4  Watch")
-    watched = watch_stage(traced, out, console.print)
-    console.rule()
-    console.print(
-        f"Alarm after {watched.alarm_s:.1f} s, {'not named' if watched.fault is None else f'named {watched.fault}'}"
-    )
-    console.print(f"How often an alarm comes without a fault, {watched.false_alarms}.")
-    for name, files in KINDS.items():
-        console.print(f"{name:11} {', '.join(str(out / file) for file in files)}")
+
+    def ending(watched: DemoWatch) -> None:
+        console.rule()
+        named = "not named" if watched.fault is None else f"named {watched.fault}"
+        console.print(f"Alarm after {watched.alarm_s:.1f} s, {named}")
+        console.print(f"How often an alarm comes without a fault, {watched.false_alarms}.")
+        for name, files in KINDS.items():
+            console.print(f"{name:11} {', '.join(str(out / file) for file in files)}")
+        console.print(f"{'page':11} {watched.page}{'' if keep else ' (it ends now; with --keep it stays)'}")
+
+    watch_stage(traced, out, console.print, ending, keep)

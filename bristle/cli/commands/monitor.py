@@ -39,6 +39,13 @@ def command(
     unit: Annotated[str | None, Option(help="Device ids of equal valves on one line: 1,2,5-7.")] = None,
     valve: Annotated[str | None, Option(help="Names of the valves, one for each device id: A,B,C.")] = None,
     ring: Annotated[bool, Option("--ring", help="Fetch every sample that the device keeps in its ring.")] = False,
+    page: Annotated[str | None, Option(help="Show a live page: [HOST:]PORT; 0 for any free port.")] = None,
+    expose: Annotated[
+        bool, Option("--expose", help="Let other machines look at the page; needs the three below.")
+    ] = False,
+    page_token: Annotated[Path | None, Option(help="File with the secret that who looks has to know.")] = None,
+    page_cert: Annotated[Path | None, Option(help="Certificate of the page (PEM).")] = None,
+    page_key: Annotated[Path | None, Option(help="Private key of that certificate (PEM).")] = None,
 ) -> None:
     """Watch valves until --duration is over, or Ctrl-C or SIGTERM comes. Exit code 1 when there was an alarm.
 
@@ -48,13 +55,16 @@ def command(
 
     Example: bristle monitor --map damadics --source tcp://127.0.0.1:5020 --model model.json --learn 300
     """
-    if plant_file or plant or check:
-        from bristle.cli.service import plant_service
+    from bristle.cli.watching.live_page import page_settings
 
-        plant_service(plant_file or plant, check, duration, metrics, on_event)
+    settings = page_settings(page, expose, page_token, page_cert, page_key)
+    if plant_file or plant or check:
+        from bristle.cli.watching.service import plant_service
+
+        plant_service(plant_file or plant, check, duration, metrics, on_event, settings)
         return
-    from bristle.cli import monitoring
     from bristle.cli.sources import valves_from
+    from bristle.cli.watching import monitoring
     from hil import Polling, RecorderSettings, RingReading, open_source
     from recordings import BadInput
 
@@ -66,6 +76,7 @@ def command(
     recorded = None if record is None else RecorderSettings(to=record)
     kept = state or model.with_name(f"{model.stem}.state.json")
     options = monitoring.MonitorOptions(
-        model, learn, calibrate or (), kept, false_alarms, events, duration, recorded, source.startswith("replay:")
-    )
+        model, learn, calibrate or (), kept, false_alarms, events, duration, recorded, source.startswith("replay:"),
+        settings, source, rate,
+    )  # fmt: skip
     monitoring.watch(live, options)

@@ -25,7 +25,7 @@ def command(
 
     Example: bristle replay runs/LC74_20-001.h5 --model model.json --learn 300
     """
-    from bristle.cli import monitoring
+    from bristle.cli.watching import monitoring
     from hil import open_source
 
     address = f"replay:{recording}" + (f"?pace={pace:g}" if pace else "")

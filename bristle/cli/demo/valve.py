@@ -76,13 +76,13 @@ def terminable() -> Iterator[None]:
 
 
 @asynccontextmanager
-async def served(*options: str) -> AsyncIterator[str]:
+async def served(*options: str, longest_s: float = LONGEST_S) -> AsyncIterator[str]:
     """`bristle serve` with the valve of the demo in a process of its own; its address. It has gone when this is left.
 
-    Raises BadInput when it does not start.
+    longest_s : it ends by itself after so long [s]. Raises BadInput when it does not start.
     """
     settings = [word for name, value in SETTINGS.items() for word in ("--set", f"{name}={value!r}")]
-    about = ("--friction", "lugre", "--effect", HIDDEN, "--noise", "--seed", str(SEED), "--duration", str(LONGEST_S))
+    about = ("--friction", "lugre", "--effect", HIDDEN, "--noise", "--seed", str(SEED), "--duration", f"{longest_s:g}")
     command = (sys.executable, "-m", "bristle", "serve", "--listen", "tcp://127.0.0.1:0", *about, *settings, *options)
     process: Process = await asyncio.create_subprocess_exec(*command, stdout=PIPE, start_new_session=True)
     try:

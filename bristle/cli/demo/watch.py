@@ -1,9 +1,13 @@
-"""The last stage of the demo: the monitor learns a served valve, a friction fault is injected, and the alarm comes."""
+"""The last stage of the demo: the monitor learns a served valve, a friction fault is injected, and the alarm comes.
+
+A live page shows it meanwhile, and afterwards for as long as it is wanted.
+"""
 
 from __future__ import annotations
 
 import asyncio
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,6 +16,8 @@ from bristle.cli.demo.valve import (
     DATA_SHEET,
     FRICTION,
     HUM_SAMPLES,
+    LONGEST_S,
+    READS_PER_SECOND,
     STEP_S,
     VALVE,
     controller,
@@ -21,7 +27,16 @@ from bristle.cli.demo.valve import (
     terminable,
 )
 from detector import Watch
-from hil import LiveSource, Monitor, MonitorEvent, MonitorSession, monitor_session
+from hil import (
+    LiveSource,
+    Monitor,
+    MonitorEvent,
+    MonitorSession,
+    Page,
+    PageSettings,
+    ShownMonitor,
+    monitor_session,
+)
 from recordings import NegativeAnswer
 from simulator import ValveModel
 
@@ -39,6 +54,9 @@ loss the detector waits for a second of plant time.
 WORSE = 2.0
 """The fault: so many times the friction of the healthy valve."""
 
+KEPT_S = 30 * 86400.0
+"""A valve that is kept ends by itself after so long [s]: a month."""
+
 FALSE_ALARMS = 1.0
 """A month are wished; what the learning time supports is said."""
 
@@ -46,7 +64,8 @@ FALSE_ALARMS = 1.0
 @dataclass(frozen=True)
 class DemoWatch:
     """What came of it. alarm_s : from the fault to the alarm [s of the clock]; named_s : to its name, None if it got
-    none in time; fault : the name; events : the file with all events; false_alarms : how often one comes, in words.
+    none in time; fault : the name; events : the file with all events; false_alarms : how often one comes, in words;
+    page : where the live page is.
     """
 
     alarm_s: float
@@ -54,27 +73,32 @@ class DemoWatch:
     fault: str | None
     events: Path
     false_alarms: str
+    page: str
 
 
-def watch_stage(model: Path, out: Path, say: Say = print) -> DemoWatch:
+Ending = Callable[[DemoWatch], None]
+"""Told what came of it, while everything still runs."""
+
+
+def watch_stage(model: Path, out: Path, say: Say, ending: Ending, keep: bool = False) -> None:
     """Watch the simulated valve with a model file until an injected friction fault is found.
 
-    Everything runs on loopback and is ended before this returns. Raises NegativeAnswer when no alarm comes, or one
-    before the fault.
+    Everything runs on loopback and is ended before this returns; with `keep` that is when it is interrupted. Raises
+    NegativeAnswer when no alarm comes, or one before the fault.
     """
     known = ValveModel.read(model)
     known = known.model_copy(update={"plant": DATA_SHEET.known() | known.plant})
     with terminable():
-        return asyncio.run(_stage(known, out / "events.jsonl", say))
+        asyncio.run(_stage(known, out / "events.jsonl", say, ending, keep))
 
 
-async def _stage(model: ValveModel, events: Path, say: Say) -> DemoWatch:
+async def _stage(model: ValveModel, events: Path, say: Say, ending: Ending, keep: bool) -> None:
     async with (
-        served("--speed", f"{SPEED:g}", "--allow-faults") as address,
+        served("--speed", f"{SPEED:g}", "--allow-faults", longest_s=KEPT_S if keep else LONGEST_S) as address,
         controller(address) as plant,
         moving(plant, setpoint, SPEED),
     ):
-        return await _watched(address, plant, model, events, say)
+        await _watched(address, plant, model, events, say, ending, keep)
 
 
 def setpoint(t: float) -> float:
@@ -82,7 +106,9 @@ def setpoint(t: float) -> float:
     return 0.5 + 0.2 * math.sin(2 * math.pi * t / 8.0) + 0.1 * math.sin(t / 2.6)
 
 
-async def _watched(address: str, plant: LiveSource, model: ValveModel, events: Path, say: Say) -> DemoWatch:
+async def _watched(
+    address: str, plant: LiveSource, model: ValveModel, events: Path, say: Say, ending: Ending, keep: bool
+) -> None:
     say(f"The monitor learns the valve behind {address} for {LEARN_S / SPEED:.0f} s, at {SPEED:g} times real time.")
     learned: asyncio.Future[str] = asyncio.get_running_loop().create_future()
     news = asyncio.Queue[MonitorEvent]()
@@ -92,30 +118,37 @@ async def _watched(address: str, plant: LiveSource, model: ValveModel, events: P
 
     source = ring(address)
     monitor = Monitor.with_model(source.signals, model, FALSE_ALARMS, LEARN_S, on_learned=on_learned)
-    with events.open("w", encoding="utf-8") as file:
+    shown = ShownMonitor("bristle demo", address, READS_PER_SECOND, monitor, model)
+    with events.open("w", encoding="utf-8") as file, Page(PageSettings(), shown) as page:
+        say(f"The live page is at {page.url}")
 
         def sink(event: MonitorEvent) -> None:
             print(event.json_line(), file=file, flush=True)
             news.put_nowait(event)
 
-        session = asyncio.ensure_future(monitor_session(source, monitor, MonitorSession((sink,))))
-        found = asyncio.ensure_future(_fault(plant, monitor, learned, news, events, say))
+        session = asyncio.ensure_future(monitor_session(source, monitor, MonitorSession((sink,), taken=shown.take)))
+        found = asyncio.ensure_future(_fault(plant, monitor, learned, news, events, page.url, say))
+        looked_at = asyncio.ensure_future(page.always())
         try:
             await asyncio.wait((session, found), return_when=asyncio.FIRST_COMPLETED)
             if found.done():
-                return await found
+                ending(await found)
+                if keep:
+                    say(f"The page stays at {page.url} until Ctrl-C.")
+                    await session
+                return
             if (await session).stopped_by is not None:  # it never ends by itself; else this raises what ended it
                 raise KeyboardInterrupt
             raise NegativeAnswer("the monitor ended before the fault was found")
         finally:
-            for task in (session, found):
+            for task in (session, found, looked_at):
                 task.cancel()
-            await asyncio.gather(session, found, return_exceptions=True)
+            await asyncio.gather(session, found, looked_at, return_exceptions=True)
 
 
 async def _fault(
     plant: LiveSource, monitor: Monitor, learned: asyncio.Future[str], news: asyncio.Queue[MonitorEvent], events: Path,
-    say: Say,
+    page: str, say: Say,
 ) -> DemoWatch:  # fmt: skip
     """Inject the fault when the healthy valve was watched for a while, and wait for the alarm and its name."""
     said = await learned
@@ -140,11 +173,11 @@ async def _fault(
                 say(f"Alarm {passed:.1f} s after the fault: {event.text}")
                 alarm_s = passed if alarm_s is None else alarm_s
                 if event.fault == "friction":
-                    return DemoWatch(alarm_s, passed, event.fault, events, said)
+                    return DemoWatch(alarm_s, passed, event.fault, events, said, page)
     except TimeoutError:
         if alarm_s is None:
             raise NegativeAnswer(f"no alarm came within {PATIENCE_S:.0f} s of the fault") from None
-        return DemoWatch(alarm_s, None, None, events, said)
+        return DemoWatch(alarm_s, None, None, events, said, page)
 
 
 async def _after_samples(monitor: Monitor, n_samples: int) -> None:

@@ -7,18 +7,22 @@ import signal
 import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import IO, Any
 
+from bristle.cli.watching.live_page import announce
 from detector import LEAST_STROKES, Watch, described, learn_recordings
 from hil import (
     Monitor,
     MonitorEnd,
     MonitorEvent,
     MonitorSession,
+    Page,
+    PageSettings,
     PollingStopped,
     RecorderSettings,
+    ShownMonitor,
     Source,
     Statistics,
     WatchStatus,
@@ -32,7 +36,8 @@ from simulator import ValveModel
 @dataclass(frozen=True)
 class MonitorOptions:
     """The options of both commands. model : file; learn_s [s]; calibrate : recordings of a healthy valve; state : file
-    to resume from and to save to; false_alarms : a month; events : file, None for stdout.
+    to resume from and to save to; false_alarms : a month; events : file, None for stdout; page : where it is served,
+    None for no page; address, rate_hz : of the source, for the page.
     """
 
     model: Path
@@ -44,6 +49,9 @@ class MonitorOptions:
     duration_s: float | None = None
     record: RecorderSettings | None = None
     own_clock: bool = False
+    page: PageSettings | None = None
+    address: str = ""
+    rate_hz: float = 10.0
 
 
 def watch(source: Source, options: MonitorOptions) -> None:
@@ -62,7 +70,7 @@ def watch(source: Source, options: MonitorOptions) -> None:
             options.record,
             _show if sys.stderr.isatty() else None,
         )
-        end = _run(source, monitor, session)
+        end = _run(source, monitor, session) if options.page is None else _shown(source, monitor, session, options)
     _finish(end, monitor)
 
 
@@ -71,6 +79,29 @@ def _run(source: Source, monitor: Monitor, session: MonitorSession) -> MonitorEn
         return asyncio.run(monitor_session(source, monitor, session))
     except PollingStopped as stopped:
         raise NegativeAnswer(str(stopped)) from stopped
+
+
+def _shown(source: Source, monitor: Monitor, session: MonitorSession, options: MonitorOptions) -> MonitorEnd:
+    """The same with a live page, which ends with it. Raises BadInput when the page cannot be served."""
+    address, model = options.address.partition("?")[0], ValveModel.read(options.model)
+    shown = ShownMonitor(address, address, options.rate_hz, monitor, model, lambda: source.statistics.missed)
+    folder = None if options.record is None else options.record.to
+    with Page(options.page or PageSettings(), shown, folder) as page:
+        announce(page)
+        told = replace(session, taken=shown.take)
+
+        async def both() -> MonitorEnd:
+            serving = asyncio.ensure_future(page.always())
+            try:
+                return await monitor_session(source, monitor, told)
+            finally:
+                serving.cancel()
+                await asyncio.gather(serving, return_exceptions=True)
+
+        try:
+            return asyncio.run(both())
+        except PollingStopped as stopped:
+            raise NegativeAnswer(str(stopped)) from stopped
 
 
 def _resume(monitor: Monitor, options: MonitorOptions, model: ValveModel) -> None:

@@ -6,10 +6,13 @@ import asyncio
 import logging
 import signal
 import sys
+from collections.abc import Mapping
+from contextlib import ExitStack
 from pathlib import Path
 
 from bristle.cli.terminal import plain_text
-from hil import PlantFile, Service, ServicePlan, ServiceSession, run_service
+from bristle.cli.watching.live_page import announce, plant_page
+from hil import Page, PageSettings, PlantFile, Service, ServicePlan, ServiceSession, ServiceTask, run_service
 from recordings import BadInput, NegativeAnswer
 
 
@@ -21,9 +24,13 @@ class _PlainFormatter(logging.Formatter):
 
 
 def plant_service(
-    file: Path | None, check: bool, duration_s: float | None, metrics: str | None, program: Path | None
-) -> None:
-    """Check a plant file, or run it. Raises BadInput, and NegativeAnswer when there was an alarm."""
+    file: Path | None, check: bool, duration_s: float | None, metrics: str | None, program: Path | None,
+    page: PageSettings | None = None,
+) -> None:  # fmt: skip
+    """Check a plant file, or run it. page : instead of the file's.
+
+    Raises BadInput, and NegativeAnswer when there was an alarm.
+    """
     if file is None:
         raise BadInput("--check", "no plant file is named", "write bristle monitor --check plant.toml")
     plan = ServicePlan.of(PlantFile.read(file))
@@ -31,7 +38,20 @@ def plant_service(
         print(plain_text_lines(plan.words()))
         return
     _log_to_stderr()
-    end = asyncio.run(run_service(plan, ServiceSession(duration_s, metrics, program, started=_started)))
+    settings = page or plant_page(plan.plant)
+    with ExitStack() as opened:
+
+        def more(service: Service) -> Mapping[str, ServiceTask]:
+            if settings is None:
+                return {}
+            kept = plan.plant.recordings
+            shown = opened.enter_context(
+                Page(settings, service, plan.plant.path(kept.folder) if kept is not None else None)
+            )
+            announce(shown)
+            return {"page": shown.run}
+
+        end = asyncio.run(run_service(plan, ServiceSession(duration_s, metrics, program, more, _started)))
     print(f"{end.alarms} alarms in {end.seconds:.1f} s", file=sys.stderr)
     if end.stopped_by is signal.SIGINT:
         raise KeyboardInterrupt

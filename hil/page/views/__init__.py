@@ -1,0 +1,1 @@
+"""What is seen: documents of bokeh, one for the plant and one for a valve."""

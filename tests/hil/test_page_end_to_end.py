@@ -1,0 +1,115 @@
+"""All of it with real parts: a served valve, the monitor of a plant, its page in a browser, a fault by register."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import re
+import signal
+import sys
+import urllib.request
+from asyncio.subprocess import DEVNULL, PIPE
+from pathlib import Path
+
+import pytest
+from monitor_rig import RATE, MonitorProcess, Served, moved, serve
+
+from recordings import read
+
+pytestmark = pytest.mark.browser
+
+TAG = "LC74_20"
+BEATING = "Number(document.body.dataset.beats) > 1"
+BADGE = "document.querySelector('li .badge').innerText.replace(/\\s+/g, ' ').trim()"
+NOTED = """
+    window.noted = [];
+    const note = () => window.noted.push(document.getElementById("valves").innerText);
+    new MutationObserver(note).observe(document.getElementById("valves"), { childList: true, subtree: true });
+"""
+SILENT = re.compile(r"No data for (\d+)\ss: the link is down")
+
+
+def plant_file(folder: Path, address: str, model: Path, healthy: Path) -> Path:
+    """A plant of one valve, with everything that can be watched of it."""
+    text = f"""
+        name = "Rig"
+        [[source]]
+        address = "{address}"
+        rate_hz = {RATE}
+        [[source.valve]]
+        tag = "{TAG}"
+        map = "damadics"
+        model = "{model}"
+        calibrate = ["{healthy}"]
+        [recordings]
+        folder = "recorded"
+        [events]
+        file = "events.jsonl"
+        [metrics]
+        listen = "127.0.0.1:0"
+        [page]
+        listen = "127.0.0.1:0"
+    """
+    (folder / "plant.toml").write_text(text)
+    return folder / "plant.toml"
+
+
+async def monitor(plant: Path) -> MonitorProcess:
+    command = (sys.executable, "-m", "bristle", "monitor", "--plant", str(plant))
+    return MonitorProcess(await asyncio.create_subprocess_exec(*command, stdout=DEVNULL, stderr=PIPE))
+
+
+def metrics(address: str) -> dict[str, float]:
+    """Everything that Prometheus would read, by name and labels."""
+    with urllib.request.urlopen(address, timeout=60.0) as answer:
+        lines = answer.read().decode().splitlines()
+    return {name: float(value) for name, value in (one.rsplit(" ", 1) for one in lines if not one.startswith("#"))}
+
+
+def test_a_fault_is_on_the_page_in_events_metrics_and_recording_and_lost_data_are_said(
+    browser, model, healthy, tmp_path
+):
+    async def story() -> None:
+        served = await serve(["tcp://127.0.0.1:0"])
+        try:
+            watching = await monitor(plant_file(tmp_path, served.addresses[0], model, healthy))
+            url = (await watching.said("live page: ")).split()[-1]
+            measured = (await watching.said("metrics at ")).split()[-1]
+            async with moved(served.addresses[0]) as plant:
+                await asyncio.to_thread(browser.open, url)
+                await shows(f"{BEATING} && {BADGE} === 'good'")
+                browser.run(NOTED)
+                await plant.write("damadics", "lugre.fs", 640.0)
+                await plant.write("damadics", "lugre.fc", 464.0)
+                await shows(f"{BADGE} === 'M maintenance required' && /friction/.test(document.body.innerText)")
+            assert metrics(measured)[f'bristle_valve_health{{state="maintenance required",valve="{TAG}"}}'] == 1.0
+            served = await lost_and_found(served)
+            await asyncio.to_thread(browser.open, f"{url}valve?tag={TAG}")
+            await shows(f"{BEATING} && /friction has changed/.test(document.getElementById('events').innerText)")
+            assert await watching.end(signal.SIGTERM) == 1
+            await shows("!document.getElementById('alarm').hidden")
+        finally:
+            await served.end()
+
+    async def shows(condition: str) -> None:
+        await asyncio.to_thread(browser.wait, condition)
+
+    async def lost_and_found(served: Served) -> Served:
+        """Kill the served valve until the page has said so, and start it again until the page has values."""
+        await served.end(kill=True)
+        await shows("/No data for/.test(document.body.innerText)")
+        seconds = [int(n) for words in browser.run("return window.noted;") for n in SILENT.findall(words)]
+        assert seconds[0] <= 2
+        again = await serve(served.addresses)
+        await shows(
+            "!/No data/.test(document.body.innerText) && /position\\s+[0-9.]+\\smm/.test(document.body.innerText)"
+        )
+        return again
+
+    asyncio.run(story())
+    events = [json.loads(line) for line in (tmp_path / "events.jsonl").read_text().splitlines()]
+    assert ("alarm", "friction") in {(event["kind"], event["fault"]) for event in events}
+    assert {"link_down", "link_up"} <= {event["kind"] for event in events}
+    recorded = [read(path) for path in sorted((tmp_path / "recorded").glob(f"{TAG}-*.h5"))]
+    assert any(event.kind == "link_down" for recording in recorded for event in recording.events)
+    assert sum(len(recording.time) for recording in recorded) > 100

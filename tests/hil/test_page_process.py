@@ -1,0 +1,99 @@
+"""The process of the page beside the monitor: it listens where it was told, makes nobody wait, and ends with it."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import signal
+import urllib.request
+from pathlib import Path
+
+from page_rig import PATIENCE_S, Shown, valve
+
+from hil.page import Page, PageSettings
+from hil.testing import make_loopback_authority
+
+LISTENING = "0A"
+"""A state of `/proc/net/tcp`."""
+
+
+class Asked(Shown):
+    """Counts the questions of the page."""
+
+    questions = 0
+
+    def status(self):
+        self.questions += 1
+        return super().status()
+
+
+async def fetched(url: str) -> str:
+    def fetch() -> str:
+        with urllib.request.urlopen(url, timeout=PATIENCE_S) as answer:
+            return answer.read().decode()
+
+    return await asyncio.to_thread(fetch)
+
+
+async def until(condition, patience: float = PATIENCE_S) -> None:
+    async with asyncio.timeout(patience):
+        while not condition():
+            await asyncio.sleep(0.02)
+
+
+def listening(process: int) -> set[str]:
+    """Addresses (hexadecimal, with ports) on which a process listens."""
+    links = [os.readlink(one) for one in Path(f"/proc/{process}/fd").iterdir() if one.is_symlink()]
+    own = {link[8:-1] for link in links if link.startswith("socket:")}
+    rows = [line.split() for kind in ("tcp", "tcp6") for line in Path(f"/proc/net/{kind}").read_text().splitlines()[1:]]
+    return {row[1] for row in rows if row[3] == LISTENING and row[9] in own}
+
+
+def test_it_listens_on_its_address_alone_makes_nobody_wait_is_begun_anew_and_ends_with_the_monitor(monkeypatch):
+    monkeypatch.setenv("BOKEH_RESOURCES", "cdn")
+    monkeypatch.setenv("BOKEH_ALLOW_WS_ORIGIN", "*")
+    shown = Asked(valve("LC74_20"))
+
+    async def story() -> None:
+        with Page(PageSettings(), shown) as page:
+            task = asyncio.create_task(page.always())
+            html = await fetched(page.url)
+            assert "LC74_20" in html
+            assert "cdn" not in html
+            first = page.process
+            port = int(page.url.rstrip("/").rpartition(":")[2])
+            assert listening(first) == {f"0100007F:{port:04X}"}
+            assert "BOKEH" not in Path(f"/proc/{first}/environ").read_text()
+            os.kill(first, signal.SIGSTOP)
+            await asyncio.sleep(0.5)  # longer than between two questions
+            asked = shown.questions
+            for _ in range(200):  # whatever else the monitor does goes on
+                await asyncio.sleep(0.001)
+            assert shown.questions == asked
+            os.kill(first, signal.SIGKILL)
+            await until(lambda: page.process not in (None, first))
+            await until(lambda: shown.questions > asked)
+            last = page.process
+            task.cancel()
+            await asyncio.gather(task, return_exceptions=True)
+            assert not Path(f"/proc/{last}").exists()
+
+    asyncio.run(story())
+
+
+def test_the_token_is_in_no_list_of_processes(tmp_path):
+    server = make_loopback_authority(tmp_path / "tls").server
+    (tmp_path / "token").write_text("0123456789abcdef-secret")
+    settings = PageSettings("0", True, tmp_path / "token", server.certificate, server.key)
+
+    async def story() -> None:
+        with Page(settings, Shown(valve("LC74_20"))) as page:
+            assert page.url.startswith("https://127.0.0.1:")
+            task = asyncio.create_task(page.run())
+            await until(lambda: page.process is not None)
+            about = Path(f"/proc/{page.process}")
+            assert b"secret" not in (about / "cmdline").read_bytes() + (about / "environ").read_bytes()
+            task.cancel()
+            await asyncio.gather(task, return_exceptions=True)
+
+    asyncio.run(story())
