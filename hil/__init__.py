@@ -23,6 +23,8 @@ from hil.recorder.files import RecorderSettings
 from hil.recorder.recorder import Recorder, RecorderReport, ValveReport
 from hil.recorder.session import RecorderEnd, record_session
 from hil.registers.codec import Decoded, decode, encode
+from hil.registers.map_file import locate as map_file
+from hil.registers.map_file import shipped as map_names
 from hil.registers.map_table import describe_register_map, register_map_page
 from hil.registers.point import Point
 from hil.registers.register_map import ReadBlock, RegisterMap, WriteMap
@@ -94,6 +96,8 @@ __all__ = [
     "encode",
     "listen_address",
     "load_state",
+    "map_file",
+    "map_names",
     "monitor_session",
     "open_source",
     "parse_address",

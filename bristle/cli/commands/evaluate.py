@@ -33,11 +33,12 @@ def command(
 
     Example: bristle evaluate --detectors bank,kalman --scenarios f4-incipient,f11-abrupt-big --out compared
     """
-    from bristle.cli.console import stdout
-    from bristle.cli.evaluating import plan_of, reported, summary
+    from bristle.cli.evaluating import plan_of, reported, results, summary
+    from bristle.cli.output.manner import answer, stdout
 
     plan = plan_of(detectors, scenarios, variants, seeds, false_alarms, smoke)
     outcome, files = reported(plan, out, workers, plant)
+    answer(results(outcome, files))
     console = stdout()
     console.print(summary(outcome))
     console.print(f"wrote {len(files)} files to {out}, among them evaluation.md and evaluation.html")

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from bristle.cli.terminal import plain_text
+from bristle.cli.output.terminal import plain_text
 
 Text = str | None
 Texts = list[str] | None
@@ -76,8 +76,8 @@ def command(
     clock = {"rate_hz": rate, "repair": time_repair, "from_s": from_s, "until_s": until_s} | clock_of(time)
     changes = {"title": title, "source": source, "file": file_layout, "time": clock}
     changes |= {"signals": signals_of(column or ()), "plant": plant_of(plant or ())}
-    for note in import_to(file, to, mapping, changes, overwrite=force):
-        print(plain_text(f"bristle: {note}"), file=sys.stderr)
+    for sentence in import_to(file, to, mapping, changes, overwrite=force):
+        note(f"bristle: {sentence}")
     with open_recording(to) as made:
         labels = ", ".join(spec.label for spec in made.header.signals)
         print(plain_text(f"wrote {to}: {len(made)} samples of {labels}"))
