@@ -32,9 +32,10 @@ from hil.registers.ring import Ring
 from hil.server.address import NetworkAddress, PtyAddress, ServerAddress, listen_address
 from hil.server.server import Server, ServerSettings
 from hil.server.session import ServerEnd, serve_session
-from hil.source.address import parse_address
+from hil.source.address import live_address, parse_address
 from hil.source.live import LiveSource, PollingStopped
 from hil.source.polling import Polling
+from hil.source.probe import ProbedPoint, ProbedValve, probe
 from hil.source.replay import ReplaySource
 from hil.source.ring_reading import RingReading
 from hil.source.sample import LinkEvent, Quality, Reading, Sample
@@ -65,6 +66,8 @@ __all__ = [
     "Point",
     "Polling",
     "PollingStopped",
+    "ProbedPoint",
+    "ProbedValve",
     "PtyAddress",
     "Quality",
     "ReadBlock",
@@ -95,12 +98,14 @@ __all__ = [
     "describe_register_map",
     "encode",
     "listen_address",
+    "live_address",
     "load_state",
     "map_file",
     "map_names",
     "monitor_session",
     "open_source",
     "parse_address",
+    "probe",
     "record_session",
     "register_map_page",
     "save_state",

@@ -31,6 +31,7 @@ COMMANDS = {
     "fit": "fit",
     "import": "import_",
     "monitor": "monitor",
+    "probe": "probe",
     "record": "record",
     "replay": "replay",
     "serve": "serve",
@@ -54,6 +55,7 @@ OPTIONS = {
     "rate_hz": "--rate HZ",
     "settings": "--set",
     "time": "--time COLUMN:UNIT",
+    "time_format": "--time-format",
 }
 """How a message writes the option that stands for a parameter, where it is not the parameter's name alone."""
 

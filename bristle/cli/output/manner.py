@@ -26,11 +26,14 @@ OPTIONS: Mapping[str, str] = {
 
 @dataclass
 class Manner:
-    """json, quiet, verbose : the options; result : what `answer` was given, printed when the command has ended."""
+    """json, quiet, verbose : the options; given : the words of the command line; result : what `answer` was given,
+    printed when the command has ended.
+    """
 
     json: bool = False
     quiet: bool = False
     verbose: bool = False
+    given: tuple[str, ...] = ()
     result: Mapping[str, Any] | None = None
 
     @classmethod
@@ -41,7 +44,7 @@ class Manner:
         (True, False)
         """
         options = words[: words.index("--")] if "--" in words else words
-        return cls(*(option in options for option in OPTIONS))
+        return cls("--json" in options, "--quiet" in options, "--verbose" in options, tuple(words))
 
     @property
     def words(self) -> bool:
