@@ -183,7 +183,8 @@ def _carried(
     """The columns nobody named, as signals where their unit is known, and notes about those left out."""
     carried: dict[str, SignalSource] = {}
     without_unit, without_number = list[str](), list[str]()
-    recognised, wrong = recognised_columns(table, set(named)), list[str]()
+    recognised = {c: n for c, n in recognised_columns(table, set(named)).items() if c in table.units}
+    wrong = list[str]()
     for column in _unnamed(table, mapping, named):
         known = column.casefold() if column.casefold() in UNDERSTOOD else recognised.get(column)
         name = known or column.replace("/", "_")
