@@ -79,7 +79,7 @@ def parameter_table(found: Identification, truth: dict[str, float] | None = None
 
 def print_identification(console: Console, found: Identification) -> None:
     """Everything a fit has to say: parameters, noise, errors, advice and the cross-check that was asked for."""
-    console.print(parameter_table(found))
+    console.print(parameter_table(found), soft_wrap=False)
     noise = found.model.noise
     console.print(
         f"estimator: {found.fit.estimator}; noise of the position {1e6 * (noise['position_m'] or 0.0):.3g} µm, "
@@ -96,7 +96,7 @@ def print_crosscheck(console: Console, check: Crosscheck | None) -> None:
     if check is None:
         return
     if check.rows:
-        console.print(crosscheck_table(check))
+        console.print(crosscheck_table(check), soft_wrap=False)
     console.print(check.sentence)
 
 

@@ -44,7 +44,7 @@ def reported(plan: Plan, out: Path, workers: int, plant: Path | None) -> tuple[E
 
     measured = None if plant is None else plant_hour(plant)
 
-    with working("evaluating") as progress:
+    with working("evaluating", staged=True) as progress:
         outcome = evaluate(plan, out, progress, workers or None)
     more = []
     if measured is not None:

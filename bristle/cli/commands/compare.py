@@ -38,7 +38,7 @@ def command(
     console = stdout()
     for sentence in found.sentences():
         console.print(sentence)
-    console.print(quantity_table(found))
+    console.print(quantity_table(found), soft_wrap=False)
     if out:
         found.write(out)
     if report:

@@ -40,5 +40,5 @@ def command(
     outcome, files = reported(plan, out, workers, plant)
     answer(results(outcome, files))
     console = stdout()
-    console.print(summary(outcome))
+    console.print(summary(outcome), soft_wrap=False)
     console.print(f"wrote {len(files)} files to {out}, among them evaluation.md and evaluation.html")

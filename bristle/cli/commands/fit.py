@@ -62,7 +62,7 @@ def command(
         writable(path)
     held = without_effects(without or ()) | assignments(given or [], "--given")
     wanted = profiled(profile or (), held)
-    with working("fitting") as progress:
+    with working("fitting", staged=True) as progress:
         found = br.fit(
             recordings, holdout=holdout or (), given=held, causality=cast("Causality | None", causality), area=area,
             hold=hold, estimator=cast("Estimator", estimator), order=cast("Order", order), priors=priors(prior or ()),

@@ -39,7 +39,7 @@ def command(
     for path in (out, model_out, report):
         writable(path)
     held = assignments(given or [], "--given")
-    with working("tracing") as progress:
+    with working("tracing", staged=True) as progress:
         found = br.trace(
             recordings,
             holdout=holdout or (),
@@ -56,7 +56,7 @@ def command(
     console.print(f"verdict: {found.verdict}")
     for sentence in found.sentences():
         console.print(sentence)
-    console.print(candidate_table(found))
+    console.print(candidate_table(found), soft_wrap=False)
     for line in error_lines(found):
         console.print(line)
     if out:

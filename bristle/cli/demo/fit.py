@@ -18,7 +18,7 @@ def fit_stage(out: Path, console: Console) -> None:
     console.print(f"Fitting bundled recordings {' and '.join(NAMES)}; 'mixed' is held out. No starting values.")
     found = identify([bundled(name) for name in NAMES], holdout=[bundled("mixed")])
     truth = {k: float(v) for k, v in read_truth(bundled_path("step")).items() if k in found.model.parameters}
-    console.print(parameter_table(found, truth))
+    console.print(parameter_table(found, truth), soft_wrap=False)
     print_errors(console, found.model)
     print_crosscheck(console, found.crosscheck)
     found.write(out / "model.json")

@@ -22,7 +22,7 @@ def trace_stage(recorded: Sequence[Path], out: Path, console: Console) -> Path:
     *fitted, held = [_to_the_nanosecond(one) for one in map(read, recorded)]
     console.print("Tracing: the model of spring and friction is fitted, and what it leaves is tested for every effect.")
     found = trace(fitted, holdout=[held])
-    console.print(candidate_table(found))
+    console.print(candidate_table(found), soft_wrap=False)
     for sentence in found.sentences():
         console.print(sentence)
     found.write(out / "trace.json")

@@ -25,8 +25,12 @@ FIRST_PAUSE_S, LONGEST_S = 5.0, 60.0
 
 
 @contextmanager
-def working(what: str) -> Iterator[Progress]:
-    """Meanwhile the user sees what is done; gives the `Progress` to tell it the stages."""
+def working(what: str, *, staged: bool = False) -> Iterator[Progress]:
+    """Meanwhile the user sees what is done; gives the `Progress` to tell it the stages.
+
+    staged : whether the work tells its stages. Then no line comes before the first, so that input that cannot be used
+    is refused in one line.
+    """
     chosen = manner()
     if chosen.quiet:
         yield silent
@@ -34,7 +38,7 @@ def working(what: str) -> Iterator[Progress]:
         with _on_terminal(what) as report:
             yield report
     else:
-        lines = _StageLines(what, 0.0, 0.0) if chosen.verbose else _StageLines(what, SOON_S, BETWEEN_S)
+        lines = _StageLines(what, 0.0, 0.0) if chosen.verbose else _StageLines(what, SOON_S, BETWEEN_S, staged)
         with _kept(lines):
             yield lines.report
 
@@ -77,9 +81,12 @@ def _kept(lines: _StageLines) -> Iterator[None]:
 
 
 class _StageLines:
-    """Lines about stages. after_s : when the first may come; between_s : at least so long between two [s]."""
+    """Lines about stages. after_s : when the first may come; between_s : at least so long between two [s];
+    staged : none before the first stage.
+    """
 
-    def __init__(self, what: str, after_s: float, between_s: float) -> None:
+    def __init__(self, what: str, after_s: float, between_s: float, staged: bool = False) -> None:
+        self._silent = staged
         self._what, self._after_s, self._between_s = what, after_s, between_s
         self._began = time.monotonic()
         self._said_s: float | None = None
@@ -90,6 +97,7 @@ class _StageLines:
     def report(self, stage: str, done: int, total: int) -> None:
         """As `Progress` has it; called from the thread that works."""
         with self._lock:
+            self._silent = False
             if stage != self._stage:
                 self._stage, self._news, self._pause_s = stage, True, FIRST_PAUSE_S
             self._words = f"{self._what}: {stage_words(stage, done, total)}"
@@ -104,7 +112,7 @@ class _StageLines:
     def _say_when_due(self) -> None:
         passed = time.monotonic() - self._began
         since = math.inf if self._said_s is None else passed - self._said_s
-        if passed < self._after_s or since < (self._between_s if self._news else self._pause_s):
+        if self._silent or passed < self._after_s or since < (self._between_s if self._news else self._pause_s):
             return
         print(f"{self._words} ({passed:.0f} s)", file=sys.stderr, flush=True)
         self._pause_s = self._pause_s if self._news else min(2 * self._pause_s, LONGEST_S)

@@ -10,10 +10,11 @@ from detector.evaluation.results.verdicts import detected
 
 KEY = (
     "Key: fN-abrupt or fN-incipient is fault N of the DAMADICS benchmark, sudden or growing; play and lugre are two "
-    "forms of friction, the number behind them the sampling rate in hertz; rtd and rfd are the shares of the faulty and "
-    "of the fault-free time with an alarm. Published results: P1 Papadimitropoulos, Rovithakis and Parisini (2003), R1 Patan "
-    "and Parisini (2003), R2 Mrugalski, Arinton and Korbicz (2003), R3 Rzepiejewski, Syfert and Jegorov (2003), R4 "
-    "Almeida and Park (2008), R5 Bahrampour, Moshiri and Salahshoor (2011), R6 a self-organising map (IJSCE, 2011)."
+    "forms of friction, the number behind them the sampling rate in hertz; rtd and rfd are the shares of the faulty "
+    "and of the fault-free time with an alarm. Published results: P1 Papadimitropoulos, Rovithakis and Parisini "
+    "(2003), R1 Patan and Parisini (2003), R2 Mrugalski, Arinton and Korbicz (2003), R3 Rzepiejewski, Syfert and "
+    "Jegorov (2003), R4 Almeida and Park (2008), R5 Bahrampour, Moshiri and Salahshoor (2011), R6 a self-organising "
+    "map (IJSCE, 2011)."
 )
 
 
