@@ -18,12 +18,12 @@ def command(
 
     Example: bristle demo --out demo-output
     """
-    from bristle.cli.console import stdout
     from bristle.cli.demo.files import KINDS, cleared
     from bristle.cli.demo.fit import fit_stage
     from bristle.cli.demo.record import record_stage
     from bristle.cli.demo.trace import trace_stage
     from bristle.cli.demo.watch import watch_stage
+    from bristle.cli.output.manner import answer, stdout
 
     cleared(out)
     console = stdout()
@@ -36,6 +36,10 @@ def command(
     console.rule("4  Watch")
     watched = watch_stage(traced, out, console.print)
     console.rule()
+    answer({
+        "alarm_s": watched.alarm_s, "fault": watched.fault, "false_alarms": watched.false_alarms,
+        "files": {name: [out / file for file in files] for name, files in KINDS.items()},
+    })  # fmt: skip
     console.print(
         f"Alarm after {watched.alarm_s:.1f} s, {'not named' if watched.fault is None else f'named {watched.fault}'}"
     )

@@ -41,10 +41,8 @@ def words_table(
     table = Table(box=SIMPLE_HEAD, pad_edge=False, title_justify="left", caption_justify="left")
     table.title, table.caption = Text(title) if title else None, Text(note) if note else None
     for place, head in enumerate(heads):
-        least = min(longest, LONGEST_NAME) if place == 0 else None
-        table.add_column(
-            Text(head), overflow="fold", justify="right" if head in right else "left", min_width=least,
-        )  # fmt: skip
+        whole = place == 0 and longest <= LONGEST_NAME
+        table.add_column(Text(head), overflow="fold", justify="right" if head in right else "left", no_wrap=whole)
     for row in said:
         table.add_row(*map(Text, row))
     return table

@@ -105,9 +105,9 @@ def _table(path: Path, layout: FileLayout, rows: list[Row], wanted: set[str], hi
     texts = {name: [_text(row[place]) for _, row in body] for place, name in enumerate(names) if name in bad}
     kept = {name: words for name, words in texts.items() if name in wanted or name.casefold() in wanted}
     lines = np.array([number for number, _ in body])
-    units = said | dict(zip(names, units, strict=False)) if units else said
+    told = said | dict(zip(names, units, strict=False)) if units else said
     return ForeignTable(
-        str(path), columns, {k: v for k, v in units.items() if v} | seconds, texts=kept, bad_cells=bad, rows=lines,
+        str(path), columns, {k: v for k, v in told.items() if v} | seconds, texts=kept, bad_cells=bad, rows=lines,
         hint=hint,
     )  # fmt: skip
 
@@ -137,7 +137,7 @@ def _numbers(cells: list[tuple[int, Any]], layout: FileLayout) -> tuple[Any, Bad
     missing = {"", *(text.casefold() for text in layout.missing)}
     dates = [cell for _, cell in cells if isinstance(cell, datetime | date | time | timedelta)]
     values = np.full(len(cells), np.nan)
-    others = dict[str, int]()
+    others: dict[str, int] = {}
     for k, (number, cell) in enumerate(cells):
         if isinstance(cell, bool | int | float):
             values[k] = float(cell)
