@@ -31,7 +31,7 @@ COMMANDS = {
     "fit": "fit",
     "import": "import_",
     "monitor": "monitor",
-    "probe": "probe",
+    "probe": "look.probe",
     "record": "record",
     "replay": "replay",
     "serve": "serve",
@@ -39,9 +39,9 @@ COMMANDS = {
     "simulate": "simulate",
     "test": "test",
     "trace": "trace",
-    "version": "version",
+    "version": "look.version",
 }
-"""Command name -> module in `bristle.cli.commands`; each module has one function `command`."""
+"""Command name -> module in `bristle.cli.commands`, with a dot in a folder of it; each has one function `command`."""
 
 OPTIONS = {
     "certificates": "--make-test-ca",

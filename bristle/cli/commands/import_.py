@@ -74,7 +74,7 @@ def command(
     from bristle.cli.import_options import clock_of, plant_of, signals_of
     from bristle.cli.output.manner import answer, note, say
     from bristle.cli.output.working import working
-    from bristle.cli.previewing import show_preview
+    from bristle.cli.shown.preview import show_preview
     from recordings import BadInput, open_recording
     from recordings.importers import import_to
 

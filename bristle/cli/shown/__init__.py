@@ -1,4 +1,4 @@
-"""What is in a file, in words, as a picture and as JSON: one kind of file an entry of `KINDS`."""
+"""What is in a file or a device, in words, as a picture and as JSON: one kind of file an entry of `KINDS`."""
 
 from bristle.cli.shown.kinds import KINDS, Kind, kind_of
 

@@ -23,7 +23,7 @@ def command(
 
     from bristle.cli.output.manner import answer, say, stdout
     from bristle.cli.output.working import working
-    from bristle.cli.probing import probe_facts, probe_table
+    from bristle.cli.shown.device import probe_facts, probe_table
     from bristle.cli.sources import valves_from
     from hil import live_address, probe
     from recordings import NegativeAnswer
