@@ -102,7 +102,9 @@ def test_every_file_can_be_shown(console, tmp_path, monkeypatch):
         assert words in ending.out
         assert "…" not in ending.out
         assert json.loads(console("show", name, "--json").out)
-    assert "--preview" in console.refused("show", "a.xlsx")
+    (tmp_path / "a.txt").write_text("1 2\n")
+    assert "--preview" in console.refused("show", tmp_path / "a.txt")
+    assert "no such file" in console.refused("show", tmp_path / "none.xlsx")
 
 
 @pytest.mark.parametrize("words", [STEP, ("compare", "bundled:mixed", "bundled:step")])

@@ -35,10 +35,13 @@ def command(
     """
     from bristle.cli.evaluating import plan_of, reported, results, summary
     from bristle.cli.output.manner import answer, stdout
+    from recordings import save_json
 
     plan = plan_of(detectors, scenarios, variants, seeds, false_alarms, smoke)
     outcome, files = reported(plan, out, workers, plant)
-    answer(results(outcome, files))
+    told = results(outcome, files)
+    save_json(out / "evaluation.json", told)
+    answer(told)
     console = stdout()
     console.print(summary(outcome), soft_wrap=False)
     console.print(f"wrote {len(files)} files to {out}, among them evaluation.md and evaluation.html")

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from bristle.cli.shown import recording, results, tables
+from recordings.importers import is_recording
 
 Content = Mapping[str, Any]
 
@@ -44,7 +45,9 @@ KINDS: Mapping[str, Kind] = {
 
 
 def kind_of(file: Path) -> str:
-    """What kind of file it is; one that cannot be read counts as a recording, whose reader has words for that."""
+    """What kind of file it is, ``foreign`` for one of another program; a JSON file that cannot be read counts as a
+    recording, whose reader has words for that. Raises BadInput where there is no such file.
+    """
     suffix = file.suffix.lower()
     if suffix == ".toml":
         return _kind_of_toml(file)
@@ -53,7 +56,7 @@ def kind_of(file: Path) -> str:
     if suffix == ".csv":
         return "register-map" if tables.is_map_table(file) else "foreign"
     if suffix != ".json":
-        return "recording" if suffix in {".h5", ".hdf5", ""} else "foreign"
+        return "recording" if suffix in {".h5", ".hdf5", ""} or is_recording(file) else "foreign"
     try:
         content = json.loads(file.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError):
