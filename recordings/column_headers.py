@@ -61,13 +61,13 @@ def meant(word: str, allowed: Iterable[str]) -> str:
     ("did you mean 'position'?", "did you mean 'position'?", '')
     """
     names, known = list(allowed), known_name(word)
-    return f"did you mean '{known}'?" if known in names and known != word else near(word, names)
+    return f"did you mean '{known}'?" if known in names and known != word else did_you_mean(word, names)
 
 
-def near(word: str, allowed: Iterable[str]) -> str:
+def did_you_mean(word: str, allowed: Iterable[str]) -> str:
     """The same by spelling alone.
 
-    >>> near("Stem positon", ["time", "Stem position"])
+    >>> did_you_mean("Stem positon", ["time", "Stem position"])
     "did you mean 'Stem position'?"
     """
     lower = {name.casefold(): name for name in allowed}

@@ -26,8 +26,8 @@ from recordings.hdf5.recover import Recovery, recover
 from recordings.hdf5.writer import write
 from recordings.importers.assemble import Imported
 from recordings.importers.file_format import is_recording
+from recordings.importers.first_look import ImportPreview, PreviewedColumn, as_json, preview
 from recordings.importers.mapping import ImportMapping, load_mapping, mapping_names, mapping_of, with_changes
-from recordings.importers.preview import ImportPreview, PreviewedColumn, as_json, preview
 from recordings.importers.reading import import_file, read_table
 from recordings.importers.table import ForeignTable
 

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, ValidationError, field_validator, model_validator
 
-from recordings.column_headers import near
+from recordings.column_headers import did_you_mean
 from recordings.errors import BadInput
 from recordings.hdf5.header import Origin
 from recordings.importers.dates import ISO, NAMED
@@ -185,7 +185,7 @@ def load_mapping(name: str | Path) -> ImportMapping:
     try:
         values = tomllib.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
-        close = near(str(name), mapping_names())
+        close = did_you_mean(str(name), mapping_names())
         remedy = f"{close}{' ' if close else ''}give a TOML file or one of: {', '.join(mapping_names())}"
         raise BadInput(str(name), "there is no such mapping", remedy) from None
     except (OSError, UnicodeDecodeError) as error:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from recordings.arrays import Array, Integers
-from recordings.column_headers import near, split_unit
+from recordings.column_headers import did_you_mean, split_unit
 from recordings.errors import BadInput
 
 _MOST_NAMES = 20
@@ -70,7 +70,7 @@ class ForeignTable:
         name = self.find(reference)
         if name is None:
             there = ", ".join(self.names[:_MOST_NAMES]) + (" ..." if len(self.names) > _MOST_NAMES else "")
-            found, close = f"there is no column '{reference}'", near(str(reference), self.names)
+            found, close = f"there is no column '{reference}'", did_you_mean(str(reference), self.names)
             remedy = f"{close}{' ' if close else ''}columns there: {there or 'none'}{self.hint}"
             raise BadInput(self.where, found, remedy, parameter="variable" if self.hint else None)
         return name

@@ -52,8 +52,8 @@ class Manner:
         return not (self.json or self.quiet)
 
     def print_result(self, error: Mapping[str, Any] | None = None) -> None:
-        """The one JSON object of this run: its result, else what went wrong; nothing without ``--json``, nor where there
-        is neither: a command that prints JSON of its own.
+        """The one JSON object of this run: its result, else what went wrong. Nothing without ``--json``, nor where
+        there is neither: a command that prints JSON of its own.
         """
         shown = self.result if self.result is not None else {"error": error} if error else None
         if self.json and shown is not None:
