@@ -26,6 +26,8 @@ from hil.recorder.files import RecorderSettings
 from hil.recorder.recorder import Recorder, RecorderReport, ValveReport
 from hil.recorder.session import RecorderEnd, record_session
 from hil.registers.codec import Decoded, decode, encode
+from hil.registers.map_file import locate as map_file
+from hil.registers.map_file import shipped as map_names
 from hil.registers.map_table import describe_register_map, register_map_page
 from hil.registers.point import Point
 from hil.registers.register_map import ReadBlock, RegisterMap, WriteMap
@@ -38,9 +40,10 @@ from hil.service.plant_file import PlantFile
 from hil.service.service import Service, ServiceOutlets, ServiceTask
 from hil.service.session import ServiceEnd, ServiceSession, http_address, run_service
 from hil.service.status import Health, LinkStatus, PlantStatus, RecentSamples, TaskStatus, ValveStatus
-from hil.source.address import parse_address
+from hil.source.address import live_address, parse_address
 from hil.source.live import LiveSource, PollingStopped
 from hil.source.polling import Polling
+from hil.source.probe import ProbedPoint, ProbedValve, probe
 from hil.source.replay import ReplaySource
 from hil.source.ring_reading import RingReading
 from hil.source.sample import LinkEvent, Quality, Reading, Sample
@@ -77,6 +80,8 @@ __all__ = [
     "Point",
     "Polling",
     "PollingStopped",
+    "ProbedPoint",
+    "ProbedValve",
     "PtyAddress",
     "Quality",
     "ReadBlock",
@@ -118,10 +123,14 @@ __all__ = [
     "encode",
     "http_address",
     "listen_address",
+    "live_address",
     "load_state",
+    "map_file",
+    "map_names",
     "monitor_session",
     "open_source",
     "parse_address",
+    "probe",
     "record_session",
     "register_map_page",
     "run_service",

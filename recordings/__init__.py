@@ -8,7 +8,8 @@ recordings.errors.BadInput: nowhere.h5: there is no such file; check the path
 """
 
 from recordings.arrays import Array, IndexArray, Integers
-from recordings.atomic_files import save_json, save_text
+from recordings.atomic_files import json_text, save_json, save_text
+from recordings.column_headers import did_you_mean
 from recordings.discovery import classes_of, instances_of
 from recordings.errors import BadInput, BadParameter, BristleError, LinkError, NegativeAnswer, ProtocolError
 from recordings.hdf5.header import Header, Origin
@@ -67,9 +68,11 @@ __all__ = [
     "classes_of",
     "convert",
     "describe",
+    "did_you_mean",
     "envelope",
     "find_unit",
     "instances_of",
+    "json_text",
     "open_recording",
     "picture",
     "read",

@@ -103,7 +103,19 @@ def save_json(path: str | Path, content: Mapping[str, Any]) -> None:
     """Write a result as JSON, whole or not at all, with null for numbers that are not finite: JSON has no word for
     them. Raises BadInput when the disk refuses.
     """
-    save_text(path, json.dumps(_finite(content), indent=1, allow_nan=False) + "\n")
+    save_text(path, json_text(content) + "\n")
+
+
+def json_text(content: Mapping[str, Any]) -> str:
+    """A result as JSON, with null for numbers that are not finite.
+
+    >>> print(json_text({"rmse_m": float("nan"), "file": Path("a.h5")}))
+    {
+     "rmse_m": null,
+     "file": "a.h5"
+    }
+    """
+    return json.dumps(_finite(content), indent=1, allow_nan=False)
 
 
 def _finite(value: Any) -> Any:
@@ -113,6 +125,10 @@ def _finite(value: Any) -> Any:
         return [_finite(one) for one in value]
     if isinstance(value, float | np.floating):
         return float(value) if np.isfinite(value) else None
+    if isinstance(value, np.integer):
+        return int(value)
+    if isinstance(value, Path):
+        return str(value)
     return bool(value) if isinstance(value, np.bool_) else value
 
 

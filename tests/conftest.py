@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import signal
 from collections.abc import Iterator
 
@@ -25,6 +26,14 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> PartScheduling:
     """Files that share costly results are run by one worker."""
     return PartScheduling(config, log)
+
+
+@pytest.fixture(autouse=True, scope="session")
+def _no_progress() -> None:
+    """Lines of progress come when the clock says so, and would stand among what a test reads on a busy machine."""
+    from bristle.cli.output import working
+
+    working.SOON_S = math.inf
 
 
 @pytest.fixture(scope="session")

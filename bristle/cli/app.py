@@ -7,13 +7,18 @@ import os
 import signal
 import sys
 import threading
+import traceback
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 from typer.core import TyperArgument, TyperCommand, TyperOption
 
-from bristle.cli.terminal import plain_text
+from bristle.cli.output.common import with_common_options
+from bristle.cli.output.manner import OPTIONS as SPOKEN
+from bristle.cli.output.manner import answer, begin, manner, say
+from bristle.cli.output.terminal import plain_text
+from bristle.cli.several import spelled_out
 
 if TYPE_CHECKING:
     from recordings.errors import BadInput
@@ -26,6 +31,7 @@ COMMANDS = {
     "fit": "fit",
     "import": "import_",
     "monitor": "monitor",
+    "probe": "look.probe",
     "record": "record",
     "replay": "replay",
     "serve": "serve",
@@ -33,8 +39,9 @@ COMMANDS = {
     "simulate": "simulate",
     "test": "test",
     "trace": "trace",
+    "version": "look.version",
 }
-"""Command name -> module in `bristle.cli.commands`; each module has one function `command`."""
+"""Command name -> module in `bristle.cli.commands`, with a dot in a folder of it; each has one function `command`."""
 
 OPTIONS = {
     "certificates": "--make-test-ca",
@@ -48,11 +55,9 @@ OPTIONS = {
     "rate_hz": "--rate HZ",
     "settings": "--set",
     "time": "--time COLUMN:UNIT",
+    "time_format": "--time-format",
 }
 """How a message writes the option that stands for a parameter, where it is not the parameter's name alone."""
-
-SEVERAL = ("--holdout", "--report-on")
-"""Options that take all words up to the next option."""
 
 INTERRUPTED = 130
 AGAIN_S = 0.01
@@ -65,13 +70,12 @@ def application() -> typer.Typer:
         name="bristle",
         help="Learns what a control valve really does from measured data, then watches it.",
         context_settings={"help_option_names": ["-h", "--help"]},
-        add_completion=False,
         pretty_exceptions_enable=False,
     )
     app.callback()(_options)
     for name, module in COMMANDS.items():
         function = importlib.import_module(f"bristle.cli.commands.{module}").command
-        app.command(name, cls=Literal)(function)
+        app.command(name, cls=Literal)(with_common_options(function))
     return app
 
 
@@ -79,7 +83,8 @@ def _print_version(asked: bool) -> None:
     if asked:
         import bristle
 
-        print(f"bristle {bristle.__version__}")
+        say(f"bristle {bristle.__version__}")
+        answer({"bristle": bristle.__version__})
         raise typer.Exit
 
 
@@ -87,6 +92,9 @@ def _options(
     version: Annotated[
         bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit.")
     ] = False,
+    json: Annotated[bool, typer.Option("--json", help=SPOKEN["--json"])] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", help=SPOKEN["--quiet"])] = False,
+    verbose: Annotated[bool, typer.Option("--verbose", help=SPOKEN["--verbose"])] = False,
 ) -> None:
     """What may stand before a command."""
 
@@ -106,17 +114,28 @@ class Literal(TyperCommand):
 
 def run(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code: 0 done, 1 negative answer, 2 bad input or usage, 130 interrupted."""
-    words = _repeated(sys.argv[1:] if arguments is None else arguments) or ["--help"]
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    spoken = begin(given)
     command = typer.main.get_command(application())
+    words = spelled_out(given, _flags(command)) or ["--help"]
     try:
         code = command.main(args=words, prog_name="bristle", standalone_mode=False)
     except (KeyboardInterrupt, typer.Abort):
-        return _say("interrupted", INTERRUPTED)
+        return _ended("interrupted", INTERRUPTED)
     except Exception as error:
+        if spoken.verbose:
+            traceback.print_exception(error)
         return _failed(error)
     if code == INTERRUPTED:  # how the parser hands on a KeyboardInterrupt
-        return _say("interrupted", INTERRUPTED)
+        return _ended("interrupted", INTERRUPTED)
+    spoken.print_result()
     return code if isinstance(code, int) else 0
+
+
+def _flags(command: Any) -> set[str]:
+    """The options of all commands that take no word."""
+    options = (one for sub in command.commands.values() for one in sub.params if getattr(one, "is_flag", False))
+    return {word for one in options for word in (*one.opts, *one.secondary_opts)} | {"-h", "--help"}
 
 
 def _failed(error: Exception) -> int:
@@ -124,25 +143,12 @@ def _failed(error: Exception) -> int:
     from recordings.errors import BadInput, LinkError, NegativeAnswer  # loads numpy: not for help alone
 
     if isinstance(error, BadInput):
-        return _say(_as_option(error), 2)
+        return _ended(_as_option(error), 2, where=error.where, found=error.found, remedy=error.remedy)
     if isinstance(error, NegativeAnswer | LinkError):
-        return _say(str(error), 1)
+        return _ended(str(error), 1)
     if isinstance(error, OSError) and error.filename is not None:  # a name that is too long, a folder on the way
-        return _say(f"{error.filename}: {error.strerror}; check the path", 2)
+        return _ended(f"{error.filename}: {error.strerror}; check the path", 2)
     return _usage(error)
-
-
-def _repeated(arguments: Sequence[str]) -> list[str]:
-    """``--holdout A B`` as ``--holdout A --holdout B``: the parser would silently take B for a recording to fit."""
-    spelled: list[str] = []
-    option = None
-    for word in arguments:
-        if word.startswith("-"):
-            option = word if word in SEVERAL else None
-        elif option is not None and spelled[-1] != option:
-            spelled.append(option)
-        spelled.append(word)
-    return spelled
 
 
 def _usage(error: Exception) -> int:
@@ -150,9 +156,9 @@ def _usage(error: Exception) -> int:
     if not hasattr(error, "format_message"):
         raise error
     context = getattr(error, "ctx", None)
-    helpful = f"; see '{context.command_path} --help'" if context else ""
+    helpful = f"; see '{context.command_path} --help'" if context else "; see 'bristle --help'"
     said = " ".join(error.format_message().split()).removesuffix(".")
-    return _say(f"{said}{helpful}", 2)
+    return _ended(f"{said}{helpful}", 2)
 
 
 def _as_option(error: BadInput) -> str:
@@ -165,8 +171,10 @@ def _as_option(error: BadInput) -> str:
     return f"{error} ({', '.join(options)})" if options else str(error)
 
 
-def _say(message: str, code: int) -> int:
+def _ended(message: str, code: int, **parts: str) -> int:
+    """The line on stderr, and with ``--json`` the object on stdout: what there is of a result, else the error."""
     print(f"bristle: {plain_text(message)}", file=sys.stderr)
+    manner().print_result({"code": code, "message": message, **parts})
     return code
 
 

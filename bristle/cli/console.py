@@ -1,16 +1,17 @@
-"""What commands share: reading options, and tables on the terminal."""
+"""What commands share: reading options, and a fit in words and tables."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from recordings import BadInput, Progress
+from bristle.cli.output.tables import words_table
+from recordings import BadInput
 
 if TYPE_CHECKING:
     from rich.console import Console
+    from rich.table import Table
 
     from identification import Crosscheck, Identification
     from simulator import ValveModel
@@ -44,32 +45,6 @@ def writable(path: Path | None) -> None:
         raise BadInput(str(path), "it is a directory", "name one file inside it")
 
 
-def working(what: str) -> AbstractContextManager[object]:
-    """A sign of life on a terminal while something takes its time; silent elsewhere."""
-    from rich.console import Console
-
-    console = Console(stderr=True)
-    return console.status(what) if console.is_terminal else nullcontext()
-
-
-def shown_on(status: object) -> Progress:
-    """Progress on the sign of life that `working` gives: what is being done, and how much of it is."""
-    from rich.status import Status
-
-    def report(stage: str, done: int, total: int) -> None:
-        if isinstance(status, Status):
-            status.update(f"{stage}: {done} of {total}" if total else stage)
-
-    return report
-
-
-def stdout() -> Console:
-    """The console for results."""
-    from rich.console import Console
-
-    return Console(highlight=False, soft_wrap=True)
-
-
 def model_words(model: ValveModel) -> str:
     """A model file in words: effects, parameters, noise, errors and what it was fitted to."""
     lines = [f"valve model: {', '.join(model.effects)}"]
@@ -84,13 +59,10 @@ def model_words(model: ValveModel) -> str:
     return "\n".join(lines)
 
 
-def parameter_table(found: Identification, truth: dict[str, float] | None = None) -> object:
+def parameter_table(found: Identification, truth: dict[str, float] | None = None) -> Table:
     """The fitted parameters as a table, beside the truth where it is known."""
-    from rich.table import Table
-
-    table = Table(title="Identified valve", title_justify="left")
-    for column in ("parameter", "value", "± std", "unit", "status", *(["truth", "error"] if truth else [])):
-        table.add_column(column, justify="left" if column in ("parameter", "unit", "status") else "right")
+    heads = ("parameter", "value", "± std", "unit", "status", *(("truth", "error") if truth else ()))
+    rows = []
     for name, p in found.model.parameters.items():
         std = "" if p.std is None else f"{p.std:.2g}"
         row = [name, f"{p.value:.6g}", std, p.unit, p.status]
@@ -101,13 +73,13 @@ def parameter_table(found: Identification, truth: dict[str, float] | None = None
                 if known is None
                 else [f"{known:.6g}", f"{100 * (p.value / known - 1):+.2f} %" if known else ""]
             )
-        table.add_row(*row)
-    return table
+        rows.append(row)
+    return words_table(heads, rows, title="Identified valve", right=("value", "± std", "truth", "error"))
 
 
 def print_identification(console: Console, found: Identification) -> None:
     """Everything a fit has to say: parameters, noise, errors, advice and the cross-check that was asked for."""
-    console.print(parameter_table(found))
+    console.print(parameter_table(found), soft_wrap=False)
     noise = found.model.noise
     console.print(
         f"estimator: {found.fit.estimator}; noise of the position {1e6 * (noise['position_m'] or 0.0):.3g} µm, "
@@ -124,24 +96,21 @@ def print_crosscheck(console: Console, check: Crosscheck | None) -> None:
     if check is None:
         return
     if check.rows:
-        console.print(crosscheck_table(check))
+        console.print(crosscheck_table(check), soft_wrap=False)
     console.print(check.sentence)
 
 
-def crosscheck_table(check: Crosscheck) -> object:
+def crosscheck_table(check: Crosscheck) -> Table:
     """The cross-check, row by row."""
-    from rich.table import Table
-
-    table = Table(title="Cross-check by sparse regression (pysindy), ± 90 %", title_justify="left")
-    for column in ("quantity", "fit", "regression", "allowed", ""):
-        words = column in ("quantity", "")
-        table.add_column(column, justify="left" if words else "right", no_wrap=words)
+    rows = []
     for row in check.rows:
         verdict = ("agrees" if row.agrees else "differs") if row.counts else "informs only"
         values = ((row.fitted, row.fitted_half), (row.regressed, row.regressed_half))
         shown = (f"{value:.4g} ± {half:.1g}" for value, half in values)
-        table.add_row(f"{row.name} [{row.unit}]".replace("[", r"\["), *shown, f"{row.allowed:.2g}", verdict)
-    return table
+        rows.append((f"{row.name} [{row.unit}]", *shown, f"{row.allowed:.2g}", verdict))
+    title = "Cross-check by sparse regression (pysindy), ± 90 %"
+    heads = ("quantity", "fit", "regression", "allowed", "")
+    return words_table(heads, rows, title=title, right=("fit", "regression", "allowed"))
 
 
 FAR = 3.0

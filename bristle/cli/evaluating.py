@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+from bristle.cli.output.tables import words_table
+from bristle.cli.output.working import working
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from detector.evaluation import Evaluation, Plan
 
 
@@ -40,7 +44,7 @@ def reported(plan: Plan, out: Path, workers: int, plant: Path | None) -> tuple[E
 
     measured = None if plant is None else plant_hour(plant)
 
-    with _progress() as progress:
+    with working("evaluating", staged=True) as progress:
         outcome = evaluate(plan, out, progress, workers or None)
     more = []
     if measured is not None:
@@ -49,33 +53,17 @@ def reported(plan: Plan, out: Path, workers: int, plant: Path | None) -> tuple[E
     return outcome, write(outcome, out, more)
 
 
-@contextmanager
-def _progress() -> Iterator[Callable[[str, int, int], None]]:
-    """A bar for every stage on a terminal; silent elsewhere."""
-    from rich.console import Console
-    from rich.progress import Progress, TaskID
+def results(outcome: Evaluation, files: Sequence[Path]) -> dict[str, Any]:
+    """The tables of an evaluation as one object, and the files that were written."""
+    from detector.evaluation import tables
 
-    console, tasks = Console(stderr=True), dict[str, TaskID]()
-    with Progress(console=console, disable=not console.is_terminal) as shown:
-
-        def progress(label: str, done: int, total: int) -> None:
-            if label not in tasks:
-                tasks[label] = shown.add_task(label, total=max(total, 1))
-            shown.update(tasks[label], completed=done if total else 1)
-
-        yield progress
+    rows = {one.name: [dict(zip(one.heads, row, strict=True)) for row in one.rows] for one in tables(outcome)}
+    return {"format": "detector-evaluation", "version": 1, "tables": rows, "files": list(files)}
 
 
-def summary(outcome: Evaluation) -> object:
+def summary(outcome: Evaluation) -> Table:
     """The first table, for the terminal."""
-    from rich.table import Table
-
     from detector.evaluation import tables
 
     first = tables(outcome)[0]
-    shown = Table(title=first.title, title_justify="left", caption=first.note, caption_justify="left")
-    for head in first.heads:
-        shown.add_column(head)
-    for row in first.rows:
-        shown.add_row(*row)
-    return shown
+    return words_table(first.heads, first.rows, title=first.title, note=first.note)

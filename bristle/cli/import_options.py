@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
+from recordings import did_you_mean
 from recordings.errors import BadInput
 
 if TYPE_CHECKING:
@@ -53,7 +54,9 @@ def _plant_item(option: str) -> tuple[str, float | str]:
     if not equals:
         raise BadInput("--plant", f"'{option}' names no value", "write --plant NAME=VALUE, such as stroke_m=0.0381")
     if name not in known:
-        raise BadInput("--plant", f"'{name}' is not known of a plant", f"write one of {', '.join(known)}")
+        close = did_you_mean(name, known)
+        remedy = f"{close}{' ' if close else ''}write one of {', '.join(known)}"
+        raise BadInput("--plant", f"'{name}' is not known of a plant", remedy)
     try:
         return name, value if name == "tag" else float(value)
     except ValueError:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import asyncio
 import signal
-import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 
+from bristle.cli.output.manner import answer, note, say
 from hil import Certificates, NetworkAddress, ServedPlant, ServerAddress, ServerSettings, serve_session
 from hil.testing import make_loopback_authority
 from recordings import BadInput
@@ -17,9 +18,10 @@ def make_certificates(folder: Path) -> None:
     """Write the certificates of a test authority and say how to use them. Raises BadInput."""
     made = make_loopback_authority(folder)
     server, client = made.server, made.client
-    print(f"server: --cert {server.certificate} --key {server.key} --ca {server.authority}")
-    print(f"client: cert={client.certificate}&key={client.key}&ca={client.authority}")
-    print("They vouch for localhost, 127.0.0.1 and ::1 only, for 30 days. Keep the keys to yourself.", file=sys.stderr)
+    answer({side: asdict(one) for side, one in (("server", made.server), ("client", made.client))})
+    say(f"server: --cert {server.certificate} --key {server.key} --ca {server.authority}")
+    say(f"client: cert={client.certificate}&key={client.key}&ca={client.authority}")
+    note("They vouch for localhost, 127.0.0.1 and ::1 only, for 30 days. Keep the keys to yourself.")
 
 
 def certificates(
@@ -38,7 +40,7 @@ def certificates(
 def run(plants: Mapping[int, ServedPlant], settings: ServerSettings, duration: float | None) -> None:
     """Serve; SIGTERM is the regular end, Ctrl-C an interruption."""
     for warning in settings.exposure():
-        print(f"bristle: {warning}", file=sys.stderr)
+        note(f"bristle: {warning}")
     end = asyncio.run(serve_session(plants, settings, duration, lambda line: print(line, flush=True)))
     if end.stopped_by == signal.SIGINT:
         raise KeyboardInterrupt

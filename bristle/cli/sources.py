@@ -3,9 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
-from hil import RegisterMap, Valve, valves_of
+from bristle.door.sources import BUNDLED, file_of
+from hil import RegisterMap, Valve, map_file, map_names, valves_of
 from recordings import BadInput
+
+REPLAY = "replay:"
+
+
+def located(address: str) -> str:
+    """The address of a source, with ``replay:bundled:NAME`` as the file it means. Raises BadInput for no such name."""
+    if not address.startswith(REPLAY + BUNDLED):
+        return address
+    place, mark, options = address.removeprefix(REPLAY).partition("?")
+    return f"{REPLAY}{file_of(place)}{mark}{options}"
+
+
+def shown_file(name: str) -> Path:
+    """The file that a path, ``bundled:NAME`` or the name of a shipped map means. A file comes before a name."""
+    path = file_of(name)
+    return map_file(name) if not path.exists() and name in map_names() else path
 
 
 def valves_from(map_: str, unit: str | None, names: str | None) -> Sequence[Valve]:

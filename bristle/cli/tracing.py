@@ -6,9 +6,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rich.table import Column, Table
+from bristle.cli.output.tables import words_table
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from identification import Trace
 
 SHOWN = 8
@@ -16,14 +18,14 @@ SHOWN = 8
 
 def candidate_table(found: Trace) -> Table:
     """The best candidates of the first round, with what became of them."""
-    table = Table(Column("effect", no_wrap=True), "gain", "held-out t", f"held-out rmse [{found.unit}]", "outcome")
+    rows = []
     for c in found.candidates[:SHOWN]:
         rmse = found.holdout_rmse.get(c.effect)
-        table.add_row(
+        rows.append((
             c.effect, f"{c.gain:.4g}", "" if c.held_out is None else f"{c.held_out.t:.1f}",
             "" if rmse is None else f"{rmse:.3g}", "accepted" if c.accepted else c.why,
-        )  # fmt: skip
-    return table
+        ))  # fmt: skip
+    return words_table(("effect", "gain", "held-out t", f"held-out rmse [{found.unit}]", "outcome"), rows)
 
 
 def error_lines(found: Trace) -> Iterator[str]:

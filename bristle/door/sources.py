@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable
+from pathlib import Path
 
-from recordings import BadInput, Recording, bundled, bundled_names
+from recordings import BadInput, Recording, bundled_names, bundled_path
 from recordings import read as read_file
 
 BUNDLED = "bundled:"
@@ -38,13 +39,22 @@ def read(source: RecordingLike) -> Recording:
     """
     if isinstance(source, Recording):
         return source
+    return read_file(file_of(source))
+
+
+def file_of(source: str | os.PathLike[str]) -> Path:
+    """The file that a path or ``bundled:NAME`` means. Raises BadInput when there is no bundled recording of that name.
+
+    >>> file_of("bundled:step").name
+    'step.h5'
+    """
     path = os.fspath(source)
     if not path.startswith(BUNDLED):
-        return read_file(path)
+        return Path(path)
     name = path.removeprefix(BUNDLED)
     if name not in bundled_names():
         raise BadInput(path, "there is no such bundled recording", f"there are {', '.join(bundled_names())}")
-    return bundled(name)
+    return bundled_path(name)
 
 
 def read_all(sources: RecordingLike | Iterable[RecordingLike]) -> list[Recording]:

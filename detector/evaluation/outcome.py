@@ -52,11 +52,14 @@ def gathered(study: Study) -> Evaluation:
 
 
 def missed(outcome: Evaluation) -> list[str]:
-    """The scenarios that some trial of the bank misses, in the first variant."""
+    """The scenarios that some trial of the bank misses, in the first variant; without the bank, that some trial of all
+    detectors misses.
+    """
+    judges = [BANK] if BANK in outcome.plan.detectors else list(outcome.plan.detectors)
     return [
         name
         for name, trials in outcome.trials[outcome.plan.variants[0]].items()
-        if any(trial["detectors"].get(BANK, {"first": 0})["first"] is None for trial in trials)
+        if any(all(trial["detectors"][judge]["first"] is None for judge in judges) for trial in trials)
     ]
 
 

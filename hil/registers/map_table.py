@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+import textwrap
+from collections.abc import Iterator
 from html import escape
 from pathlib import Path
 
@@ -16,6 +18,9 @@ from hil.registers.point import Point
 from hil.registers.register_map import RegisterMap, WriteMap
 
 _COLUMNS = ("device", "table", "address", "type", "order", "name", "value", "unit", "range", "invalid", "meaning")
+
+TABLE_WIDTH = 140
+"""Characters that the table needs; with fewer the points are listed."""
 
 
 def describe_register_map(source: str | Path, width: int = 160) -> str:
@@ -31,7 +36,11 @@ def describe_register_map(source: str | Path, width: int = 160) -> str:
     shown: RegisterMap | WriteMap = WriteMap.load(path) if writes else RegisterMap.load(path)
     out = Console(file=io.StringIO(), width=width, color_system=None, highlight=False)
     out.print(Text(_summary(shown)), soft_wrap=True)
-    out.print(_table(shown.points))
+    if width < TABLE_WIDTH:
+        for line in _listed(shown.points, width):
+            out.print(Text(line), soft_wrap=True)
+    else:
+        out.print(_table(shown.points))
     if isinstance(shown, RegisterMap):
         for line in (*_requests(shown), *_ring(shown)):
             out.print(Text(line), soft_wrap=True)
@@ -65,6 +74,16 @@ def _table(points: tuple[Point, ...]) -> Table:
     for point in sorted(points, key=lambda p: (p.unit_id, p.table, p.address, p.bit or 0)):
         table.add_row(*(Text(cell) for cell in _row(point)))
     return table
+
+
+def _listed(points: tuple[Point, ...], width: int) -> Iterator[str]:
+    """The points one after the other: where and how on one line, what it means on lines below."""
+    for point in sorted(points, key=lambda p: (p.unit_id, p.table, p.address, p.bit or 0)):
+        device, table, address, type_, order, name, value, unit, limits, invalid, meaning = _row(point)
+        yield f"{name}: device {device}, {table} {address}, {' '.join(part for part in (type_, order) if part)}"
+        about = [f"{value} [{unit}]", f"range {limits}" if limits else "", f"invalid {invalid}" if invalid else ""]
+        text = "; ".join(part for part in (*about, meaning) if part)
+        yield from textwrap.wrap(text, width, initial_indent="    ", subsequent_indent="    ")
 
 
 def _row(point: Point) -> tuple[str, ...]:

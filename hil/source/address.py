@@ -61,6 +61,16 @@ def parse_address(text: str) -> Address:
     return kinds[scheme].of(AddressParts.of(text))
 
 
+def live_address(text: str) -> LiveAddress:
+    """The address of a device. Raises BadInput for a recording, which has no registers, and as `parse_address`."""
+    where = parse_address(text)
+    if isinstance(where, ReplayAddress):
+        raise BadInput(
+            text, "it is a recording, which has no registers", f"see what it holds: bristle show {where.path}"
+        )
+    return where
+
+
 @cache
 def _kinds() -> Mapping[str, type[Address]]:
     """The transports that the modules of `hil.client` define, and the replay, by scheme."""

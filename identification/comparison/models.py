@@ -5,7 +5,14 @@ from __future__ import annotations
 import numpy as np
 from scipy.stats import norm
 
-from identification.comparison.result import ComparedCurve, ComparedPicture, ComparedValue, ComparisonResult, Difference
+from identification.comparison.result import (
+    ComparedCurve,
+    ComparedPicture,
+    ComparedValue,
+    ComparisonResult,
+    Difference,
+    shared_tag,
+)
 from recordings import Array
 from simulator import ValveModel
 
@@ -35,7 +42,17 @@ def model_comparison(
         found.append(Difference(name, unit, first, last, difference - half, difference + half))
     notes = list(_notes(before, after, [n for n in shared if n not in told]))
     pictures = tuple(_pictures(before, after, names))
-    return ComparisonResult("models", *names, tuple(found), (), tuple(notes), pictures, LEVEL, alike=True)
+    return ComparisonResult(
+        "models",
+        *names,
+        tuple(found),
+        (),
+        tuple(notes),
+        pictures,
+        LEVEL,
+        True,
+        shared_tag(before.plant, after.plant),
+    )
 
 
 def _estimate(model: ValveModel, name: str, share: float) -> ComparedValue:

@@ -12,7 +12,14 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.stats import t as student
 
-from identification.comparison.result import ComparedCurve, ComparedPicture, ComparedValue, ComparisonResult, Difference
+from identification.comparison.result import (
+    ComparedCurve,
+    ComparedPicture,
+    ComparedValue,
+    ComparisonResult,
+    Difference,
+    shared_tag,
+)
 from identification.comparison.signature import Signature, line, signature, travel
 from identification.data.experiment import Experiment
 from recordings import Array, NegativeAnswer
@@ -42,7 +49,7 @@ def recording_comparison(before: Experiment, after: Experiment, repeatability: f
     places, unlike = _places(*pair, repeatability), _unlike(*pair)
     return ComparisonResult(
         "recordings", before.name, after.name, tuple(found), places, tuple(_notes(unlike, repeatability)),
-        _pictures(before, after, pair), LEVEL, unlike is None,
+        _pictures(before, after, pair), LEVEL, unlike is None, shared_tag(before.plant, after.plant),
     )  # fmt: skip
 
 

@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
 
 from recordings import Array, save_json
+
+
+def shared_tag(before: Mapping[str, object], after: Mapping[str, object]) -> str | None:
+    """The tag that two descriptions of a plant give the valve; None where they give none, or two."""
+    tag, other = before.get("tag"), after.get("tag")
+    return str(tag) if tag and (other is None or tag == other) else None
 
 
 @dataclass(frozen=True)
@@ -77,7 +83,8 @@ class ComparisonResult:
 
     kind : what was compared; before, after : names of the files; quantities : in the order of the table; places : of a
     changed friction, low and high end [m] with the friction before and after [N]; notes : what limits the answer;
-    level : probability that anything at all is called changed where nothing is; alike : whether the tests are.
+    level : probability that anything at all is called changed where nothing is; alike : whether the tests are;
+    tag : of the valve, None where the files do not agree on one.
     """
 
     kind: Literal["recordings", "models"]
@@ -89,6 +96,7 @@ class ComparisonResult:
     pictures: tuple[ComparedPicture, ...]
     level: float
     alike: bool
+    tag: str | None = None
 
     @property
     def changed(self) -> tuple[str, ...]:

@@ -6,7 +6,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from identification.loops.amounts import StictionAmount
 from identification.loops.data_problems import DataProblem
@@ -15,6 +15,9 @@ from identification.loops.methods import MethodAnswer
 from identification.loops.oscillation import Oscillation
 from identification.loops.verdict import LoopVerdict
 from recordings import Array, save_json
+
+if TYPE_CHECKING:
+    from identification.report.opening import Opening
 
 
 @dataclass(frozen=True, repr=False)
@@ -90,4 +93,30 @@ class Assessment:
             "PV against OP": ("OP", "PV", [("loop", self.loop.op, self.loop.pv)]),
         }
         table = (("method", "value", "says", "why"), rows)
-        write_findings(path, Findings(f"Control loop: {self.verdict}", "Loop", tuple(self.lines()), (table,), curves))
+        lines = tuple(self.lines())
+        heading = f"Control loop {Path(self.loop.name).name}"
+        write_findings(path, Findings(heading, "Control loop", lines, (table,), curves, self._opening()))
+
+    def _opening(self) -> Opening:
+        """What the page opens with."""
+        from identification.report.opening import Opening
+
+        sure = (
+            "the data cannot carry one"
+            if self.probability is None
+            else f"probability of stiction {self.probability:.2f}"
+        )
+        if self.verdict == "stiction":
+            size = "" if self.amount is None else f", S = {self.amount.s.value:.2g} % of the range"
+            action = (
+                "put the loop in manual and step the output to confirm; then service packing, actuator and positioner"
+            )
+            return Opening("repair", f"the valve sticks{size}", sure, action)
+        likely = next(iter(self.other_causes), None)
+        if self.verdict == "no_stiction":
+            action = f"look for {likely} instead" if likely else "nothing"
+            return Opening(
+                "watch" if likely else "good", "the valve does not stick as far as these data show", sure, action
+            )
+        action = "record longer at full rate, without compression, while the loop oscillates"
+        return Opening("watch", f"these data cannot tell: {self.why}", sure, action)

@@ -10,6 +10,7 @@ from pathlib import Path
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from identification.report.opening import Opening
 from identification.report.section import Section
 from recordings import save_text
 
@@ -21,12 +22,15 @@ TEMPLATES = Environment(
 
 @dataclass(frozen=True)
 class Front:
-    """The top of a page. kind : what page it is; heading : of what plant; lines : below it; title : of the window."""
+    """The top of a page. kind : what page it is; heading : of what plant; lines : below it; title : of the window;
+    opening : verdict, confidence and next action.
+    """
 
     kind: str
     heading: str
     lines: tuple[str, ...]
     title: str
+    opening: Opening
 
 
 def assembled(front: Front, sections: Sequence[Section]) -> str:

@@ -12,6 +12,7 @@ from identification.comparison.result import ComparedCurve, ComparedPicture, Com
 from identification.report.assembly import Front, assembled, save_page
 from identification.report.canvas import BEFORE, MEASURED, NARROW, WIDE, canvas, finish_legend
 from identification.report.decimate import extremes
+from identification.report.openings import comparison_opening
 from identification.report.section import Section
 from identification.report.wording.numbers import number
 
@@ -26,8 +27,9 @@ def write_comparison_report(path: str | os.PathLike[str], found: ComparisonResul
 def comparison_page(found: ComparisonResult) -> str:
     """The page as HTML; it needs no network, and every text of the user's is escaped."""
     front = Front(
-        "Valve comparison", "Before and after", (f"{found.before} and {found.after}", f"{datetime.now(UTC):%Y-%m-%d}"),
-        f"{found.before} and {found.after} - comparison",
+        "Valve comparison", f"Valve {found.tag}: before and after" if found.tag else "Before and after",
+        (f"{found.before} and {found.after}", f"Report of {datetime.now(UTC):%Y-%m-%d}"),
+        f"{found.before} and {found.after} - comparison", comparison_opening(found),
     )  # fmt: skip
     rows = [
         {"name": q.name, "unit": q.unit, "before": _sized(q.before.value, q.before.std),

@@ -11,6 +11,7 @@ from typing import Any
 from identification.report.assembly import Front, assembled, save_page
 from identification.report.canvas import INK, MEASURED, REFERENCE, canvas, finish_legend
 from identification.report.decimate import extremes
+from identification.report.opening import Opening
 from identification.report.section import Section
 from recordings import Array
 
@@ -22,18 +23,28 @@ MOST = 4000
 
 @dataclass(frozen=True)
 class Findings:
-    """What the page shows. heading, kind : its front; sentences : the answer first; tables : (head, rows); curves."""
+    """What the page shows. heading, kind, opening : its front; sentences : the answer first; tables : (head, rows);
+    curves; lines : below the heading.
+    """
 
     heading: str
     kind: str
     sentences: tuple[str, ...]
     tables: Sequence[tuple[Sequence[str], Sequence[Sequence[str]]]]
     curves: Curves
+    opening: Opening
+    lines: tuple[str, ...] = ()
 
 
 def write_findings(path: str | os.PathLike[str], findings: Findings) -> None:
     """Write the page as one HTML file that needs no network. Raises BadInput when the path cannot be written."""
-    front = Front(findings.kind, findings.heading, (f"Report of {datetime.now(UTC):%Y-%m-%d}",), findings.heading)
+    front = Front(
+        findings.kind,
+        findings.heading,
+        (*findings.lines, f"Report of {datetime.now(UTC):%Y-%m-%d}"),
+        findings.heading,
+        findings.opening,
+    )
     plots = {f"p{i}": _drawn(name, *curve) for i, (name, curve) in enumerate(findings.curves.items())}
     words = {"sentences": findings.sentences, "tables": findings.tables}
     save_page(path, assembled(front, [Section("findings", "Result", words, plots)]))

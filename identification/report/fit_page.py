@@ -7,6 +7,8 @@ from collections.abc import Callable
 from datetime import UTC, datetime
 
 from identification.report.assembly import Front, assembled, save_page
+from identification.report.opening import Opening
+from identification.report.openings import fit_opening
 from identification.report.section import Section
 from identification.report.sections.crosscheck import crosscheck
 from identification.report.sections.friction import friction
@@ -32,12 +34,16 @@ def write_report(path: str | os.PathLike[str], identification: FitResult) -> Non
 
 def page(identification: FitResult) -> str:
     """The report as one self-contained HTML page; it needs no network, and every text of the user's is escaped."""
-    return assembled(front("Valve identification", identification), [s(identification) for s in SECTIONS])
+    return assembled(
+        front("Valve identification", identification, fit_opening(identification)),
+        [s(identification) for s in SECTIONS],
+    )
 
 
-def front(kind: str, identification: FitResult) -> Front:
+def front(kind: str, identification: FitResult, opening: Opening) -> Front:
     """The front of the page of a fit or a trace: plant, recordings, date."""
     tag = identification.model.plant.get("tag")
     fitted, held = (", ".join(t.name for t in some) for some in (identification.trajectories, identification.holdout))
     lines = f"Fitted to {fitted}" + (f"; judged on {held}" if held else ""), f"Report of {datetime.now(UTC):%Y-%m-%d}"
-    return Front(kind, f"Valve {tag}" if tag else "Fitted plant", lines, f"{tag or fitted} – {kind.lower()}")
+    heading = f"Valve {tag}" if tag else "Fitted plant"
+    return Front(kind, heading, lines, f"{tag or fitted} – {kind.lower()}", opening)

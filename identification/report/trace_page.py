@@ -8,6 +8,7 @@ from functools import partial
 
 from identification.report.assembly import assembled, save_page
 from identification.report.fit_page import front
+from identification.report.openings import trace_opening
 from identification.report.section import Section
 from identification.report.sections.crosscheck import crosscheck
 from identification.report.sections.friction import friction
@@ -20,6 +21,7 @@ from identification.report.sections.signals import signals
 from identification.report.trace.answer import answer_section
 from identification.report.trace.candidates import candidates
 from identification.report.trace.pictures import pictures
+from identification.report.trace.wording import answer
 from identification.result import FitResult
 from identification.tracing.result import TraceResult
 
@@ -41,4 +43,5 @@ def write_trace_report(path: str | os.PathLike[str], trace: TraceResult) -> None
 def trace_page(trace: TraceResult) -> str:
     """The report as one self-contained HTML page."""
     sections = [*(section(trace) for section in STORY), *(section(trace.final) for section in MODEL)]
-    return assembled(front("Valve trace", trace.final), sections)
+    opening = trace_opening(trace, answer(trace))
+    return assembled(front("Valve trace", trace.final, opening), sections)

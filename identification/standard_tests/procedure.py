@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any, Literal, get_args
 
 from identification.standard_tests.comparison import changes
@@ -36,7 +37,12 @@ def standard_test(
     problems: list[str] = []
     values = _values(recordings, kind, problems)
     changed = None if known is None else tuple(changes(known, plain(values)))
-    return ValveTest(kind, values, changed, tuple(problems), _curves(recordings, kind))
+    tag = next((one.plant.tag for one in recordings if one.plant.tag), None)
+    return ValveTest(kind, values, changed, tuple(problems), _curves(recordings, kind), tag, _names(recordings))
+
+
+def _names(recordings: Sequence[Recording]) -> tuple[str, ...]:
+    return tuple(Path(one.label).name for one in recordings)
 
 
 def _values(recordings: Sequence[Recording], kind: TestKind, problems: list[str]) -> dict[str, Any]:

@@ -6,10 +6,13 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from identification.standard_tests.interval import Interval
 from recordings import BadInput, read_small_json, save_json
+
+if TYPE_CHECKING:
+    from identification.report.opening import Opening
 
 FORMAT, VERSION = "valve-test", 1
 
@@ -17,7 +20,8 @@ FORMAT, VERSION = "valve-test", 1
 @dataclass(frozen=True, repr=False)
 class ValveTest:
     """A standard test of a valve. kind : which; values : by name, the unit is its end; changed : against a reference,
-    None without one; problems : what limits it, in sentences; curves : pairs of arrays for pictures, by name.
+    None without one; problems : what limits it, in sentences; curves : pairs of arrays for pictures, by name; tag :
+    of the valve; files : the recordings.
     """
 
     kind: str
@@ -25,6 +29,8 @@ class ValveTest:
     changed: tuple[Mapping[str, Any], ...] | None
     problems: tuple[str, ...]
     curves: Mapping[str, Any]
+    tag: str | None = None
+    files: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         return "\n".join([f"{self.kind} test", *self.lines()])
@@ -62,7 +68,33 @@ class ValveTest:
         rows = [(name, *_ends(value)) for name, value in self.values.items() if isinstance(value, Interval)]
         words = [line for line in self.lines() if not line.startswith(tuple(self.values))]
         table = (("quantity", "value", "lower", "upper"), rows)
-        write_findings(path, Findings(f"Valve test: {self.kind}", self.kind, tuple(words), (table,), self.curves))
+        heading = f"Valve {self.tag}: {self.kind} test" if self.tag else f"Valve test: {self.kind}"
+        lines = (", ".join(self.files),) if self.files else ()
+        write_findings(
+            path, Findings(heading, "Valve test", tuple(words), (table,), self.curves, self._opening(), lines)
+        )
+
+    def _opening(self) -> Opening:
+        """What the page opens with."""
+        from identification.report.opening import Opening
+
+        limits = f"; {self.problems[0]}" if self.problems else ""
+        sure = f"intervals of 95 % stand beside every value{limits}"
+        if self.aborted:
+            why = f"the partial stroke failed: {'; '.join(self.aborted)}"
+            return Opening("repair", why, sure, "look at supply, positioner and packing before the valve is relied on")
+        if self.changed:
+            why = "; ".join(changed_words(one) for one in self.changed)
+            return Opening("watch", why, sure, "test again in the same way; if it goes on, plan work on the valve")
+        if self.changed is None:
+            why = (
+                "the test was carried out; with nothing to compare, it says how the valve is and not whether it changed"
+            )
+            action = "keep test.json, and give it with --reference to the next test"
+            return Opening("watch" if self.problems else "good", why, sure, action)
+        return Opening(
+            "good", "nothing changed beyond the noise of both tests", sure, "test again at the next inspection"
+        )
 
 
 def plain(value: Any) -> Any:

@@ -13,72 +13,42 @@
 
 from __future__ import annotations
 
-import hashlib
 import shutil
 from collections.abc import Mapping
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 from recordings.atomic_files import writing
 from recordings.errors import BadInput
-from recordings.hdf5.header import RESERVED
 from recordings.hdf5.opening import being_written, check_vacant, journal_path
 from recordings.hdf5.reader import read
 from recordings.hdf5.recover import Recovery, recover
 from recordings.hdf5.writer import write
-from recordings.importers.assemble import Imported, assemble, text_columns
-from recordings.importers.clock import first_date
-from recordings.importers.file_format import format_of, is_recording
+from recordings.importers.assemble import Imported
+from recordings.importers.file_format import is_recording
+from recordings.importers.first_look import ImportPreview, PreviewedColumn, as_json, preview
 from recordings.importers.mapping import ImportMapping, load_mapping, mapping_names, mapping_of, with_changes
+from recordings.importers.reading import import_file, read_table
 from recordings.importers.table import ForeignTable
 
 __all__ = [
     "ForeignTable",
     "ImportMapping",
+    "ImportPreview",
     "Imported",
+    "PreviewedColumn",
+    "as_json",
     "import_file",
     "import_to",
     "is_recording",
     "load_mapping",
     "mapping_names",
     "mapping_of",
+    "preview",
     "read_table",
     "recover_to",
     "with_changes",
 ]
-
-
-def import_file(path: str | Path, mapping: ImportMapping | None = None) -> Imported:
-    """Make a recording of a CSV, TSV, MATLAB, HDF5 or Parquet file.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file; its kind is recognised by its content.
-    mapping : ImportMapping, optional
-        What its columns are; without one, columns whose header says a known name and a unit are taken.
-
-    Raises
-    ------
-    BadInput
-        The file cannot be read, or the mapping does not fit it; names file, row or column, and what to do.
-    """
-    path, mapping = Path(path), mapping or ImportMapping()
-    table = _table(path, mapping)
-    attributes: dict[str, str | float] = {k: v for k, v in table.constants.items() if k not in RESERVED}
-    attributes |= mapping.attributes
-    with path.open("rb") as file:
-        attributes |= {"imported_from": path.name, "imported_sha256": hashlib.file_digest(file, "sha256").hexdigest()}
-    written = datetime.fromtimestamp(int(path.stat().st_mtime), UTC)
-    about = {"title": mapping.title or path.name, "source": mapping.source, "attributes": attributes}
-    return assemble(table, mapping, created=first_date(table, mapping.time) or written, **about)
-
-
-def _table(path: Path, mapping: ImportMapping) -> ForeignTable:
-    if is_recording(path):
-        raise BadInput(str(path), "it is a recording already", "use it as it is")
-    return format_of(path).read(path, mapping.file, text_columns(mapping))
 
 
 def recover_to(path: str | Path, target: str | Path, *, overwrite: bool = False) -> Recovery:
@@ -145,8 +115,3 @@ def import_to(
     imported = import_file(path, with_changes(mapping, changes or {}, "options"))
     write(target, imported.recording, overwrite=overwrite)
     return imported.notes
-
-
-def read_table(path: str | Path, mapping: ImportMapping | None = None) -> ForeignTable:
-    """The columns of a foreign file as they stand there, for programs that choose among them. Raises BadInput."""
-    return _table(Path(path), mapping or ImportMapping())

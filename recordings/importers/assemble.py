@@ -3,23 +3,27 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections import Counter
+from collections.abc import Iterator, Mapping, Set
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from recordings.arrays import Array
+from recordings.column_headers import known_name, meant
 from recordings.errors import BadInput
 from recordings.importers.clock import keep_rows, time_column
 from recordings.importers.formula import evaluate, names_in
 from recordings.importers.mapping import ImportMapping, SignalSource
+from recordings.importers.plausible import implausible
 from recordings.importers.table import ForeignTable
 from recordings.plant import Plant
 from recordings.recording import Recording
 from recordings.sample_checks import holds_number, size_problem
 from recordings.signal import UNDERSTOOD, Role, Signal
 from recordings.stored_units import stored_signal
+from recordings.units import find_unit
 
 _OPERATOR = re.compile(r"[-+*\[]")
 _GIVE_UNIT = "give it, such as mm, N, bar or %"
@@ -66,6 +70,10 @@ def assemble(table: ForeignTable, mapping: ImportMapping, **about: Any) -> Impor
     if not sources:
         remedy = f"say which column is the position, its unit, and so on; columns: {', '.join(table.names)}"
         raise BadInput(table.where, "no column is known to be a signal", remedy, parameter="column")
+    clock = time_column(table, mapping.time)
+    columns = [table.find(source.column) for source in sources.values() if source.column is not None]
+    used = [clock] if clock is not None and clock not in table.texts else []
+    table.refuse([*used, *(column for column in columns if column is not None)])
     raw = {name: _raw(table, name, source, constants) for name, source in sources.items()}
     n_rows = _common_length(table, mapping, raw)
     rows, time = keep_rows(table, mapping.time, mapping.file, n_rows)
@@ -78,12 +86,32 @@ def assemble(table: ForeignTable, mapping: ImportMapping, **about: Any) -> Impor
         if wild:
             raise BadInput(f"{table.where}: '{name}'", wild[0], "correct it, or say that it means no value")
         signals.append(_signal(name, source, raw[name], raw[name].values[rows], role, plant, table.where))
-    return Imported(Recording.of(signals, plant=plant, **about), tuple(notes))
+    made = Recording.of(signals, plant=plant, **about)
+    return Imported(made, (*notes, *_strangers(sources, carried), *_without_stroke(made), *implausible(made)))
+
+
+def _without_stroke(made: Recording) -> Iterator[str]:
+    """A sentence on a position in % of a stroke that nobody has said."""
+    position = made.signals.get("position")
+    known = find_unit(position.unit) if position is not None else None
+    if known is not None and known.si == "1" and made.plant.stroke_m is None:
+        yield "the position is a share of the stroke: say the stroke in metres, as in --plant stroke_m=0.0381"
+
+
+def _strangers(sources: Mapping[str, SignalSource], carried: Mapping[str, SignalSource]) -> Iterator[str]:
+    """Sentences on signals whose name looks like a slip of the pen, and on columns that were recognised."""
+    for name in sources:
+        question = meant(name, UNDERSTOOD) if name not in UNDERSTOOD and name not in carried else ""
+        if question:
+            yield f"'{name}' is no name that Bristle understands, and is carried along as an extra signal; {question}"
+    for name, source in carried.items():
+        if name in UNDERSTOOD and str(source.column).casefold() != name:
+            yield f"column '{source.column}' was taken for the {name}"
 
 
 def text_columns(mapping: ImportMapping) -> tuple[str | int, ...]:
     """The columns whose text is needed besides numbers: dates, and the marks of rows to turn round."""
-    dates = mapping.time.column if mapping.time.unit == "iso8601" else None
+    dates = mapping.time.column if mapping.time.date_format else None
     reverse = mapping.file.reverse.column if mapping.file.reverse else None
     return tuple(column for column in (dates, reverse) if column is not None)
 
@@ -158,23 +186,42 @@ def _carried(
     """The columns nobody named, as signals where their unit is known, and notes about those left out."""
     carried: dict[str, SignalSource] = {}
     without_unit, without_number = list[str](), list[str]()
+    recognised = {c: n for c, n in recognised_columns(table, set(named)).items() if c in table.units}
+    wrong = list[str]()
     for column in _unnamed(table, mapping, named):
-        name = column.casefold() if column.casefold() in UNDERSTOOD else column.replace("/", "_")
+        known = column.casefold() if column.casefold() in UNDERSTOOD else recognised.get(column)
+        name = known or column.replace("/", "_")
         if name in named or name == "time":
             continue
         if column in table.bad_cells and name in UNDERSTOOD:
-            table.numbers(column)  # raises: what the recording is about is not left out for one cell
+            wrong.append(column)  # what the recording is about is not left out for one cell
         if column in table.bad_cells or not holds_number(table.columns[column]):
             without_number.append(column)
         elif column not in table.units:
             without_unit.append(column)
         else:
             carried[name] = SignalSource(column=column)
+    if wrong:
+        table.refuse([*(str(table.find(str(source.column))) for source in named.values()), *wrong])
     notes = [f"columns without numbers were left out: {', '.join(without_number)}"] if without_number else []
     if without_unit:
         remedy = "to keep them, say which signal each is, and its unit"
         notes.append(f"columns without a unit were left out: {', '.join(without_unit)} ({remedy})")
     return carried, notes
+
+
+def recognised_columns(table: ForeignTable, taken: Set[str]) -> dict[str, str]:
+    """Columns whose header means an understood signal, with its name: where only one column means it, and it is not
+    taken, also not by a column of that very name.
+    """
+    taken = taken | {name.casefold() for name in table.columns if name.casefold() in UNDERSTOOD}
+    found = {column: known_name(column, table.units.get(column)) for column in table.columns}
+    counts = Counter(found.values())
+    return {
+        column: name
+        for column, name in found.items()
+        if name is not None and name != "time" and counts[name] == 1 and name not in taken
+    }
 
 
 def _unnamed(table: ForeignTable, mapping: ImportMapping, named: Mapping[str, SignalSource]) -> Iterator[str]:

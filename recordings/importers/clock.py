@@ -7,7 +7,9 @@ from datetime import UTC, datetime
 import numpy as np
 
 from recordings.arrays import Array, IndexArray
+from recordings.column_headers import known_name
 from recordings.errors import BadInput
+from recordings.importers.dates import DAY_FIRST, ISO, MONTH_FIRST, date_of
 from recordings.importers.mapping import FileLayout, TimeAxis
 from recordings.importers.table import ForeignTable
 from recordings.sample_checks import time_fault
@@ -23,7 +25,8 @@ def time_column(table: ForeignTable, clock: TimeAxis) -> str | None:
         return table.name_of(clock.column)
     if clock.rate_hz is not None:
         return None
-    found = table.find("time") or table.find("t")
+    meant = [name for name in table.columns if known_name(name) == "time"]
+    found = table.find("time") or table.find("t") or (meant[0] if len(meant) == 1 else None)
     if found is None:
         remedy = f"{_GIVE_TIME}; columns: {', '.join(table.names)}"
         raise BadInput(table.where, "nothing says what the time is", remedy, parameter=("time", "rate_hz"))
@@ -65,9 +68,9 @@ def keep_rows(table: ForeignTable, clock: TimeAxis, layout: FileLayout, n_rows: 
 
 def first_date(table: ForeignTable, clock: TimeAxis) -> datetime | None:
     """The date of the first row, when time is written as dates with a time zone."""
-    if clock.unit != "iso8601" or clock.column is None:
+    if clock.date_format is None or clock.column is None:
         return None
-    date = _dates(table, table.name_of(clock.column))[0]
+    date = _dates(table, table.name_of(clock.column), clock.date_format)[0]
     return date if date is not None and date.tzinfo else None
 
 
@@ -105,8 +108,10 @@ def _repaired(rows: IndexArray, time: Array, how: str) -> tuple[IndexArray, Arra
 
 
 def _seconds(table: ForeignTable, column: str, clock: TimeAxis) -> Array:
-    if clock.unit == "iso8601":
-        return _seconds_of_dates(table, column)
+    if clock.date_format is not None and column not in table.texts and table.units.get(column) == "s":
+        return table.numbers(column)  # a file whose dates are dates: they were read as seconds
+    if clock.date_format is not None:
+        return _seconds_of_dates(table, column, clock.date_format)
     symbol = clock.unit or table.units.get(column)
     where = f"{table.where}: column '{column}'"
     if symbol is None:
@@ -114,20 +119,26 @@ def _seconds(table: ForeignTable, column: str, clock: TimeAxis) -> Array:
     return convert(table.numbers(column), symbol, "s", where)
 
 
-def _dates(table: ForeignTable, column: str) -> list[datetime | None]:
+_REMEDIES = {
+    ISO: "dates are ISO 8601, such as 2026-11-21 09:30:00.125 or 2026-11-21T09:30:00+01:00",
+    DAY_FIRST: "dates have the day first, such as 21.11.2026 09:30:00,125",
+    MONTH_FIRST: "dates have the month first, such as 11/21/2026 9:30:00.125 PM",
+}
+
+
+def _dates(table: ForeignTable, column: str, form: str) -> list[datetime | None]:
     dates: list[datetime | None] = []
-    for row, text in enumerate(table.texts.get(column, ())):
-        try:
-            dates.append(datetime.fromisoformat(text.strip()) if text.strip() else None)
-        except ValueError:
-            remedy = "dates are ISO 8601, such as 2026-11-21 09:30:00.125 or 2026-11-21T09:30:00+01:00"
-            raise BadInput(table.row(row), f"'{text.strip()[:40]}' is not a date", remedy) from None
+    for row, text in enumerate(map(str.strip, table.texts.get(column, ()))):
+        dates.append(date_of(text, form) if text else None)
+        if text and dates[-1] is None:
+            remedy = _REMEDIES.get(form, f"dates are written as {form}")
+            raise BadInput(table.row(row), f"'{text[:40]}' is not a date", remedy, parameter="time_format")
     return dates
 
 
-def _seconds_of_dates(table: ForeignTable, column: str) -> Array:
+def _seconds_of_dates(table: ForeignTable, column: str, form: str) -> Array:
     """Seconds since the first date that is there; dates without a time zone are taken as they stand."""
-    dates = [date.replace(tzinfo=date.tzinfo or UTC) if date else None for date in _dates(table, column)]
+    dates = [date.replace(tzinfo=date.tzinfo or UTC) if date else None for date in _dates(table, column, form)]
     first = next((date for date in dates if date), None)
     if first is None:
         raise BadInput(f"{table.where}: column '{column}'", "it holds no date", "time as text works for CSV and TSV")

@@ -8,8 +8,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, ValidationError, field_validator, model_validator
 
+from recordings.column_headers import did_you_mean
 from recordings.errors import BadInput
 from recordings.hdf5.header import Origin
+from recordings.importers.dates import ISO, NAMED
 from recordings.plant import PLANT_NAMES
 from recordings.signal import Role
 from recordings.text_files import read_small_toml
@@ -18,7 +20,9 @@ from recordings.units import UNITS, find_unit
 _READY = Path(__file__).parent.parent / "mappings"
 _SEPARATORS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " "}
 
-_RIVALS: Mapping[str, tuple[str, ...]] = {"rate_hz": ("column", "unit"), "column": ("rate_hz", "unit")}
+_RIVALS: Mapping[str, tuple[str, ...]] = {
+    "rate_hz": ("column", "unit", "format"), "column": ("rate_hz", "unit", "format"), "format": ("unit",),
+}  # fmt: skip
 """What a new source of time replaces in the old one."""
 
 Column = Annotated[str | int, Field(description="name of a column, or its number from 1")]
@@ -75,6 +79,7 @@ class TimeAxis(_Strict):
 
     column: Column | None = None
     unit: str | None = None
+    format: str | None = None
     rate_hz: PositiveFloat | None = None
     repair: Literal["refuse", "drop", "sort"] = "refuse"
     from_s: float | None = None
@@ -85,6 +90,20 @@ class TimeAxis(_Strict):
         if self.column is not None and self.rate_hz is not None:
             raise ValueError("time comes from a column or from a rate (rate_hz), not from both")
         return self
+
+    @property
+    def date_format(self) -> str | None:
+        """How dates are written, as `dates.date_of` takes it; None where time is a number."""
+        return self.format or (ISO if self.unit == ISO else None)
+
+    @field_validator("format")
+    @classmethod
+    def _of_dates(cls, value: str | None) -> str | None:
+        if value is not None and value not in NAMED and "%" not in value:
+            raise ValueError(
+                f"'{value}' is no format of dates; allowed: {', '.join(NAMED)} or one as %d.%m.%Y %H:%M:%S"
+            )
+        return value
 
     @field_validator("unit")
     @classmethod
@@ -164,7 +183,8 @@ def load_mapping(name: str | Path) -> ImportMapping:
     """
     path = _READY / f"{name}.toml" if str(name) in mapping_names() else Path(name)
     if not path.exists():
-        remedy = f"give a TOML file or one of: {', '.join(mapping_names())}"
+        close = did_you_mean(str(name), mapping_names())
+        remedy = f"{close}{' ' if close else ''}give a TOML file or one of: {', '.join(mapping_names())}"
         raise BadInput(str(name), "there is no such mapping", remedy)
     values = read_small_toml(path, "see docs/recordings.md for an example")
     return mapping_of(values, str(path))

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from recordings.arrays import Array, Integers
-from recordings.column_headers import split_unit
+from recordings.column_headers import did_you_mean, split_unit
 from recordings.errors import BadInput
 
 _MOST_NAMES = 20
@@ -36,13 +36,15 @@ def check_expansion(path: Path, n_values: int, n_columns: int = 1) -> None:
 class BadCell:
     """The first cell of a column that is no number.
 
-    row : number of its row in the file; text : what it says; remedy, parameter : as in `BadInput`.
+    row : number of its row in the file; text : what it says; remedy, parameter : as in `BadInput`; others : what
+    further cells of the column say that are no numbers either, each once.
     """
 
     row: int
     text: str
     remedy: str = "a column that is used holds only numbers; correct the cell, or say that it means no value"
     parameter: str | None = "missing"
+    others: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -87,8 +89,8 @@ class ForeignTable:
         name = self.find(reference)
         if name is None:
             there = ", ".join(self.names[:_MOST_NAMES]) + (" ..." if len(self.names) > _MOST_NAMES else "")
-            found = f"there is no column '{reference}'"
-            remedy = f"columns there: {there or 'none'}{self.hint}"
+            found, close = f"there is no column '{reference}'", did_you_mean(str(reference), self.names)
+            remedy = f"{close}{' ' if close else ''}columns there: {there or 'none'}{self.hint}"
             raise BadInput(self.where, found, remedy, parameter="variable" if self.hint else None)
         return name
 
@@ -96,11 +98,20 @@ class ForeignTable:
         """The values of a column, shape (n_rows,); `BadInput` naming the row of a cell that is no number."""
         name = self.name_of(reference)
         if name in self.bad_cells:
-            bad = self.bad_cells[name]
-            found = f"'{bad.text[:40]}' in column '{name}' is not a number"
-            where = f"{self.where}: {self.row_word} {bad.row}"
-            raise BadInput(where, found, bad.remedy, parameter=bad.parameter)
+            self.refuse([name])
         return self.columns[name]
+
+    def refuse(self, names: Sequence[str]) -> None:
+        """Raise BadInput for columns that hold something else than numbers, with all that they hold; else nothing."""
+        bad = [(name, self.bad_cells[name]) for name in names if name in self.bad_cells]
+        if not bad:
+            return
+        name, first = bad[0]
+        found = f"'{first.text[:40]}' in column '{name}' is not a number"
+        texts = [(name, text) for name, one in bad for text in (one.text, *one.others)][1:]
+        if texts:
+            found += "; nor is " + ", ".join(f"'{text[:40]}' in column '{column}'" for column, text in texts)
+        raise BadInput(f"{self.where}: {self.row_word} {first.row}", found, first.remedy, parameter=first.parameter)
 
     def row(self, index: int) -> str:
         """Where a row stood in the file, for messages."""

@@ -34,7 +34,9 @@ def test_other_short_forms_that_are_refused() -> None:
         plant_of(["stroke_m"])
     with pytest.raises(BadInput, match="--plant: 'long' is not a number; write --plant stroke_m=NUMBER"):
         plant_of(["stroke_m=long"])
-    with pytest.raises(BadInput, match="--plant: 'stroke' is not known of a plant; write one of moving_mass_kg,"):
+    with pytest.raises(
+        BadInput, match=r"'stroke' is not known of a plant; did you mean 'stroke_m'. write one of moving_mass_kg,"
+    ):
         plant_of(["stroke=1"])
 
 

@@ -22,12 +22,15 @@ def command(
     Example: bristle assess loop.csv --loop flow --columns SP=FC7.SP,PV=FC7.PV,OP=FC7.OP:% --out assessment.json
     """
     import bristle as br
-    from bristle.cli.console import stdout, working, writable
+    from bristle.cli.console import writable
+    from bristle.cli.output.manner import answer, stdout
+    from bristle.cli.output.working import working
 
     for path in (out, report):
         writable(path)
     with working("assessing"):
         found = br.assess(file, loop=loop, columns=named_columns(columns))
+    answer(found.as_json())
     console = stdout()
     for line in found.lines():
         console.print(line, markup=False)

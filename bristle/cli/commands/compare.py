@@ -26,15 +26,19 @@ def command(
     """
     import bristle as br
     from bristle.cli.comparing import quantity_table
-    from bristle.cli.console import stdout, writable
+    from bristle.cli.console import writable
+    from bristle.cli.output.manner import answer, stdout
+    from bristle.cli.output.working import working
 
     for path in (out, report):
         writable(path)
-    found = br.compare(before, after, area=area, repeatability=repeatability)
+    with working("comparing"):
+        found = br.compare(before, after, area=area, repeatability=repeatability)
+    answer(found.as_json())
     console = stdout()
     for sentence in found.sentences():
         console.print(sentence)
-    console.print(quantity_table(found))
+    console.print(quantity_table(found), soft_wrap=False)
     if out:
         found.write(out)
     if report:

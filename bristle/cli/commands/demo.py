@@ -19,12 +19,12 @@ def command(
 
     Example: bristle demo --out demo-output --keep
     """
-    from bristle.cli.console import stdout
     from bristle.cli.demo.files import KINDS, cleared
     from bristle.cli.demo.fit import fit_stage
     from bristle.cli.demo.record import record_stage
     from bristle.cli.demo.trace import trace_stage
     from bristle.cli.demo.watch import DemoWatch, watch_stage
+    from bristle.cli.output.manner import answer, stdout
 
     cleared(out)
     console = stdout()
@@ -38,6 +38,10 @@ def command(
 
     def ending(watched: DemoWatch) -> None:
         console.rule()
+        answer({
+            "alarm_s": watched.alarm_s, "fault": watched.fault, "false_alarms": watched.false_alarms,
+            "files": {name: [out / file for file in files] for name, files in KINDS.items()}, "page": watched.page,
+        })  # fmt: skip
         named = "not named" if watched.fault is None else f"named {watched.fault}"
         console.print(f"Alarm after {watched.alarm_s:.1f} s, {named}")
         console.print(f"How often an alarm comes without a fault, {watched.false_alarms}.")

@@ -33,11 +33,15 @@ def command(
 
     Example: bristle evaluate --detectors bank,kalman --scenarios f4-incipient,f11-abrupt-big --out compared
     """
-    from bristle.cli.console import stdout
-    from bristle.cli.evaluating import plan_of, reported, summary
+    from bristle.cli.evaluating import plan_of, reported, results, summary
+    from bristle.cli.output.manner import answer, stdout
+    from recordings import save_json
 
     plan = plan_of(detectors, scenarios, variants, seeds, false_alarms, smoke)
     outcome, files = reported(plan, out, workers, plant)
+    told = results(outcome, files)
+    save_json(out / "evaluation.json", told)
+    answer(told)
     console = stdout()
-    console.print(summary(outcome))
+    console.print(summary(outcome), soft_wrap=False)
     console.print(f"wrote {len(files)} files to {out}, among them evaluation.md and evaluation.html")

@@ -52,21 +52,24 @@ def command(
     Example: bristle fit bundled:mixed --out model.json --report fit.html
     """
     import bristle as br
-    from bristle.cli.console import assignments, print_identification, shown_on, stdout, working, writable
+    from bristle.cli.console import assignments, print_identification, writable
     from bristle.cli.fitting import print_profiles, priors, profiled
+    from bristle.cli.output.manner import answer, stdout
+    from bristle.cli.output.working import working
     from identification import without_effects
 
     for path in (out, report):
         writable(path)
     held = without_effects(without or ()) | assignments(given or [], "--given")
     wanted = profiled(profile or (), held)
-    with working("fitting") as status:
+    with working("fitting", staged=True) as progress:
         found = br.fit(
             recordings, holdout=holdout or (), given=held, causality=cast("Causality | None", causality), area=area,
             hold=hold, estimator=cast("Estimator", estimator), order=cast("Order", order), priors=priors(prior or ()),
             constraints=constraint or (), bootstrap=bootstrap, crosscheck=crosscheck,
-            progress=shown_on(status),
+            progress=progress,
         )  # fmt: skip
+    answer(found.model.model_dump(mode="json"))
     console = stdout()
     print_identification(console, found)
     print_profiles(console, found, wanted)

@@ -30,7 +30,7 @@ def command(
     learn: Annotated[
         float | None, Option(help="Learn from so many seconds, or more until the valve has moved.", min=1.0, max=1e9)
     ] = None,
-    calibrate: Annotated[list[Path] | None, Option(help="Learn from this healthy recording (repeat).")] = None,
+    calibrate: Annotated[list[str] | None, Option(help="Learn from this healthy recording (repeat).")] = None,
     state: Annotated[Path | None, Option(help="What was learned; MODEL.state.json otherwise.")] = None,
     false_alarms: Annotated[float, Option(help="Allowed false alarms a month.", min=1e-3, max=1e4)] = 1.0,
     events: Annotated[Path | None, Option(help="Append events to this file instead of printing them.")] = None,
@@ -63,7 +63,7 @@ def command(
 
         plant_service(plant_file or plant, check, duration, metrics, on_event, settings)
         return
-    from bristle.cli.sources import valves_from
+    from bristle.cli.sources import located, valves_from
     from bristle.cli.watching import monitoring
     from hil import Polling, RecorderSettings, RingReading, open_source
     from recordings import BadInput
@@ -72,7 +72,7 @@ def command(
         missing = "--source" if source is None else "--model"
         raise BadInput(missing, "it is missing", "give --source and --model for one source, or a plant file for many")
     plan = RingReading(rate) if ring else Polling(rate)
-    live = open_source(source, valves_from(map_, unit, valve) if map_ else (), plan, name=valve)
+    live = open_source(located(source), valves_from(map_, unit, valve) if map_ else (), plan, name=valve)
     recorded = None if record is None else RecorderSettings(to=record)
     kept = state or model.with_name(f"{model.stem}.state.json")
     options = monitoring.MonitorOptions(

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import sys
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bristle.cli.terminal import plain_text
-
 if TYPE_CHECKING:
-    from hil import LinkEvent, RecorderReport
+    from hil import RecorderEnd, RecorderReport
 
 
 def command(
@@ -50,10 +47,15 @@ def command(
     import asyncio
 
     from bristle.cli.import_options import plant_from
-    from bristle.cli.sources import valves_from
+    from bristle.cli.output.live import Latest, LiveLine
+    from bristle.cli.output.manner import answer, manner, note, say
+    from bristle.cli.sources import located, valves_from
     from hil import Polling, PollingStopped, RecorderSettings, RingReading, open_source, record_session
-    from recordings import NegativeAnswer
+    from recordings import BadInput, NegativeAnswer
 
+    line = LiveLine()
+    if acknowledge and manner().json:
+        raise BadInput("--acknowledge", "it prints lines, and --json one object", "give one of the two")
     settings = RecorderSettings(
         to=to,
         rotate_mb=rotate_mb,
@@ -62,22 +64,26 @@ def command(
         title=title,
         plant=plant_from(plant or ()),
         acknowledge=_acknowledge if acknowledge else None,
-        tell=_tell,
+        tell=lambda event: line.say(f"{event.valve}: {event.kind}: {event.text}"),
     )
     plan = RingReading(rate) if ring else Polling(rate, heartbeat, heartbeat_s)
     valves = valves_from(map_, unit, valve) if map_ else ()
-    live = open_source(source, valves, plan, name=valve)
+    live = Latest(open_source(located(source), valves, plan, name=valve))
     settings.check(list(live.signals))
     if valves and not ring and not (heartbeat or valves[0].map.heartbeat):
-        print(
-            "the map names no heartbeat: a value that stands still, or is an earlier one, cannot be told",
-            file=sys.stderr,
-        )
+        note("the map names no heartbeat: a value that stands still, or is an earlier one, cannot be told")
+
+    def show(report: RecorderReport, seconds: float) -> None:
+        line.update(seconds, f"{_progress(report, seconds)}  {live.words()}")
+
     try:
-        end = asyncio.run(record_session(live, settings, duration, _show if sys.stderr.isatty() else None))
+        end = asyncio.run(record_session(live, settings, duration, show))
     except PollingStopped as stopped:
         raise NegativeAnswer(f"{stopped}; what was recorded until then is in {to}") from stopped
-    print(_summary(end.report))
+    finally:
+        line.end()
+    answer(_result(end))
+    say(_summary(end.report))
     if end.interrupted:
         raise KeyboardInterrupt
     if not end.report.samples:
@@ -89,16 +95,25 @@ def _acknowledge(path: Path, n_samples: int) -> None:
         print(path, n_samples, flush=True)
 
 
-def _tell(event: LinkEvent) -> None:
-    print("\r" + plain_text(f"{event.valve}: {event.kind}: {event.text}"), file=sys.stderr, flush=True)
+def _progress(report: RecorderReport, seconds: float) -> str:
+    missed = report.statistics.missed
+    counts = {"deadlines missed": missed, "failures": report.statistics.failures.total()}
+    troubles = "".join(f"  {n} {what}" for what, n in counts.items() if n)
+    return f"{report.samples} samples  {report.samples / max(seconds, 1e-9):.1f} Hz{troubles}"
 
 
-def _show(report: RecorderReport, seconds: float) -> None:
-    late, missed = report.statistics.lateness, report.statistics.missed
-    text = f"\r{seconds:6.0f} s  {report.samples} samples  {report.samples / seconds:.1f} Hz  {missed} deadlines missed"
-    failures = report.statistics.failures.total()
-    failed = f"  {failures} failures" if failures else ""
-    print(f"{text}  late p99 {1e3 * late.quantile(0.99):.1f} ms{failed} ", end="", file=sys.stderr, flush=True)
+def _result(end: RecorderEnd) -> dict[str, Any]:
+    statistics = end.report.statistics
+    valves = [
+        {"valve": one.valve, "files": list(one.files), "samples": one.samples, "not_good": one.bad, "rate_hz": one.rate}
+        for one in end.report.valves
+    ]
+    late = {f"p{round(100 * q)}": statistics.lateness.quantile(q) for q in (0.5, 0.99)}
+    return {
+        "valves": valves, "seconds": end.seconds, "interrupted": end.interrupted, "missed_deadlines": statistics.missed,
+        "lateness_s": late | {"max": statistics.lateness.maximum}, "refused": dict(statistics.faults),
+        "failures": dict(statistics.failures),
+    }  # fmt: skip
 
 
 def _summary(report: RecorderReport) -> str:

@@ -9,12 +9,12 @@ from typer import Argument, Option
 
 
 def command(
-    recording: Annotated[Path, Argument(help="The recording to watch (.h5).")],
+    recording: Annotated[str, Argument(help="The recording to watch (.h5); bundled:NAME works too.")],
     model: Annotated[Path, Option(help="Model of the valve, from bristle fit or trace.")],
     learn: Annotated[
         float | None, Option(help="Learn from so many seconds, or more until the valve has moved.", min=1.0, max=1e9)
     ] = None,
-    calibrate: Annotated[list[Path] | None, Option(help="Learn from this healthy recording (repeat).")] = None,
+    calibrate: Annotated[list[str] | None, Option(help="Learn from this healthy recording (repeat).")] = None,
     state: Annotated[Path | None, Option(help="Resume from what was learned here, and save it here.")] = None,
     false_alarms: Annotated[float, Option(help="Allowed false alarms a month.", min=1e-3, max=1e4)] = 1.0,
     events: Annotated[Path | None, Option(help="Append events to this file instead of printing them.")] = None,
@@ -26,8 +26,9 @@ def command(
     Example: bristle replay runs/LC74_20-001.h5 --model model.json --learn 300
     """
     from bristle.cli.watching import monitoring
+    from bristle.door.sources import file_of
     from hil import open_source
 
-    address = f"replay:{recording}" + (f"?pace={pace:g}" if pace else "")
+    address = f"replay:{file_of(recording)}" + (f"?pace={pace:g}" if pace else "")
     options = monitoring.MonitorOptions(model, learn, calibrate or (), state, false_alarms, events, own_clock=True)
     monitoring.watch(open_source(address, name=valve), options)

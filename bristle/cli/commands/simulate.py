@@ -47,16 +47,20 @@ def command(
     Example: bristle simulate --to f7.h5 --scenario f7-abrupt-medium --friction lugre --noise
     """
     from bristle.cli.console import assignments, writable
+    from bristle.cli.output.manner import answer, say
+    from bristle.cli.output.working import working
     from bristle.cli.simulating import actuator
     from bristle.door.valves import sensed, simulated
     from recordings import write
 
     writable(to)
-    if scenario is not None:
-        recording, truth = actuator(scenario, friction, noise, seed, duration, sample)
-    else:
-        changed = assignments(given or [], "--given")
-        sensors = sensed(rate, position_noise, force_noise, position_step, force_step)
-        recording, truth = simulated(excite, given=changed, model=valve, seed=seed, stroke=stroke, sensors=sensors)
+    changed = assignments(given or [], "--given")
+    with working("simulating"):
+        if scenario is not None:
+            recording, truth = actuator(scenario, friction, noise, seed, duration, sample)
+        else:
+            sensors = sensed(rate, position_noise, force_noise, position_step, force_step)
+            recording, truth = simulated(excite, given=changed, model=valve, seed=seed, stroke=stroke, sensors=sensors)
     write(to, recording, truth)
-    print(f"{to}: {len(recording)} samples, {recording.time[-1]:.6g} s")
+    answer({"file": to, "samples": len(recording), "seconds": recording.time[-1], "signals": list(recording)})
+    say(f"{to}: {len(recording)} samples, {recording.time[-1]:.6g} s")

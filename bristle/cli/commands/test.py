@@ -20,13 +20,16 @@ def command(
     Example: bristle test bundled:step --kind step --out test.json
     """
     import bristle as br
-    from bristle.cli.console import stdout, working, writable
+    from bristle.cli.console import writable
+    from bristle.cli.output.manner import answer, stdout
+    from bristle.cli.output.working import working
     from recordings import NegativeAnswer
 
     for path in (out, report):
         writable(path)
     with working("testing"):
         found = br.test(recordings, kind, reference=reference)
+    answer(found.as_json())
     console = stdout()
     for line in found.lines():
         console.print(line, markup=False)

@@ -31,13 +31,15 @@ def command(
     Example: bristle trace bundled:step bundled:sine --holdout bundled:mixed --out trace.json --model-out model.json
     """
     import bristle as br
-    from bristle.cli.console import assignments, shown_on, stdout, working, writable
+    from bristle.cli.console import assignments, writable
+    from bristle.cli.output.manner import answer, stdout
+    from bristle.cli.output.working import working
     from bristle.cli.tracing import candidate_table, error_lines
 
     for path in (out, model_out, report):
         writable(path)
     held = assignments(given or [], "--given")
-    with working("tracing") as status:
+    with working("tracing", staged=True) as progress:
         found = br.trace(
             recordings,
             holdout=holdout or (),
@@ -47,13 +49,14 @@ def command(
             without=without or (),
             area=area,
             hold=hold,
-            progress=shown_on(status),
+            progress=progress,
         )
+    answer(found.as_json())
     console = stdout()
     console.print(f"verdict: {found.verdict}")
     for sentence in found.sentences():
         console.print(sentence)
-    console.print(candidate_table(found))
+    console.print(candidate_table(found), soft_wrap=False)
     for line in error_lines(found):
         console.print(line)
     if out:

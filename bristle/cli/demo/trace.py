@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
+from bristle.cli.output.working import working
 from bristle.cli.tracing import candidate_table
 from identification import Trace, trace
 from recordings import NegativeAnswer, Recording, read
@@ -21,8 +22,9 @@ def trace_stage(recorded: Sequence[Path], out: Path, console: Console) -> Path:
     """
     *fitted, held = [_to_the_nanosecond(one) for one in map(read, recorded)]
     console.print("Tracing: the model of spring and friction is fitted, and what it leaves is tested for every effect.")
-    found = trace(fitted, holdout=[held])
-    console.print(candidate_table(found))
+    with working("tracing", staged=True) as progress:
+        found = trace(fitted, holdout=[held], progress=progress)
+    console.print(candidate_table(found), soft_wrap=False)
     for sentence in found.sentences():
         console.print(sentence)
     found.write(out / "trace.json")

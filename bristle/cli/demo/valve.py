@@ -9,8 +9,11 @@ import signal
 import statistics
 import sys
 from asyncio.subprocess import PIPE, Process
+from collections import deque
 from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import asynccontextmanager, contextmanager
+from types import TracebackType
+from typing import Self
 
 from hil import (
     LinkEvent,
@@ -165,6 +168,52 @@ class Averaged(SourceWrapper):
         first, last = kept[0], kept[-1]
         readings = {name: _mean([one.readings[name] for one in kept]) for name in first.readings}
         return Sample((first.time + last.time) / 2, (first.wall + last.wall) / 2, first.valve, readings)
+
+
+class Unhurried(SourceWrapper):
+    """A source that is read on while whoever takes its samples is busy for long, as a detector is that learns: the ring
+    of the device holds little more than a second. `waiting` : how many samples have not been taken yet.
+    """
+
+    def __init__(self, source: Source) -> None:
+        super().__init__(source)
+        self._items: deque[Sample | LinkEvent] = deque()
+        self._news = asyncio.Event()
+        self._reading: asyncio.Future[None] | None = None
+
+    @property
+    def waiting(self) -> int:
+        """Samples and events that have been read and not been taken."""
+        return len(self._items)
+
+    async def __aenter__(self) -> Self:
+        await super().__aenter__()
+        self._reading = asyncio.ensure_future(self._read())
+        return self
+
+    async def __aexit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        if self._reading is not None:
+            self._reading.cancel()
+            await asyncio.gather(self._reading, return_exceptions=True)
+        await super().__aexit__(kind, error, trace)
+
+    async def __anext__(self) -> Sample | LinkEvent:
+        while not self._items:
+            if self._reading is None or self._reading.done():
+                if self._reading is not None:
+                    self._reading.result()  # raises what ended it
+                raise StopAsyncIteration
+            self._news.clear()
+            await self._news.wait()
+        return self._items.popleft()
+
+    async def _read(self) -> None:
+        try:
+            async for item in self._source:
+                self._items.append(item)
+                self._news.set()
+        finally:
+            self._news.set()
 
 
 def _mean(readings: list[Reading]) -> Reading:

@@ -20,6 +20,7 @@ from bristle.cli.demo.valve import (
     READS_PER_SECOND,
     STEP_S,
     VALVE,
+    Unhurried,
     controller,
     moving,
     ring,
@@ -50,6 +51,9 @@ PATIENCE_S = 40.0
 """Seconds of the clock until the alarm has to be there and named. On a busy machine samples are lost, and after each
 loss the detector waits for a second of plant time.
 """
+
+SAMPLES_BEHIND = 20
+"""So many samples may wait to be taken when the monitor has caught up."""
 
 WORSE = 2.0
 """The fault: so many times the friction of the healthy valve."""
@@ -116,7 +120,7 @@ async def _watched(
     def on_learned(valve: str, watch: Watch) -> None:
         learned.set_result(watch.false_alarms.sentence)
 
-    source = ring(address)
+    source = Unhurried(ring(address))
     monitor = Monitor.with_model(source.signals, model, FALSE_ALARMS, LEARN_S, on_learned=on_learned)
     shown = ShownMonitor("bristle demo", address, READS_PER_SECOND, monitor, model)
     with events.open("w", encoding="utf-8") as file, Page(PageSettings(), shown) as page:
@@ -127,7 +131,7 @@ async def _watched(
             news.put_nowait(event)
 
         session = asyncio.ensure_future(monitor_session(source, monitor, MonitorSession((sink,), taken=shown.take)))
-        found = asyncio.ensure_future(_fault(plant, monitor, learned, news, events, page.url, say))
+        found = asyncio.ensure_future(_fault(plant, monitor, source, learned, news, events, page.url, say))
         looked_at = asyncio.ensure_future(page.always())
         try:
             await asyncio.wait((session, found), return_when=asyncio.FIRST_COMPLETED)
@@ -147,12 +151,14 @@ async def _watched(
 
 
 async def _fault(
-    plant: LiveSource, monitor: Monitor, learned: asyncio.Future[str], news: asyncio.Queue[MonitorEvent], events: Path,
-    page: str, say: Say,
+    plant: LiveSource, monitor: Monitor, source: Unhurried, learned: asyncio.Future[str],
+    news: asyncio.Queue[MonitorEvent], events: Path, page: str, say: Say,
 ) -> DemoWatch:  # fmt: skip
     """Inject the fault when the healthy valve was watched for a while, and wait for the alarm and its name."""
     said = await learned
     say(said)
+    while source.waiting > SAMPLES_BEHIND:  # what was read while the detector learned
+        await asyncio.sleep(0.05)
     await _after_samples(monitor, round(BEFORE_S / (HUM_SAMPLES * STEP_S)))
     while not news.empty():
         early = news.get_nowait()

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
+from bristle.cli.output.manner import note
 from hil import Page, PageSettings, PlantFile
 from recordings import BadInput
 
@@ -38,4 +38,4 @@ def plant_page(plant: PlantFile) -> PageSettings | None:
 
 def announce(page: Page) -> None:
     """Say where it is."""
-    print(f"live page: {page.url}", file=sys.stderr, flush=True)
+    note(f"live page: {page.url}")

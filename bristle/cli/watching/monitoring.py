@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import signal
 import sys
-from collections.abc import Callable, Sequence
+from collections import deque
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import IO, Any
 
+from bristle.cli.output.live import Latest, LiveLine
+from bristle.cli.output.manner import answer, manner, note
 from bristle.cli.watching.live_page import announce
+from bristle.door.sources import read
 from detector import LEAST_STROKES, Watch, described, learn_recordings
 from hil import (
     Monitor,
@@ -29,8 +34,11 @@ from hil import (
     load_state,
     monitor_session,
 )  # fmt: skip
-from recordings import BadInput, NegativeAnswer, read
+from recordings import BadInput, NegativeAnswer
 from simulator import ValveModel
+
+MOST_KEPT = 10_000
+"""The newest events that the object of ``--json`` holds."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +50,7 @@ class MonitorOptions:
 
     model: Path
     learn_s: float | None
-    calibrate: Sequence[Path]
+    calibrate: Sequence[str]
     state: Path | None
     false_alarms: float
     events: Path | None
@@ -57,20 +65,29 @@ class MonitorOptions:
 def watch(source: Source, options: MonitorOptions) -> None:
     """Watch a source, from the options to the exit code. Raises NegativeAnswer when an alarm was raised."""
     model = ValveModel.read(options.model)
+    live, line = Latest(source), LiveLine()
     monitor = Monitor.with_model(
-        source.signals, model, options.false_alarms, options.learn_s, own_clock=options.own_clock, on_learned=_learned
+        source.signals,
+        model,
+        options.false_alarms,
+        options.learn_s,
+        own_clock=options.own_clock,
+        on_learned=lambda valve, found: _learned(valve, found, line),
     )
     _resume(monitor, options, model)
-    with _opened(options.events) as sink:
+    kept = deque[MonitorEvent](maxlen=MOST_KEPT)
+
+    def show(status: tuple[WatchStatus, ...], statistics: Statistics, seconds: float) -> None:
+        line.update(seconds, f"{_standing(status, statistics)}  {live.words()}")
+
+    with _opened(options.events, mute=manner().json) as sink:
+        sinks = (sink, kept.append)
         session = MonitorSession(
-            (sink,),
-            options.duration_s,
-            options.state,
-            model.model_dump_json(),
-            options.record,
-            _show if sys.stderr.isatty() else None,
+            sinks, options.duration_s, options.state, model.model_dump_json(), options.record, show
         )
-        end = _run(source, monitor, session) if options.page is None else _shown(source, monitor, session, options)
+        end = _run(live, monitor, session) if options.page is None else _shown(live, monitor, session, options)
+    line.end()
+    answer(_result(end, monitor, kept))
     _finish(end, monitor)
 
 
@@ -109,19 +126,19 @@ def _resume(monitor: Monitor, options: MonitorOptions, model: ValveModel) -> Non
     if options.calibrate:
         watch = learn_recordings([read(path) for path in options.calibrate], model, options.false_alarms)
         for name in monitor.resume(dict.fromkeys(monitor.valves, (watch, None))):
-            _learned(name, watch)
+            _learned(name, watch, LiveLine())
     elif options.state is not None and options.state.exists() and options.learn_s is None:
         known = load_state(options.state, model.model_dump_json())
         for name in monitor.resume(known):
-            print(f"{name}: resumed from {options.state}", file=sys.stderr)
-            _learned(name, known[name][0])
+            note(f"{name}: resumed from {options.state}")
+            _learned(name, known[name][0], LiveLine())
 
 
 class _opened:
-    """A sink that writes lines to a file, or to stdout; every line is out at once."""
+    """A sink that writes lines to a file, or to stdout; every line is out at once. mute : nothing goes to stdout."""
 
-    def __init__(self, path: Path | None) -> None:
-        self._path = path
+    def __init__(self, path: Path | None, mute: bool) -> None:
+        self._path, self._mute = path, mute and path is None
         self._file: IO[str] = sys.stdout
 
     def __enter__(self) -> Callable[[MonitorEvent], None]:
@@ -139,19 +156,19 @@ class _opened:
                 self._file.close()
 
     def _write(self, event: MonitorEvent) -> None:
-        print(event.json_line(), file=self._file, flush=True)
+        if not self._mute:
+            print(event.json_line(), file=self._file, flush=True)
 
 
-def _learned(valve: str, watch: Watch) -> None:
-    for line in described(watch).splitlines():
-        print(f"{valve}: {line}", file=sys.stderr, flush=True)
+def _learned(valve: str, watch: Watch, line: LiveLine) -> None:
+    for words in described(watch).splitlines():
+        line.say(f"{valve}: {words}")
 
 
-def _show(status: tuple[WatchStatus, ...], statistics: Statistics, seconds: float) -> None:
+def _standing(status: tuple[WatchStatus, ...], statistics: Statistics) -> str:
     shown = "  ".join(_word(one) for one in status[:4]) + (f"  and {len(status) - 4} more" if len(status) > 4 else "")
     counts = {"deadlines missed": statistics.missed, "failures": statistics.failures.total()}
-    troubles = "".join(f"  {n} {what}" for what, n in counts.items() if n)
-    print(f"\r{seconds:6.0f} s  {shown}{troubles} \033[K", end="", file=sys.stderr, flush=True)
+    return shown + "".join(f"  {n} {what}" for what, n in counts.items() if n)
 
 
 def _word(one: WatchStatus) -> str:
@@ -168,20 +185,28 @@ def _so_far(one: WatchStatus) -> str:
     return f"{one.strokes} of {LEAST_STROKES} reversals, {one.gathered_s:.0f} s"
 
 
+def _result(end: MonitorEnd, monitor: Monitor, kept: Iterable[MonitorEvent]) -> dict[str, Any]:
+    """What came of it, as one object."""
+    events = [json.loads(event.json_line()) for event in kept]
+    return {
+        "valves": [asdict(one) for one in monitor.status], "seconds": end.seconds, "alarms": end.alarms,
+        "events": events, "failures": dict(end.failures),
+        "recorded": [] if end.recorded is None else [path for one in end.recorded.valves for path in one.files],
+    }  # fmt: skip
+
+
 def _finish(end: MonitorEnd, monitor: Monitor) -> None:
     """The last words, and the exit code as an exception."""
-    if sys.stderr.isatty():
-        print(file=sys.stderr)
     samples = sum(one.samples for one in monitor.status)
     learning = [f"{one.valve} ({_so_far(one)})" for one in monitor.status if one.phase == "learning"]
     if end.recorded is not None:
         for valve in end.recorded.valves:
             for path in valve.files:
-                print(f"{valve.valve}: recorded to {path}", file=sys.stderr)
+                note(f"{valve.valve}: recorded to {path}")
     for failure, n in end.failures.items():
-        print(f"{n} x {failure}", file=sys.stderr)
+        note(f"{n} x {failure}")
     failed = f", {end.failures.total()} failures" if end.failures else ""
-    print(f"{samples} samples in {end.seconds:.1f} s, {end.alarms} alarms{failed}", file=sys.stderr)
+    note(f"{samples} samples in {end.seconds:.1f} s, {end.alarms} alarms{failed}")
     if end.alarms:
         raise NegativeAnswer(f"{end.alarms} alarms were raised")
     if end.stopped_by is signal.SIGINT:

@@ -5,12 +5,12 @@ from __future__ import annotations
 import asyncio
 import logging
 import signal
-import sys
 from collections.abc import Mapping
 from contextlib import ExitStack
 from pathlib import Path
 
-from bristle.cli.terminal import plain_text
+from bristle.cli.output.manner import answer, note, say
+from bristle.cli.output.terminal import plain_text
 from bristle.cli.watching.live_page import announce, plant_page
 from hil import Page, PageSettings, PlantFile, Service, ServicePlan, ServiceSession, ServiceTask, run_service
 from recordings import BadInput, NegativeAnswer
@@ -35,7 +35,9 @@ def plant_service(
         raise BadInput("--check", "no plant file is named", "write bristle monitor --check plant.toml")
     plan = ServicePlan.of(PlantFile.read(file))
     if check:
-        print(plain_text_lines(plan.words()))
+        lines = plan.words().splitlines()
+        say(*lines)
+        answer({"plan": lines})
         return
     _log_to_stderr()
     settings = page or plant_page(plan.plant)
@@ -52,20 +54,16 @@ def plant_service(
             return {"page": shown.run}
 
         end = asyncio.run(run_service(plan, ServiceSession(duration_s, metrics, program, more, _started)))
-    print(f"{end.alarms} alarms in {end.seconds:.1f} s", file=sys.stderr)
+    note(f"{end.alarms} alarms in {end.seconds:.1f} s")
+    answer({"alarms": end.alarms, "seconds": end.seconds})
     if end.stopped_by is signal.SIGINT:
         raise KeyboardInterrupt
     if end.alarms:
         raise NegativeAnswer(f"{end.alarms} alarms were raised")
 
 
-def plain_text_lines(text: str) -> str:
-    """Many lines, each as a terminal can show it."""
-    return "\n".join(plain_text(line) for line in text.splitlines())
-
-
 def _started(service: Service) -> None:
-    print(f"watching {len(service.plan.valves)} valves; Ctrl-C ends it", file=sys.stderr, flush=True)
+    note(f"watching {len(service.plan.valves)} valves; Ctrl-C ends it")
 
 
 def _log_to_stderr() -> None:

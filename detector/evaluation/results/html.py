@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from detector.evaluation.outcome import Evaluation
+from detector.evaluation.results.opening import opening
 from detector.evaluation.results.table import ResultTable
 from simulator.damadics import scenario
 
@@ -42,6 +43,13 @@ table { border-collapse: collapse; font-size: 13px; font-variant-numeric: tabula
 td, th { padding: 2px 8px; border-bottom: 1px solid #d5d9df; text-align: left; white-space: nowrap; }
 th { background: #f3f5f7; position: sticky; top: 0; } td.long { white-space: normal; min-width: 22rem; }
 .wide { overflow: auto; max-height: 44rem; } summary { cursor: pointer; padding: 4px 0; }
+#opening { border-left: 5px solid #8a8f98; background: #f3f5f7; padding: 4px 14px; } #opening p { margin: 4px 0; }
+@page { size: A4; margin: 14mm 12mm; }
+@media print {
+  body { margin: 0; padding: 0; max-width: none; font-size: 11px; } .wide { overflow: visible; max-height: none; }
+  table { font-size: 9px; } td, th { white-space: normal; overflow-wrap: anywhere; position: static; padding: 2px 4px; }
+  td.long { min-width: 0; } tr { break-inside: avoid; } h2 { break-after: avoid; }
+}
 """
 
 
@@ -62,7 +70,7 @@ def page(outcome: Evaluation, made: Sequence[ResultTable]) -> str:
     view = "<meta name='viewport' content='width=device-width, initial-scale=1'>"
     head = f"<meta charset='utf-8'>{view}<title>Detectors on the benchmark</title><style>{_STYLE}</style>"
     inline = Resources(mode="inline", components=["bokeh"]).render_js()
-    body = "\n".join(["<h1>Detectors on the benchmark</h1>", _compared(outcome), *sections])
+    body = "\n".join(["<h1>Detectors on the benchmark</h1>", opening(outcome), _compared(outcome), *sections])
     return f"<!DOCTYPE html><html lang='en'><head>{head}{inline}</head><body>{body}{script}</body></html>"
 
 

@@ -12,6 +12,7 @@ import math
 import zlib
 from array import array
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from itertools import chain, islice
 from pathlib import Path
 from typing import TextIO, cast
@@ -35,6 +36,8 @@ from recordings.importers.table import BadCell, ForeignTable, check_expansion
 
 _BLOCK_ROWS, _BLOCK_CELLS = 20_000, 400_000
 _SAMPLE_LINES = 60
+_MOST_OTHERS = 5
+"""Texts of a column that are told of besides the first."""
 _LONGEST_LINE = 1 << 20
 """Checked before a line is held: a file of a few MB can unpack into gigabytes without a line's end."""
 _ALWAYS_CHARACTERS, _MOST_PACKED = 2_000_000, 20
@@ -211,6 +214,8 @@ class _Columns:
                 if bad is not None:
                     self._bad[name] = self._bad_cell(numbers[bad], cells[bad])
                     self._parts[name].clear()
+            if name in self._bad:
+                self._bad[name] = self._further(self._bad[name], cells)
 
     def table(self, where: str, units: dict[str, str]) -> ForeignTable:
         empty = np.empty(0)
@@ -246,6 +251,19 @@ class _Columns:
             return float(cell) if _is_written_number(cell) else None
         except ValueError:
             return None
+
+    def _further(self, bad: BadCell, cells: Sequence[str]) -> BadCell:
+        """The same with what else in the column is no number; of a column of texts, no more than a few."""
+        if len(bad.others) >= _MOST_OTHERS:
+            return bad
+        others = dict.fromkeys(bad.others)
+        for cell in map(str.strip, cells):
+            new = cell != bad.text and cell not in others and self._number(cell) is None
+            if new and not (number_like(bad.text) and number_like(cell)):  # one remedy mends all of those
+                others[cell] = None
+                if len(others) >= _MOST_OTHERS:
+                    break
+        return replace(bad, others=tuple(others))
 
     def _bad_cell(self, row: int, cell: str) -> BadCell:
         if not number_like(cell):

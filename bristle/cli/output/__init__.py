@@ -1,0 +1,1 @@
+"""What a command says and where: words, one JSON object or nothing on stdout; progress and notes on stderr."""
