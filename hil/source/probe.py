@@ -179,7 +179,7 @@ def _decoded(point: Point, words: Mapping[str, tuple[int, ...]], reasons: Mappin
         return ProbedPoint(point, (), Reading(math.nan, point.unit, Quality.LINK, reasons.get(point.name, "")), {})
     own = words[point.name]
     found = decode(point, own)
-    reading = Reading.of(found, point.unit)
+    reading = Reading.of(found, point.unit, math.nan)
     return ProbedPoint(point, own, reading, {order: decode(_in(point, order), own).value for order in _others(point)})
 
 
