@@ -24,6 +24,7 @@ from recordings.recording import Recording
 from recordings.signal import ROLES, UNDERSTOOD, Role, Signal, SignalSpec
 from recordings.units import UNITS, Unit, convert, find_unit, unit
 from recordings.views.description import describe
+from recordings.views.drawing import drawn
 from recordings.views.page import picture
 
 __all__ = [
@@ -59,6 +60,7 @@ __all__ = [
     "classes_of",
     "convert",
     "describe",
+    "drawn",
     "find_unit",
     "instances_of",
     "open_recording",

@@ -109,7 +109,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     words = _repeated(sys.argv[1:] if arguments is None else arguments) or ["--help"]
     command = typer.main.get_command(application())
     try:
-        code = command.main(args=words, prog_name="bristle", standalone_mode=False)
+        code = command.main(args=words, prog_name="bristle", standalone_mode=False, obj=tuple(words))
     except (KeyboardInterrupt, typer.Abort):
         return _say("interrupted", INTERRUPTED)
     except Exception as error:
