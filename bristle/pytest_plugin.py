@@ -62,9 +62,7 @@ def pytest_report_header(config: pytest.Config) -> list[str]:
 
 
 @pytest.fixture
-def valve_factory(
-    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
-) -> Iterator[ValveFactory]:
+def valve_factory(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[ValveFactory]:
     """Makes simulated valves: valve_factory(friction="lugre", noise=True, seed=3, listen="pty:", speed=None ...)."""
     from bristle.door.simulated import simulated_valve
 

@@ -37,6 +37,7 @@ DOORS = {
     "simulator.hysteresis",
     "identification.estimators",
     "identification.loops",
+    "identification.population",
     "identification.report",
     "identification.standard_tests",
     "detector.evaluation",

@@ -24,6 +24,7 @@ COMMANDS = {
     "demo": "demo",
     "evaluate": "evaluate",
     "fit": "fit",
+    "fleet": "fleet",
     "import": "import_",
     "monitor": "monitor",
     "record": "record",

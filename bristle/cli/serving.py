@@ -65,7 +65,7 @@ def _say(line: str) -> None:
 
 
 def detach(typed: Sequence[str], duration: float | None) -> None:
-    """Start a command as it was typed once more in a session of its own, print its first line with ``pid``, and leave it running.
+    """Start a command once more, as it was typed, in a session of its own; print its first line with ``pid``.
 
     It is given a control port, and `LONGEST_S` where no duration was asked for: nobody else may end it. What it says
     before its first line goes to stderr. Raises Exit with its exit code when it ends at once.

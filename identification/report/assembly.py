@@ -53,7 +53,9 @@ def _rendered(section: Section, places: Mapping[str, str]) -> Markup:
         name: Markup('<div class="drawn">{}</div>').format(Markup(places[f"{section.anchor}.{name}"]))
         for name in section.plots
     }
-    return Markup(TEMPLATES.get_template(f"{section.anchor}.html").render(section.words, plots=plots))
+    return Markup(
+        TEMPLATES.get_template(f"{section.template or section.anchor}.html").render(section.words, plots=plots)
+    )
 
 
 def _asset(name: str) -> Markup:

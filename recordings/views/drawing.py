@@ -1,4 +1,4 @@
-"""A recording as one SVG file: every signal over time, events as dashed lines. No browser and no plot library needed."""
+"""A recording as one SVG file: every signal over time, events as dashed lines. It needs no browser to be made."""
 
 from __future__ import annotations
 

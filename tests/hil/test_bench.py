@@ -1,4 +1,4 @@
-"""A simulated valve in the hands of a test: time, faults, orders, the line, what is remembered, and its control port."""
+"""A simulated valve in the hands of a test: time, faults, orders, the line, its recording, and the control port."""
 
 from __future__ import annotations
 
@@ -152,7 +152,7 @@ def test_what_cannot_be_is_refused_in_words(do, words):
 
 
 def test_a_line_without_an_injector_cannot_be_harmed(tmp_path):
-    with valve(f"pty:{tmp_path}/line") as made, pytest.raises(BadInput, match="the line rtu:.* cannot be harmed"):
+    with valve(f"pty:{tmp_path}/line") as made, pytest.raises(BadInput, match=r"the line rtu:.* cannot be harmed"):
         made.harm("drop")
 
 
@@ -238,6 +238,7 @@ def test_the_control_port_says_what_is_wrong_and_goes_on(controlled, request_, w
     address, token, _ = controlled
     client = Client(address)
     client.ask(do="hello", token=token)
+    client.ask(do="advance", seconds=0.1)
     answer = client.ask(**request_)
     assert not answer["ok"]
     assert words in answer["error"]

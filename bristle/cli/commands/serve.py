@@ -32,9 +32,7 @@ def command(
     effect: Annotated[list[str] | None, Option(help="Undeclared effect, backlash:width=1e-4 (repeat)")] = None,
     effect_off: Annotated[bool, Option("--effect-off", help="Effects act once switched on by register.")] = False,
     noise: Annotated[bool, Option("--noise", help="The benchmark's measurement noise.")] = False,
-    seed: Annotated[
-        int | None, Option(help="Seed of the noise, 0 otherwise; each unit adds its place.", min=0)
-    ] = None,
+    seed: Annotated[int | None, Option(help="Seed of the noise, 0 otherwise; each unit adds its place.", min=0)] = None,
     allow_faults: Annotated[bool, Option("--allow-faults", help="Faults, friction, effects by register.")] = False,
     expose: Annotated[bool, Option("--expose", help="Listen where other machines can reach it.")] = False,
     cert: Annotated[Path | None, Option(help="Certificate for tls:// (PEM).")] = None,

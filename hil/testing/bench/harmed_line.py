@@ -42,7 +42,7 @@ def _cuttable(address: NetworkAddress) -> bool:
 
 @dataclass(frozen=True)
 class HarmedLine:
-    """A line to the valves. address : where clients find it; by : the injector, None where the line cannot be harmed."""
+    """A line to the valves. address : where clients find it; by : its injector, None where it cannot be harmed."""
 
     address: str
     by: TcpFaultInjector | RtuFaultInjector | None

@@ -168,5 +168,3 @@ class SimulatedValve:
             return work()
 
         return self._thread.run(done())
-
-
