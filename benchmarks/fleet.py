@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+import bristle as br
 from benchmarks.machine import machine
 from bristle.fleet.cluster import opened
 from bristle.fleet.run import run_fleet
@@ -51,11 +52,12 @@ def _repeated(recording: Recording, n_samples: int) -> dict[str, Any]:
     return found
 
 
-def serial(folder: Path, out: Path) -> tuple[float, list[Any]]:
-    """Seconds and rows of a plain loop in this process."""
+def serial(folder: Path) -> float:
+    """Seconds of a plain loop in this process."""
     started = time.perf_counter()
-    rows = run_fleet("fit", str(folder), out, workers=0)
-    return time.perf_counter() - started, rows
+    for path in sorted(folder.iterdir()):
+        br.fit(path, crosscheck=False)
+    return time.perf_counter() - started
 
 
 def on_workers(folder: Path, out: Path, workers: int) -> tuple[float, list[Any]]:
@@ -95,12 +97,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
         folder = Path(name) / "plant"
         folder.mkdir()
         plant(folder, chosen.recordings, chosen.samples)
-        alone_s, alone = serial(folder, Path(name) / "serial.parquet")
+        alone_s = serial(folder)
         together_s, together = on_workers(folder, Path(name) / "fleet.parquet", chosen.workers)
     start_s, overhead = overhead_s(chosen.workers)
     task_s = statistics.median(row["seconds"] for row in together)
     memory = max(row["worker_memory_MB"] for row in together)
-    states = sorted({row["state"] for row in (*alone, *together)})
+    states = sorted({row["state"] for row in together})
     print(f"{chosen.recordings} recordings of {chosen.samples} samples, {chosen.workers} workers; states {states}")
     print(f"serial loop {alone_s:.1f} s, fleet {together_s:.1f} s with the start: {alone_s / together_s:.2f} times")
     print(f"a task: {task_s:.3f} s of work (median), {1e3 * overhead:.2f} ms overhead; start {start_s:.1f} s")

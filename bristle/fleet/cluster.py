@@ -97,6 +97,7 @@ def here(tasks: Mapping[str, tuple[Any, ...]]) -> Iterator[Row]:
 def _failed(arguments: tuple[Any, ...], error: BaseException) -> Row:
     """The row of a task that could not be done by any worker."""
     _, item, _, key, _ = arguments
-    reason = f"it ended {ATTEMPTS + 1} workers" if type(error).__name__ == "KilledWorker" else f"{error}"
+    killed = getattr(error, "allowed_failures", None)  # of Dask's KilledWorker
+    reason = f"{type(error).__name__}: {error}" if killed is None else f"it ended {killed + 1} workers"
     known = {"valve": item.valve, "type": item.kind, "date": item.date, "recordings": ";".join(item.recordings)}
     return {**known, "key": key, "state": "failed", "sentence": reason, "page": None}

@@ -140,5 +140,5 @@ def _mark(system: Any, path: str) -> str:
         facts = system.info(path)
     except (OSError, ValueError):
         return ""
-    known = {name: facts[name] for name in ("size", "mtime", "ETag", "LastModified") if facts.get(name)}
-    return hashlib.sha256(json.dumps(known, sort_keys=True, default=str).encode()).hexdigest()[:16]
+    changed = next((facts[name] for name in ("mtime", "ETag", "LastModified", "created") if facts.get(name)), None)
+    return hashlib.sha256(f"{facts.get('size')} {changed}".encode()).hexdigest()[:16]

@@ -53,6 +53,8 @@ class FleetResults:
             self._file.close()
             raise BadInput(str(self.path), "another fleet is being written there", "wait for it") from None
         except BaseException:
+            if not self._journal.stat().st_size:
+                self._journal.unlink()
             self._file.close()
             raise
         return self

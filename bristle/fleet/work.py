@@ -23,6 +23,9 @@ from recordings import BadInput, BristleError
 Row = dict[str, Any]
 """A row of results: numbers, texts and truth values by name of the column, None for what is not known."""
 
+THREADS = "BRISTLE_THREADS"
+"""The variable of the environment by which a fit is told to use one thread."""
+
 SETTLED = ("done", "negative", "refused")
 """States that the same content would give again; ``failed`` is tried again."""
 
@@ -33,7 +36,6 @@ def analysed(what: str, item: FleetItem, options: Mapping[str, Any], key: str, p
     what : ``fit``, ``trace``, ``assess`` or ``test``; options : of that command; pages : folder for the valve's page.
     One thread does it: the other cores have valves of their own.
     """
-    os.environ["BRISTLE_THREADS"] = "1"
     started = time.perf_counter()
     row: Row = {"valve": item.valve, "type": item.kind, "date": item.date, "recordings": ";".join(item.recordings)}
     row |= {"key": key, "state": "done", "sentence": "", "page": None}
@@ -57,11 +59,19 @@ def analysed(what: str, item: FleetItem, options: Mapping[str, Any], key: str, p
 
 @contextmanager
 def _one_thread() -> Iterator[None]:
-    """Libraries for linear algebra use one thread, also in workers that somebody else has started."""
+    """Libraries for linear algebra and our own work use one thread, also in workers that somebody else has started."""
     from threadpoolctl import threadpool_limits
 
-    with threadpool_limits(limits=1):
-        yield
+    before = os.environ.get(THREADS)
+    os.environ[THREADS] = "1"
+    try:
+        with threadpool_limits(limits=1):
+            yield
+    finally:
+        if before is None:
+            os.environ.pop(THREADS, None)
+        else:
+            os.environ[THREADS] = before
 
 
 @contextmanager
