@@ -34,7 +34,8 @@ def assembled(front: Front, sections: Sequence[Section]) -> str:
     from bokeh.embed import components
     from bokeh.resources import Resources
 
-    script, places = components({f"{s.anchor}.{name}": plot for s in sections for name, plot in s.plots.items()})
+    plots = {f"{s.anchor}.{name}": plot for s in sections for name, plot in s.plots.items()}
+    script, places = components(plots) if plots else ("", {})
     return TEMPLATES.get_template("page.html").render(
         front=front, sections=[(s.anchor, s.title, _rendered(s, places)) for s in sections],
         bokeh=Markup(Resources(mode="inline", components=["bokeh"]).render_js()), plots=Markup(script),
