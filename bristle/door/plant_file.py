@@ -21,6 +21,7 @@
 from __future__ import annotations
 
 import math
+import os
 import tomllib
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -73,7 +74,7 @@ class PlantFile(BaseModel):
     seed: Annotated[int, Field(ge=0)] = 0
 
     @classmethod
-    def load(cls, path: str | Path) -> PlantFile:
+    def load(cls, path: str | os.PathLike[str]) -> PlantFile:
         """The content of a file. Raises BadInput naming the file, the place in it, and what to do."""
         return cls._of(_content(Path(path)), str(path))
 

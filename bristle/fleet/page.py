@@ -15,7 +15,6 @@ from bristle.fleet.ranking import RATE, RankedValve, TypeOfValve, ranked, types_
 from bristle.fleet.work import Row
 from identification.population import Outlyingness
 from identification.report import Cell, Distribution, FleetSection, FleetTable, write_fleet_report
-from recordings import Array
 
 SHOWN = 25
 """Valves of a ranking."""
@@ -132,7 +131,7 @@ def _type(one: TypeOfValve, link: Link, rate: float) -> Iterator[FleetSection]:
         [link(one.rows[k]), *_against(q, o, k)]
         for q in one.quantities
         for o in [one.outliers[q.name]]
-        for k in np.flatnonzero(o.told)
+        for k in np.flatnonzero(o.told).tolist()
     ]  # fmt: skip
     said = (
         f"Outliers against the distribution of these {len(one.rows)} valves. Of those that are told for a quantity, "
@@ -163,7 +162,7 @@ def _pooling(one: TypeOfValve, name: str, link: Link) -> Iterator[FleetSection]:
         new = q.back(together.new_mean)
         width = together.new_std * new if q.logarithmic else together.new_std
         priors.append(f"--prior {q.name}={new:.4g}+-{width:.2g}")
-        for k in np.flatnonzero(_narrower(together.std, errors)):
+        for k in np.flatnonzero(together.std < NARROWER * errors).tolist():
             own, pooled = ((values[k], errors[k]), (together.mean[k], together.std[k]))
             cells = [
                 f"{q.back(m):.4g} ({q.back(m - 1.645 * s):.4g} to {q.back(m + 1.645 * s):.4g})"
@@ -178,10 +177,6 @@ def _pooling(one: TypeOfValve, name: str, link: Link) -> Iterator[FleetSection]:
         ]
         head = ("valve", "quantity", "own, 90 %", "pooled, 90 %")
         yield FleetSection(f"Pooled, {name}", said, FleetTable(head, rows[: 4 * SHOWN]) if rows else None)
-
-
-def _narrower(pooled: Array, own: Array) -> Array:
-    return pooled < NARROWER * own
 
 
 def _all(rows: Sequence[Row], link: Link) -> FleetSection:

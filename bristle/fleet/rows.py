@@ -92,16 +92,17 @@ def _model(model: ValveModel) -> Values:
 
 
 def _friction(model: ValveModel) -> str:
-    p = model.parameters
-    told = [
-        f"{word} {p[name].value * scale:.4g}{'' if p[name].std is None else f' ± {p[name].std * scale:.2g}'} {unit}"
-        for name, word, scale, unit in (
-            ("lugre.fc", "friction", 1.0, "N"),
-            ("lugre.fs", "breakaway", 1.0, "N"),
-            ("spring.K", "spring", 1e-3, "kN/m"),
-        )
-        if name in p
-    ]
+    """Friction and spring in a sentence."""
+    told = []
+    for name, word, scale, unit in (
+        ("lugre.fc", "friction", 1.0, "N"),
+        ("lugre.fs", "breakaway", 1.0, "N"),
+        ("spring.K", "spring", 1e-3, "kN/m"),
+    ):
+        one = model.parameters.get(name)
+        if one is not None:
+            error = "" if one.std is None else f" ± {one.std * scale:.2g}"
+            told.append(f"{word} {one.value * scale:.4g}{error} {unit}")
     return ", ".join(told)
 
 

@@ -189,7 +189,11 @@ def test_the_example_of_the_page_passes(pytester, inner, page):
 @pytest.mark.parametrize(
     ("right", "wrong", "test"),
     [
-        ("gain=0.004, reset_s=2.0", "gain=0.006, reset_s=1.0", "test_a_valve_that_sticks_and_slips_does_not_make_the_loop_swing"),
+        (
+            "gain=0.004, reset_s=2.0",
+            "gain=0.006, reset_s=1.0",
+            "test_a_valve_that_sticks_and_slips_does_not_make_the_loop_swing",
+        ),
         ("pass  #", "self.integral = 0.0  #", "test_a_lost_link_does_not_wind_the_controller_up"),
     ],
 )
