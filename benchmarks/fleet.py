@@ -20,8 +20,7 @@ import numpy as np
 
 import bristle as br
 from benchmarks.machine import machine
-from bristle.fleet.cluster import opened
-from bristle.fleet.run import run_fleet
+from bristle.fleet import opened, run_fleet
 from recordings import Recording, bundled, write
 
 VALVES, CORES = 10_000, 100

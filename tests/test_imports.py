@@ -28,6 +28,7 @@ GUESTS = ("benchmarks", "studies", "tools", "examples")
 
 DOORS = {
     *ARROWS,
+    "bristle.fleet",
     "recordings.errors",
     "recordings.importers",
     "simulator.backlash",

@@ -14,12 +14,8 @@ BLANK = {"type": "globe", "state": "done", "sentence": "fine", "page": None}
 def row(valve, year, fc, k, **more):
     found = {"lugre.fc": fc, "lugre.fc.std": 0.02 * fc, "lugre.fc.status": "identified"}
     found |= {"spring.K": k, "spring.K.std": 0.001 * k, "spring.K.status": "identified"}
-    place = {
-        "valve": valve,
-        "date": f"{year}-06-01T00:00:00",
-        "recordings": f"{valve}-{year}.h5",
-        "key": f"{valve}{year}",
-    }
+    place = {"valve": valve, "date": f"{year}-06-01T00:00:00", "recordings": f"{valve}-{year}.h5"}
+    place |= {"key": f"{valve}{year}"}
     return {**BLANK, **place, **found, **more}
 
 

@@ -43,8 +43,7 @@ def command(
     from recordings import NegativeAnswer
 
     needed()
-    from bristle.fleet.page import write_fleet_page
-    from bristle.fleet.run import run_fleet
+    from bristle.fleet import run_fleet, write_fleet_page
 
     for path in (out, report):
         writable(path)

@@ -74,7 +74,8 @@ class Device:
             asked = BlockRead(block)
             for point, reading in asked.readings(self._ask(asked.request)).items():
                 if name is not None and not reading.good:
-                    raise BadInput(f"{self._address.text}: {name}", reading.reason or "it is not good", "check the map and the device")
+                    found = reading.reason or "it is not good"
+                    raise BadInput(f"{self._address.text}: {name}", found, "check the map and the device")
                 values[point] = reading.value
         return values if name is None else values[name]
 
