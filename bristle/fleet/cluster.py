@@ -16,6 +16,9 @@ TASK = "bristle"
 LIMITS = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1")
 """A worker for each core, and one thread in each."""
 
+REACHED_S = 30.0
+"""A scheduler answers within this, or it is not there [s]."""
+
 ATTEMPTS = 3
 """Workers that may die over a task before the task is given up."""
 
@@ -50,7 +53,7 @@ def opened(scheduler: str | None, workers: int | None) -> Iterator[Any]:
 @contextmanager
 def _connected(distributed: Any, scheduler: str) -> Iterator[Any]:
     try:
-        client = distributed.Client(scheduler, timeout=10, set_as_default=False)
+        client = distributed.Client(scheduler, timeout=REACHED_S, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
         reason = " ".join(str(error).split()) or type(error).__name__
         raise BadInput(

@@ -13,6 +13,7 @@ from typing import Any
 
 import fsspec
 
+import bristle as br
 from recordings import BadInput
 
 RECORDING = (".h5", ".hdf5")
@@ -40,8 +41,18 @@ class FleetItem:
     own: Mapping[str, str] = field(default_factory=dict)
 
     def key(self, what: str, options: Mapping[str, Any]) -> str:
-        """Names the result: the same work on the same content has the same key."""
-        known = [what, dict(options), self.valve, self.recordings, self.kind, self.date, self.mark, dict(self.own)]
+        """Names the result: the same work on the same content, by the same version of Bristle, has the same key."""
+        known = [
+            br.__version__,
+            what,
+            dict(options),
+            self.valve,
+            self.recordings,
+            self.kind,
+            self.date,
+            self.mark,
+            dict(self.own),
+        ]
         return hashlib.sha256(json.dumps(known, sort_keys=True, default=str).encode()).hexdigest()[:20]
 
 
