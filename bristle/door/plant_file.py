@@ -42,7 +42,7 @@ Finite = Annotated[float, Field(allow_inf_nan=False)]
 class PlannedFault(BaseModel):
     """A fault in a plant file; times are plant time [s]."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
+    model_config = ConfigDict(frozen=True, extra="forbid")
 
     number: int
     strength: Finite = 1.0
