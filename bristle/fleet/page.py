@@ -34,8 +34,8 @@ def write_fleet_page(path: Path, what: str, rows: Sequence[Row], pages: Path | N
         _overview(what, rows, valves),
         *_friction(valves, link),
         *_spring(valves, link),
-        *_evidence(valves, link),
         *_stiction(valves, link),
+        *_evidence(valves, link),
         *(section for one in types for section in _type(one, link, rate)),
         _all(rows, link),
     ]

@@ -197,16 +197,19 @@ def test_what_cannot_be_done_is_said(folder, tmp_path, capsys):
 def test_with_a_killed_worker_every_result_is_there_once_and_is_that_of_a_serial_run(tmp_path):
     """A scheduler and two workers as processes of their own; one worker is killed when the sixth result comes."""
     folder, out, seen = plant(tmp_path / "plant", 12), tmp_path / "r.parquet", []
-    address = tmp_path / "scheduler.json"
-    dask = [sys.executable, "-m", "dask"]
-    commands = [
-        [*dask, "scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", str(address)]
+    file, dask = tmp_path / "scheduler.json", [sys.executable, "-m", "dask"]
+    scheduler = [
+        *dask,
+        "scheduler",
+        "--host",
+        "127.0.0.1",
+        "--port",
+        "0",
+        "--no-dashboard",
+        "--scheduler-file",
+        str(file),
     ]
-    commands += [
-        [*dask, "worker", "--scheduler-file", str(address), "--nthreads", "1", "--no-nanny", "--no-dashboard"]
-    ] * 2
-    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).resolve().parents[2])}
-    started = [subprocess.Popen(one, env=environment, stderr=subprocess.DEVNULL) for one in commands]
+    started = [dask_process(scheduler)]
 
     def kill(row):
         seen.append(row["key"])
@@ -214,7 +217,10 @@ def test_with_a_killed_worker_every_result_is_there_once_and_is_that_of_a_serial
             os.kill(int(row["worker"].rpartition(":")[2]), signal.SIGKILL)
 
     try:
-        found = scheduler_of(address, started[0])
+        found = scheduler_of(file, started[0])
+        started += [
+            dask_process([*dask, "worker", found, "--nthreads", "1", "--no-nanny", "--no-dashboard"]) for _ in "12"
+        ]
         rows = run_fleet("test", str(folder), out, options=STEP, scheduler=found, tell=kill)
         ended = [process.poll() for process in started[1:]]
     finally:
@@ -225,6 +231,12 @@ def test_with_a_killed_worker_every_result_is_there_once_and_is_that_of_a_serial
     assert len(seen) == len(set(seen)) == len(rows) == 13
     expected = run_fleet("test", str(folder), tmp_path / "s.parquet", options=STEP, workers=0)
     assert told(rows) == told(expected)
+
+
+def dask_process(command):
+    """A scheduler or a worker as a process of its own."""
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).resolve().parents[2])}
+    return subprocess.Popen(command, env=environment, stderr=subprocess.DEVNULL)
 
 
 def scheduler_of(file, process):
