@@ -40,6 +40,7 @@ bench: install
 	$(BIN)/python -m benchmarks.catalogue
 	$(BIN)/python -m benchmarks.link
 	$(BIN)/python -m benchmarks.detector
+	$(BIN)/python -m benchmarks.fleet
 
 clean:
 	rm -rf .venv build dist demo-output .mypy_cache .pytest_cache .ruff_cache .hypothesis

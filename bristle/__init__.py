@@ -18,6 +18,7 @@ Arrays in, arrays out; a path or ``bundled:NAME`` stands for a recording whereve
 `test`                  a standard valve test, from recordings
 `learn`, `watch`        a fault detector for one valve, and what it sees in a recording
 `record`, `serve`       live recording, and a simulated valve behind Modbus: both are context managers
+`simulated_valve`       a simulated valve whose time, faults and line are in the hands of a test
 `Fault`                 a fault of the DAMADICS benchmark, for `serve`
 `CATALOGUE`, `Effect`   the effects that can be simulated, fitted and traced, and how to write one
 ======================  ================================================================================
@@ -56,6 +57,7 @@ if TYPE_CHECKING:
     from bristle.door.loops import test as test
     from bristle.door.models import fit as fit
     from bristle.door.models import trace as trace
+    from bristle.door.simulated import simulated_valve as simulated_valve
     from bristle.door.sources import read as read
     from bristle.door.valves import simulate as simulate
     from detector import Watch as Watch
@@ -87,6 +89,7 @@ PLACES = {
     "bristle.door.links": ("record", "serve"),
     "bristle.door.loops": ("assess", "test"),
     "bristle.door.models": ("fit", "trace"),
+    "bristle.door.simulated": ("simulated_valve",),
     "bristle.door.valves": ("simulate",),
     "bristle.door.sources": ("read",),
     "detector": ("Watch", "Watched"),

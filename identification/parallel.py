@@ -15,6 +15,9 @@ S = TypeVar("S")
 WORKERS = 2
 """Threads at most."""
 
+THREADS = "BRISTLE_THREADS"
+"""The variable of the environment that allows fewer: 1 where a process for each core works on a valve of its own."""
+
 NAME = "segment"
 """What the names of the threads begin with."""
 
@@ -24,7 +27,7 @@ def each(work: Callable[[S], T], items: Sequence[S]) -> list[T]:
 
     Work that asks for the same is done by its own thread: all others may be waiting for it.
     """
-    if len(items) <= 1 or threading.current_thread().name.startswith(NAME):
+    if len(items) <= 1 or os.environ.get(THREADS) == "1" or threading.current_thread().name.startswith(NAME):
         return [work(item) for item in items]
     pool = _pool(os.getpid())
     futures = [pool.submit(work, item) for item in items]

@@ -27,6 +27,7 @@ from recordings.signal import ROLES, UNDERSTOOD, Role, Signal, SignalSpec
 from recordings.text_files import check_depth, read_small_json, read_small_text, read_small_toml
 from recordings.units import UNITS, Unit, convert, find_unit, unit
 from recordings.views.description import describe
+from recordings.views.drawing import drawn
 from recordings.views.page import picture
 from recordings.views.pictures import envelope
 
@@ -69,6 +70,7 @@ __all__ = [
     "convert",
     "describe",
     "did_you_mean",
+    "drawn",
     "envelope",
     "find_unit",
     "instances_of",

@@ -28,6 +28,7 @@ GUESTS = ("benchmarks", "studies", "tools", "examples")
 
 DOORS = {
     *ARROWS,
+    "bristle.fleet",
     "recordings.errors",
     "recordings.importers",
     "simulator.backlash",
@@ -37,6 +38,7 @@ DOORS = {
     "simulator.hysteresis",
     "identification.estimators",
     "identification.loops",
+    "identification.population",
     "identification.report",
     "identification.standard_tests",
     "detector.evaluation",

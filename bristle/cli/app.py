@@ -29,6 +29,7 @@ COMMANDS = {
     "demo": "demo",
     "evaluate": "evaluate",
     "fit": "fit",
+    "fleet": "fleet",
     "import": "import_",
     "monitor": "monitor",
     "probe": "look.probe",
@@ -119,7 +120,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     command = typer.main.get_command(application())
     words = spelled_out(given, _flags(command)) or ["--help"]
     try:
-        code = command.main(args=words, prog_name="bristle", standalone_mode=False)
+        code = command.main(args=words, prog_name="bristle", standalone_mode=False, obj=tuple(words))
     except (KeyboardInterrupt, typer.Abort):
         return _ended("interrupted", INTERRUPTED)
     except Exception as error:

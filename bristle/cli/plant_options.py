@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
+from bristle.door.plant_file import PlantFile
 from bristle.door.plants import actuator
 from hil import ActuatorPlant
 from recordings import BadInput
@@ -23,16 +24,20 @@ _FAULT_WORDS = {
 @dataclass(frozen=True)
 class ActuatorOptions:
     """The words: scenario name; friction form; faults ``4:strength=0.5,from=70``; settings ``lugre.fc=200``,
-    ``gain=40``, ``setpoint=0.3``; effects ``backlash:width=1e-4``; whether those act from the start; noise and seed."""
+    ``gain=40``, ``setpoint=0.3``; effects ``backlash:width=1e-4``; whether those act from the start; noise and seed.
+
+    base : what is so where the words say nothing; a plant file's content, or the defaults.
+    """
 
     scenario: str | None = None
-    friction: str = "play"
+    friction: str | None = None
     faults: Sequence[str] = ()
     settings: Sequence[str] = ()
     effects: Sequence[str] = ()
     effects_on: bool = True
     noise: bool = False
-    seed: int = 0
+    seed: int | None = None
+    base: PlantFile = field(default_factory=PlantFile)
 
     def plant(self, number: int = 0) -> ActuatorPlant:
         """The plant; `number` tells several apart by their noise. Raises BadInput naming the option.
@@ -40,11 +45,17 @@ class ActuatorOptions:
         >>> ActuatorOptions(faults=("4:strength=0.5,from=70",)).plant().signals()["fault_active"]
         0.0
         """
+        base = self.base
         return actuator(
-            self.scenario, self.friction, [_fault(text) for text in self.faults], _numbers("--set", self.settings),
-            dict(_effect(text) for text in self.effects), effects_on=self.effects_on, noise=self.noise,
-            seed=self.seed + number,
-        )  # fmt: skip
+            self.scenario or base.scenario,
+            self.friction or base.friction,
+            [*(one.fault() for one in base.fault), *(_fault(text) for text in self.faults)],
+            {**base.set, **_numbers("--set", self.settings)},
+            {**base.effect, **dict(_effect(text) for text in self.effects)},
+            effects_on=self.effects_on and not base.effect_off,
+            noise=self.noise or base.noise,
+            seed=(base.seed if self.seed is None else self.seed) + number,
+        )
 
 
 def _fault(text: str) -> Fault:

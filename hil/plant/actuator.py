@@ -89,6 +89,7 @@ class ActuatorPlant:
     def __init__(self, setup: ActuatorSetup) -> None:
         self._setup = setup
         self._noise = Noise(setup.seed)
+        self._injected: tuple[Fault, ...] = ()
         self._orders = Orders(setup.form, setup.noise, bool(setup.hidden) and setup.hidden_on, dict(setup.inputs))
         self._actuator, self._faults = self._built(self._orders)
         self._now: dict[str, float] = {}
@@ -114,6 +115,16 @@ class ActuatorPlant:
         self._orders = orders
         if restart:
             self.reset()
+
+    @property
+    def setup(self) -> ActuatorSetup:
+        """What it was when it started."""
+        return self._setup
+
+    def inject(self, *faults: Fault) -> None:
+        """Let further faults happen, on top of all others; without any, take back those that were injected before."""
+        self._injected = (*self._injected, *faults) if faults else ()
+        self._actuator, self._faults = self._built(self._orders)
 
     def reset(self) -> None:
         """At rest and open, with an empty chamber, at time 0."""
@@ -149,7 +160,7 @@ class ActuatorPlant:
         if friction:
             effects["lugre"] = friction
         actuator = Actuator(orders.form, setup.parameters, effects, catalogue=setup.catalogue)
-        return actuator, (*setup.faults, *orders.ordered_fault())
+        return actuator, (*setup.faults, *self._injected, *orders.ordered_fault())
 
     def _hidden(self, effect: str, on: bool) -> Mapping[str, float]:
         """Values of a hidden effect; while it is off, those that change nothing."""

@@ -29,13 +29,14 @@ async def serve_session(
     """
     async with Server(plants, settings) as server:
         with Stop(duration) as stop:
-            say(json.dumps(_opening(server, settings)))
+            say(json.dumps(opening_line(server, settings)))
             await first_of(stop.event.wait(), server.failed())
-        say(json.dumps(_closing(server, stop.first_signal)))
+        say(json.dumps(closing_line(server, stop.first_signal)))
     return ServerEnd(stop.first_signal)
 
 
-def _opening(server: Server, settings: ServerSettings) -> dict[str, object]:
+def opening_line(server: Server, settings: ServerSettings) -> dict[str, object]:
+    """What a session says when all addresses listen."""
     mode = "lock-step" if settings.speed is None else f"{settings.speed:g} x real time"
     return {
         "listening": server.addresses,
@@ -46,7 +47,8 @@ def _opening(server: Server, settings: ServerSettings) -> dict[str, object]:
     }
 
 
-def _closing(server: Server, stopped_by: signal.Signals | None) -> dict[str, object]:
+def closing_line(server: Server, stopped_by: signal.Signals | None) -> dict[str, object]:
+    """What a session says at its end, with the lateness of every unit."""
     units: dict[str, dict[str, float]] = {}
     for unit_id, unit in server.units.items():
         units[str(unit_id)] = {"samples": unit.samples, "requests": unit.requests, "refused": unit.refused}

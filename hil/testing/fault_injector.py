@@ -73,10 +73,14 @@ class FaultInjector:
     _random: Random = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        self._random = Random(self.schedule.seed)
-        impossible = sorted(NETWORK_ONLY & set(self.schedule.probability)) if self.framing == "rtu" else []
+        self.follow(self.schedule)
+
+    def follow(self, schedule: FaultSchedule) -> None:
+        """Go by another schedule from the next reply on. Raises BadParameter for what this line cannot have."""
+        impossible = sorted(NETWORK_ONLY & set(schedule.probability)) if self.framing == "rtu" else []
         if impossible:
             raise BadParameter("schedule", impossible[0], "a serial line has no such fault", "leave it out")
+        self.schedule, self._random, self._swallow = schedule, Random(schedule.seed), 0
 
     def reply(self, frame: bytes) -> list[Action]:
         """What becomes of one whole reply frame of the server, in order.

@@ -22,12 +22,14 @@ class TcpFaultInjector:
     """Listens on loopback, `port`, and passes everything on to a server; replies suffer what the schedule says.
 
     Requests pass unharmed. Faults count over all connections, `injector.counts`. Asynchronous context manager.
+    listen_port : where to listen, 0 for any free port.
     """
 
-    def __init__(self, host: str, port: int, schedule: FaultSchedule) -> None:
+    def __init__(self, host: str, port: int, schedule: FaultSchedule, listen_port: int = 0) -> None:
         self._upstream = (host, port)
         self.injector = FaultInjector(schedule, "tcp")
-        self.port = 0
+        self.port = listen_port
+        self._cut = False
         self._server: asyncio.Server | None = None
         self._connections: set[asyncio.Task[None]] = set()
 
@@ -45,7 +47,20 @@ class TcpFaultInjector:
             connection.cancel()
         await asyncio.gather(*self._connections, return_exceptions=True)
 
+    def cut(self) -> None:
+        """End every connection, and let none pass until `mend`: new ones are closed at once, no request arrives."""
+        self._cut = True
+        for connection in self._connections:
+            connection.cancel()
+
+    def mend(self) -> None:
+        """Let connections pass again."""
+        self._cut = False
+
     def _accept(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        if self._cut:
+            writer.close()
+            return
         task = asyncio.ensure_future(self._serve(reader, writer))
         self._connections.add(task)
         task.add_done_callback(self._connections.discard)
@@ -90,6 +105,7 @@ class RtuFaultInjector:
         self._device = device
         self.injector = FaultInjector(schedule, "rtu")
         self.path = ""
+        self._cut = False
         self._replies: asyncio.Queue[bytes] = asyncio.Queue()
         self._cutter = FrameCutter("rtu")
 
@@ -111,7 +127,17 @@ class RtuFaultInjector:
         self._client.close()
         os.close(self._line)
 
+    def cut(self) -> None:
+        """Let nothing pass until `mend`, in either direction."""
+        self._cut = True
+
+    def mend(self) -> None:
+        """Let bytes pass again."""
+        self._cut = False
+
     def _request(self, data: bytes) -> None:
+        if self._cut:
+            return
         with suppress(BlockingIOError):
             os.write(self._line, data)
 
@@ -122,7 +148,9 @@ class RtuFaultInjector:
 
     async def _harm(self) -> None:
         while True:
-            await _perform(self.injector, await self._replies.get(), self._client.write)
+            frame = await self._replies.get()
+            if not self._cut:
+                await _perform(self.injector, frame, self._client.write)
 
 
 async def _copy(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:

@@ -2,7 +2,22 @@
 
 from identification.report.comparison_page import write_comparison_report
 from identification.report.fit_page import page, write_report
+from identification.report.fleet_page import Cell, Distribution, FleetSection, FleetTable, write_fleet_report
 from identification.report.notebook import figures, stacked
+from identification.report.opening import Opening
 from identification.report.trace_page import write_trace_report
 
-__all__ = ["figures", "page", "stacked", "write_comparison_report", "write_report", "write_trace_report"]
+__all__ = [
+    "Cell",
+    "Distribution",
+    "FleetSection",
+    "FleetTable",
+    "Opening",
+    "figures",
+    "page",
+    "stacked",
+    "write_comparison_report",
+    "write_fleet_report",
+    "write_report",
+    "write_trace_report",
+]

@@ -38,7 +38,8 @@ def assembled(front: Front, sections: Sequence[Section]) -> str:
     from bokeh.embed import components
     from bokeh.resources import Resources
 
-    script, places = components({f"{s.anchor}.{name}": plot for s in sections for name, plot in s.plots.items()})
+    plots = {f"{s.anchor}.{name}": plot for s in sections for name, plot in s.plots.items()}
+    script, places = components(plots) if plots else ("", {})
     return TEMPLATES.get_template("page.html").render(
         front=front, sections=[(s.anchor, s.title, _rendered(s, places)) for s in sections],
         bokeh=Markup(Resources(mode="inline", components=["bokeh"]).render_js()), plots=Markup(script),
@@ -57,7 +58,9 @@ def _rendered(section: Section, places: Mapping[str, str]) -> Markup:
         name: Markup('<div class="drawn">{}</div>').format(Markup(places[f"{section.anchor}.{name}"]))
         for name in section.plots
     }
-    return Markup(TEMPLATES.get_template(f"{section.anchor}.html").render(section.words, plots=plots))
+    return Markup(
+        TEMPLATES.get_template(f"{section.template or section.anchor}.html").render(section.words, plots=plots)
+    )
 
 
 def _asset(name: str) -> Markup:

@@ -9,11 +9,12 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Section:
-    """One section. anchor : also the name of its template; words : what the template fills in, escaped there;
-    plots : bokeh models by name, which the template places as ``plots.<name>``.
+    """One section. anchor : its place in the page; words : what the template fills in, escaped there; plots : bokeh
+    models by name, which the template places as ``plots.<name>``; template : by name, that of the anchor if not given.
     """
 
     anchor: str
     title: str
     words: Mapping[str, Any] = field(default_factory=dict)
     plots: Mapping[str, Any] = field(default_factory=dict)
+    template: str = ""

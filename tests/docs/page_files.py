@@ -42,9 +42,18 @@ def imports(folder: Path) -> None:
     (folder / "rig4.csv").write_text("t;a;b;p;x\n" + rows, encoding="utf-8")
 
 
+def fleet(folder: Path) -> None:
+    """Step tests of three valves, one of them twice."""
+    for name in ("FV-101", "FV-102/2024", "FV-102/2025", "FV-103"):
+        path = folder / "plant" / f"{name}.h5"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write(path, bundled("step"))
+
+
 FILES: dict[str, Callable[[Path], None]] = {
     "README.md": readme,
     "docs/recordings.md": recordings,
+    "docs/how-to/fleet.md": fleet,
     "docs/how-to/import.md": imports,
 }
 """By page; a page that is not here makes its files itself."""

@@ -14,12 +14,14 @@ from bristle.cli.app import COMMANDS, run
 
 DEVICE, MINUTES, SHELL, DATA = "needs a device", "takes minutes", "changes the shell", "needs data that are not here"
 README = "runs in the README"
+OWN_TEST = "runs in tests/door/test_pytest_plugin.py"
 NOT_RUN = {
     "CONTRIBUTING.md": [MINUTES, MINUTES],
     "docs/how-to/assess.md": [DATA],
     "docs/how-to/evaluate.md": [MINUTES, MINUTES],
     "docs/how-to/fit.md": [DATA],
     "docs/how-to/page.md": [DEVICE, DEVICE],
+    "docs/how-to/hil-tests.md": [OWN_TEST, OWN_TEST, OWN_TEST],
     "docs/how-to/record.md": [DEVICE],
     "docs/how-to/service.md": [DEVICE],
     "docs/how-to/trace.md": [README],
@@ -84,7 +86,7 @@ def test_every_block_is_of_a_language_that_is_tested() -> None:
 
 
 def test_the_options_that_pages_name_in_a_sentence_exist(capsys: pytest.CaptureFixture[str]) -> None:
-    known = {"--force", "--help", "--out", "--main"}
+    known = {"--force", "--help", "--out", "--main", "--bristle-artifacts", "--bristle-plant"}
     for command in COMMANDS:
         assert run([command, "--help"]) == 0
         known |= set(re.findall(r"--[a-z][a-z-]*", capsys.readouterr().out))

@@ -1,0 +1,114 @@
+"""A fleet on the processes of this machine against a plain serial loop, what a task costs besides its work, and memory.
+
+    python -m benchmarks.fleet [--recordings 200] [--samples 20000] [--workers 2]
+
+The work is `fit`. The projection to a plant of 10,000 valves on 100 cores takes from the measurement the time of a
+task in a worker, the overhead of a task, and the start of a cluster; it is arithmetic, not a measurement.
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import tempfile
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import bristle as br
+from benchmarks.machine import machine
+from bristle.fleet import opened, run_fleet
+from recordings import Recording, bundled, write
+
+VALVES, CORES = 10_000, 100
+EMPTY_TASKS = 500
+NOISE_M = 2e-6
+
+
+def plant(folder: Path, n_recordings: int, n_samples: int) -> None:
+    """Recordings of `n_samples` each: those of a bundled valve again and again, each with noise of its own."""
+    mixed = bundled("mixed")
+    step = float(mixed.time[1] - mixed.time[0])
+    for k in range(n_recordings):
+        made = _repeated(mixed, n_samples)
+        position = made["position"] + np.random.default_rng(k).normal(0.0, NOISE_M, n_samples)
+        recording = Recording.from_arrays(
+            time=step * np.arange(n_samples), position=position, force=made["force"], plant=mixed.plant
+        )
+        write(folder / f"V{k:04d}.h5", recording)
+
+
+def _repeated(recording: Recording, n_samples: int) -> dict[str, Any]:
+    """The signals played forwards and backwards until there are enough samples: no jump anywhere."""
+    found = {}
+    for name in ("position", "force"):
+        values = recording[name].values
+        there_and_back = np.concatenate([values, values[::-1]])
+        found[name] = np.resize(there_and_back, n_samples)
+    return found
+
+
+def serial(folder: Path) -> float:
+    """Seconds of a plain loop in this process."""
+    started = time.perf_counter()
+    for path in sorted(folder.iterdir()):
+        br.fit(path, crosscheck=False)
+    return time.perf_counter() - started
+
+
+def on_workers(folder: Path, out: Path, workers: int) -> tuple[float, list[Any]]:
+    """Seconds and rows with processes, their start included."""
+    started = time.perf_counter()
+    rows = run_fleet("fit", str(folder), out, workers=workers)
+    return time.perf_counter() - started, rows
+
+
+def overhead_s(workers: int) -> tuple[float, float]:
+    """Seconds to start a cluster, and seconds of a task that does nothing."""
+    started = time.perf_counter()
+    with opened(None, workers) as client:
+        client.submit(int, 0, pure=False).result()
+        ready = time.perf_counter()
+        client.gather([client.submit(int, k, pure=False) for k in range(EMPTY_TASKS)])
+        return ready - started, (time.perf_counter() - ready) / EMPTY_TASKS
+
+
+def projected_s(task_s: float, overhead: float, start_s: float) -> tuple[float, float]:
+    """Hours' worth of seconds for the plant, and the share of it that is not work."""
+    work = VALVES * task_s / CORES
+    scheduling = VALVES * overhead  # the scheduler is one process: this part does not shrink with cores
+    total = start_s + max(work, scheduling) + task_s
+    return total, 1.0 - work / total
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--recordings", type=int, default=200)
+    parser.add_argument("--samples", type=int, default=20_000)
+    parser.add_argument("--workers", type=int, default=2)
+    chosen = parser.parse_args(arguments)
+    print(machine("distributed", "numpy"))
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name) / "plant"
+        folder.mkdir()
+        plant(folder, chosen.recordings, chosen.samples)
+        alone_s = serial(folder)
+        together_s, together = on_workers(folder, Path(name) / "fleet.parquet", chosen.workers)
+    start_s, overhead = overhead_s(chosen.workers)
+    task_s = statistics.median(row["seconds"] for row in together)
+    memory = max(row["worker_memory_MB"] for row in together)
+    states = sorted({row["state"] for row in together})
+    print(f"{chosen.recordings} recordings of {chosen.samples} samples, {chosen.workers} workers; states {states}")
+    print(f"serial loop {alone_s:.1f} s, fleet {together_s:.1f} s with the start: {alone_s / together_s:.2f} times")
+    print(f"a task: {task_s:.3f} s of work (median), {1e3 * overhead:.2f} ms overhead; start {start_s:.1f} s")
+    print(f"memory of a worker: {memory:.0f} MB at most")
+    total, lost = projected_s(task_s, overhead, start_s)
+    print(f"projected, {VALVES} valves on {CORES} cores: {total / 60:.1f} min, {100 * lost:.1f} % of it not work")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""Simulated valves in the hands of a test: time on demand, faults of valve and line, and what happened, recorded."""
