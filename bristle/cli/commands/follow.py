@@ -1,0 +1,39 @@
+"""`bristle follow`: a valve through the years."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def command(
+    recordings: Annotated[list[str], typer.Argument(help="Dated recordings (.h5) of one valve, or folders of them.")],
+    limit: Annotated[
+        list[str] | None,
+        typer.Option(help="fc=200 (N), K=5e4 (N/m), dead_band=3 (%) or leak=2 (% of the largest flow)."),
+    ] = None,
+    area: Annotated[float | None, typer.Option(help="Diaphragm area [m2], to turn pressure into force.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Write the answer here (follow.json).")] = None,
+    report: Annotated[Path | None, typer.Option(help="Write a self-contained HTML page here.")] = None,
+) -> None:
+    """Follow friction, spring rate, dead band and leak over months of natural movement, and say when they cross limits.
+
+    Example: bristle follow recordings/ --limit fc=200 --out follow.json --report page.html
+    """
+    import bristle as br
+    from bristle.cli.console import assignments, shown_on, stdout, working, writable
+
+    for path in (out, report):
+        writable(path)
+    limits = assignments(limit or [], "--limit")
+    with working("following") as status:
+        found = br.follow(recordings, limits=limits, area=area, progress=shown_on(status))
+    console = stdout()
+    for line in found.lines():
+        console.print(line, markup=False)
+    if out:
+        found.write(out)
+    if report:
+        found.report(report)
