@@ -15,7 +15,7 @@ Arrays in, arrays out; a path or ``bundled:NAME`` stands for a recording whereve
 `trace`                 the effect that a valve shows and the model of friction and spring lacks
 `compare`               what changed between two recordings or two models of a valve
 `assess`                whether the valve of a control loop sticks, from SP, PV and OP
-`test`                  a standard valve test, from recordings
+`test`, `simulate_test` a standard valve test, from recordings or a simulated positioner
 `follow`                a valve through the years: trends, and when they cross limits
 `next_test`             the experiment that would tell rivals apart, or pin what is weak
 `learn`, `watch`        a fault detector for one valve, and what it sees in a recording
@@ -56,6 +56,7 @@ if TYPE_CHECKING:
     from bristle.door.links import record as record
     from bristle.door.links import serve as serve
     from bristle.door.loops import assess as assess
+    from bristle.door.loops import simulate_test as simulate_test
     from bristle.door.loops import test as test
     from bristle.door.models import fit as fit
     from bristle.door.models import trace as trace
@@ -90,7 +91,7 @@ PLACES = {
     "bristle.door.detectors": ("learn", "watch"),
     "bristle.door.histories": ("follow",),
     "bristle.door.links": ("record", "serve"),
-    "bristle.door.loops": ("assess", "test"),
+    "bristle.door.loops": ("assess", "simulate_test", "test"),
     "bristle.door.models": ("fit", "trace"),
     "bristle.door.next_tests": ("next_test",),
     "bristle.door.valves": ("simulate",),

@@ -19,21 +19,21 @@ if TYPE_CHECKING:
     from recordings.errors import BadInput
 
 COMMANDS = {
-    "assess": "assess",
+    "assess": "plant_data.assess",
     "compare": "compare",
     "demo": "demo",
     "evaluate": "evaluate",
     "fit": "fit",
-    "follow": "follow",
+    "follow": "plant_data.follow",
     "import": "import_",
     "monitor": "monitor",
-    "next-test": "next_test",
+    "next-test": "plant_data.next_test",
     "record": "record",
     "replay": "replay",
     "serve": "serve",
     "show": "show",
     "simulate": "simulate",
-    "test": "test",
+    "test": "plant_data.test",
     "trace": "trace",
 }
 """Command name -> module in `bristle.cli.commands`; each module has one function `command`."""

@@ -63,9 +63,9 @@ def follow(
 
 def _every(recordings: RecordingLike | Iterable[RecordingLike]) -> list[RecordingLike]:
     """The recordings, those of a folder in its place."""
-    one = isinstance(recordings, Recording | str | os.PathLike)
+    sources = [recordings] if isinstance(recordings, Recording | str | os.PathLike) else list(recordings)
     found: list[RecordingLike] = []
-    for source in [recordings] if one else recordings:  # type: ignore[list-item, union-attr]
+    for source in sources:
         folder = None if isinstance(source, Recording) or str(source).startswith(BUNDLED) else Path(source)
         if folder is None or not folder.is_dir():
             found.append(source)

@@ -80,7 +80,7 @@ def next_test(
     """
     if drive is not None and drive not in DRIVES:
         raise BadParameter("drive", drive, "there is no such drive", f"use {', '.join(DRIVES)}")
-    bounds = DesignBounds(tuple(travel), rate, pressure, duration)
+    bounds = DesignBounds((travel[0], travel[1]), rate, pressure, duration)
     given = {"stroke_m": _positive("stroke", stroke), "diaphragm_area_m2": _positive("area", area)}
     known = {name: value for name, value in given.items() if value is not None}
     one = isinstance(models, ValveModel | Trace | str | os.PathLike)

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from identification.following.crossing import LimitCrossing
+from identification.following.limit_crossing import LimitCrossing
 from recordings import save_json
 
 MONTH = 30.44

@@ -8,8 +8,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from identification.following.crossing import crossing
 from identification.following.followed import FollowedQuantity, FollowedValve, LevelOnDay
+from identification.following.limit_crossing import crossing
 from identification.following.quantities import UNITS, SeenRecording, SeenValue, seen_in
 from identification.following.trend import INTERVAL, TrendBelief
 from recordings import BadInput, BadParameter, NegativeAnswer, Progress, Recording, silent, tracked

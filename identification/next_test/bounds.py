@@ -7,9 +7,9 @@ from typing import Literal, get_args
 
 from recordings import BadParameter
 
-Drive = Literal["force", "pressure", "setpoint"]
+DrivenBy = Literal["force", "pressure", "setpoint"]
 """What the sequence is a sequence of."""
-DRIVES: tuple[Drive, ...] = get_args(Drive)
+DRIVES: tuple[DrivenBy, ...] = get_args(DrivenBy)
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.next_test.bounds import DesignBounds, Drive
+from identification.next_test.bounds import DesignBounds, DrivenBy
 from identification.next_test.known_valve import DrivenTest, KnownValve
 from recordings import Array, BadInput, BadParameter
 from simulator import positioned
@@ -19,7 +19,7 @@ class StemDrive:
     """
 
     valve: KnownValve
-    drive: Drive
+    drive: DrivenBy
     bounds: DesignBounds
     low: float
     high: float
@@ -54,7 +54,7 @@ class StemDrive:
         return bool(position.min() >= low - slack and position.max() <= high + slack)
 
 
-def drive_of(valve: KnownValve, drive: Drive, bounds: DesignBounds) -> StemDrive:
+def drive_of(valve: KnownValve, drive: DrivenBy, bounds: DesignBounds) -> StemDrive:
     """The drive of a valve within limits. Raises BadInput where the pressure does not move it within its travel."""
     low, high = (share / 100 * valve.stroke for share in bounds.travel)
     slope = bounds.rate / 100 * valve.stroke

@@ -44,8 +44,8 @@ def apart(one: ExpectedPath, rival: KnownValve, path: ExpectedPath) -> float:
     one : the answer of a model; path : that of its rival. A sample counts at most `CLIPPED`: a test that differs all
     along is better than one with a single slip that comes early.
     """
-    noise = np.maximum(one.noise, path.noise)
-    r = np.clip((one.y - path.y) / noise, -CLIPPED, CLIPPED)
+    noise: Array = np.maximum(one.noise, path.noise)
+    r: Array = np.clip((one.y - path.y) / noise, -CLIPPED, CLIPPED)
     towards = (path.by / noise[:, None]).T @ r
     explained = towards @ _covariance(rival, path) @ towards
     return float(np.sqrt(max(r @ r - explained, 0.0)))

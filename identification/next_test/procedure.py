@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from identification.next_test.bounds import DRIVES, DesignBounds, Drive
+from identification.next_test.bounds import DRIVES, DesignBounds, DrivenBy
 from identification.next_test.drive import StemDrive, drive_of
 from identification.next_test.expectation import Expectation, expectation
 from identification.next_test.information import answered
@@ -31,7 +31,7 @@ def next_test(
     models: Mapping[str, ValveModel],
     bounds: DesignBounds,
     *,
-    drive: Drive | None = None,
+    drive: DrivenBy | None = None,
     sampling: float = 100.0,
     bends: int = 12,
     catalogue: Catalogue = CATALOGUE,
@@ -54,7 +54,7 @@ def next_test(
         raise BadParameter("sampling", f"{sampling:g}", "it is too slow or too fast", "give 5 to 1000 samples a second")
     valves = tuple(known_valve(name, model, catalogue) for name, model in models.items())
     first = valves[0]
-    chosen: Drive = drive or ("force" if first.area is None else "pressure")
+    chosen: DrivenBy = drive or ("force" if first.area is None else "pressure")
     course = drive_of(first, chosen, bounds)
     aim = DesignAim(valves, first.weak or first.names)
     t = np.arange(round(bounds.duration * sampling) + 1) / sampling

@@ -76,19 +76,18 @@ def searched(
         tried = [(shape, worth(wave(share, shape))) for shape in shapes]
         found.append((family, *max(tried, key=lambda one: one[1])))
     found.sort(key=lambda one: -one[2])
-    bent = [
-        _bent(family, shape, lambda s, f=family: worth(WAVEFORMS[f](share, s)), bends)
-        for family, shape, _ in found[:BENT]
-    ]
+    bent = [_bent(family, share, shape, worth, bends) for family, shape, _ in found[:BENT]]
     ranked = sorted([*bent, *found[BENT:]], key=lambda one: -one[2])
     return [FoundSequence(family, WAVEFORMS[family](share, shape), value) for family, shape, value in ranked]
 
 
-def _bent(family: str, shape: Array, worth: Callable[[Array], float], bends: int) -> tuple[str, Array, float]:
+def _bent(
+    family: str, share: Array, shape: Array, worth: Callable[[Array], float], bends: int
+) -> tuple[str, Array, float]:
     """A family's shape, bent by so many trials of a simplex (Nelder and Mead 1965)."""
     first = np.vstack([shape, *(shape + np.where(shape < 0.5, 0.25, -0.25) * row for row in np.eye(SHAPE))])
     end = minimize(
-        lambda s: -worth(np.clip(s, 0.0, 1.0)), shape, method="Nelder-Mead",
+        lambda s: -worth(WAVEFORMS[family](share, np.clip(s, 0.0, 1.0))), shape, method="Nelder-Mead",
         options={"maxfev": bends, "initial_simplex": first},
     )  # fmt: skip
     return family, np.clip(end.x, 0.0, 1.0), -float(end.fun)

@@ -67,7 +67,7 @@ def first_date(table: ForeignTable, clock: TimeAxis) -> datetime | None:
     """The date of the first row, when time is written as dates with a time zone."""
     if clock.unit != "iso8601" or clock.column is None:
         return None
-    date = _dates(table, table.name_of(clock.column))[0]
+    date = _dates(table, table.name_of(clock.column), clock)[0]
     return date if date is not None and date.tzinfo else None
 
 
@@ -106,7 +106,7 @@ def _repaired(rows: IndexArray, time: Array, how: str) -> tuple[IndexArray, Arra
 
 def _seconds(table: ForeignTable, column: str, clock: TimeAxis) -> Array:
     if clock.unit == "iso8601":
-        return _seconds_of_dates(table, column)
+        return _seconds_of_dates(table, column, clock)
     symbol = clock.unit or table.units.get(column)
     where = f"{table.where}: column '{column}'"
     if symbol is None:
@@ -114,9 +114,14 @@ def _seconds(table: ForeignTable, column: str, clock: TimeAxis) -> Array:
     return convert(table.numbers(column), symbol, "s", where)
 
 
-def _dates(table: ForeignTable, column: str) -> list[datetime | None]:
+def _dates(table: ForeignTable, column: str, clock: TimeAxis) -> list[datetime | None]:
+    """The dates of a column, with the time of day of another where there is one."""
     dates: list[datetime | None] = []
-    for row, text in enumerate(table.texts.get(column, ())):
+    texts = list(table.texts.get(column, ()))
+    if clock.of_day is not None:
+        times = table.texts.get(table.name_of(clock.of_day), ())
+        texts = [f"{day.strip()} {time.strip()}".strip() for day, time in zip(texts, times, strict=True)]
+    for row, text in enumerate(texts):
         try:
             dates.append(datetime.fromisoformat(text.strip()) if text.strip() else None)
         except ValueError:
@@ -125,9 +130,9 @@ def _dates(table: ForeignTable, column: str) -> list[datetime | None]:
     return dates
 
 
-def _seconds_of_dates(table: ForeignTable, column: str) -> Array:
+def _seconds_of_dates(table: ForeignTable, column: str, clock: TimeAxis) -> Array:
     """Seconds since the first date that is there; dates without a time zone are taken as they stand."""
-    dates = [date.replace(tzinfo=date.tzinfo or UTC) if date else None for date in _dates(table, column)]
+    dates = [date.replace(tzinfo=date.tzinfo or UTC) if date else None for date in _dates(table, column, clock)]
     first = next((date for date in dates if date), None)
     if first is None:
         raise BadInput(f"{table.where}: column '{column}'", "it holds no date", "time as text works for CSV and TSV")

@@ -70,7 +70,7 @@ def test_a_year_is_followed_to_its_limit(year, tmp_path, capsys):
     assert lower <= START + timedelta(days=500) <= upper
     assert lower <= median <= upper
     for recording in year[:4]:
-        br.write(recording, tmp_path / f"{recording.title}.h5")
+        br.write(tmp_path / f"{recording.title}.h5", recording)
     out, page = tmp_path / "follow.json", tmp_path / "page.html"
     assert run(["follow", str(tmp_path), "--limit", "fc=200", "--out", str(out), "--report", str(page)]) == 0
     assert "fc: the limit 200 N is crossed on" in capsys.readouterr().out
@@ -131,7 +131,7 @@ def test_what_cannot_be_followed_is_refused(recordings, limits, error, said):
 
 def test_a_date_in_the_name_counts(tmp_path):
     for month in (1, 2):
-        br.write(natural(month, 100.0), tmp_path / f"2026-0{month}-03_valve.h5")
+        br.write(tmp_path / f"2026-0{month}-03_valve.h5", natural(month, 100.0))
     found = br.follow(tmp_path)
     assert [level.date.month for level in found.quantities["fc"].levels] == [1, 2]
 
