@@ -28,7 +28,7 @@ def follow(
     Parameters
     ----------
     recordings : recordings, paths, or a folder of recordings (.h5)
-        Each with its date, in the file or at the beginning of the file's name (``2026-11-21_valve.h5``).
+        Each with its date, at the beginning of the file's name (``2026-11-21_valve.h5``) or in the file.
     limits : mapping, optional
         Limits by quantity: ``fc`` [N], ``K`` [N/m], ``dead_band`` [% of the input], ``leak`` [% of the largest flow].
     area : float, optional
@@ -78,11 +78,10 @@ def _every(recordings: RecordingLike | Iterable[RecordingLike]) -> list[Recordin
 
 
 def _dated(source: RecordingLike) -> Recording:
-    """A recording with its date: its own, or that at the beginning of its file's name."""
+    """A recording with its date: that at the beginning of its file's name, which someone gave it on purpose, or the
+    one in the file, which may be that of its import."""
     recording = read(source)
-    if recording.created is not None or recording.path is None:
-        return recording
-    begins = re.match(r"\d{4}-\d{2}-\d{2}(T\d{2}-?\d{2})?", recording.path.name)
+    begins = re.match(r"\d{4}-\d{2}-\d{2}(T\d{2}-?\d{2})?", recording.path.name if recording.path else "")
     try:
         date = datetime.fromisoformat(begins.group(0)) if begins else None
     except ValueError:
