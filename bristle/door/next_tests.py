@@ -83,8 +83,8 @@ def next_test(
     bounds = DesignBounds((travel[0], travel[1]), rate, pressure, duration)
     given = {"stroke_m": _positive("stroke", stroke), "diaphragm_area_m2": _positive("area", area)}
     known = {name: value for name, value in given.items() if value is not None}
-    one = isinstance(models, ValveModel | Trace | str | os.PathLike)
-    rivals = _named([models] if one else list(models), catalogue)  # type: ignore[list-item, arg-type]
+    sources = [models] if isinstance(models, ValveModel | Trace | str | os.PathLike) else list(models)
+    rivals = _named(sources, catalogue)
     rivals = {name: model.model_copy(update={"plant": {**model.plant, **known}}) for name, model in rivals.items()}
     chosen = next((each for each in DRIVES if each == drive), None)
     return designed(
