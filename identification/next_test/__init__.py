@@ -3,7 +3,7 @@
 from identification.next_test.bounds import DRIVES, DesignBounds, DrivenBy, bounds_of
 from identification.next_test.drive import StemDrive, drive_of
 from identification.next_test.expectation import Expectation
-from identification.next_test.known_valve import DrivenTest, KnownValve, known_valve
+from identification.next_test.knowledge import DrivenTest, KnownValve, known_valve
 from identification.next_test.procedure import next_test
 from identification.next_test.proposal import NextTest
 from identification.next_test.rivals import models_of, models_of_trace

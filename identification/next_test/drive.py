@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from identification.next_test.bounds import DesignBounds, DrivenBy
-from identification.next_test.known_valve import DrivenTest, KnownValve
+from identification.next_test.knowledge import DrivenTest, KnownValve
 from recordings import Array, BadInput, BadParameter
 from simulator import positioned
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from identification.next_test.information import answered, expected_std, fitted_apart
-from identification.next_test.known_valve import DrivenTest, KnownValve
+from identification.next_test.knowledge import DrivenTest, KnownValve
 from identification.uncertainty.covariance import WEAK
 from recordings import Array
 

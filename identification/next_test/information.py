@@ -12,7 +12,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.optimize import least_squares
 
-from identification.next_test.known_valve import DrivenTest, ExpectedPath, KnownValve
+from identification.next_test.knowledge import DrivenTest, ExpectedPath, KnownValve
 from recordings import Array
 
 ROUNDS = 8

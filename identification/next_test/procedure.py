@@ -10,7 +10,7 @@ from identification.next_test.bounds import DRIVES, DesignBounds, DrivenBy
 from identification.next_test.drive import StemDrive, drive_of
 from identification.next_test.expectation import Expectation, expectation
 from identification.next_test.information import answered
-from identification.next_test.known_valve import DrivenTest, known_valve
+from identification.next_test.knowledge import DrivenTest, known_valve
 from identification.next_test.proposal import NextTest
 from identification.next_test.search import DesignAim, FoundSequence, allowed, searched
 from identification.next_test.waveforms import REFERENCES

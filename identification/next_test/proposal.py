@@ -14,7 +14,7 @@ import numpy as np
 
 from identification.next_test.bounds import DesignBounds
 from identification.next_test.expectation import TOLD, Expectation
-from identification.next_test.known_valve import KnownValve
+from identification.next_test.knowledge import KnownValve
 from recordings import Array, save_text
 
 INTERVAL = 1.96

@@ -11,7 +11,7 @@ from scipy.stats import qmc
 
 from identification.next_test.drive import StemDrive
 from identification.next_test.information import answered, apart, gained
-from identification.next_test.known_valve import DrivenTest, KnownValve
+from identification.next_test.knowledge import DrivenTest, KnownValve
 from identification.next_test.waveforms import SHAPE, WAVEFORMS
 from recordings import Array, Progress
 
