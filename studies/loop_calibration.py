@@ -3,14 +3,15 @@
     python -m studies.loop_calibration --fit 1000 1400    prints the module identification/loops/calibration.py
     python -m studies.loop_calibration --judge 5000 5200  prints how often the answers are right
 
-Two loops of five are kept by a historian that rounds or compresses. The evidence is fitted by multinomial logistic
-regression with a ridge, for integrating and other processes apart.
+With `--kept` two loops of five are kept by a historian that rounds or compresses them. The evidence is fitted by
+multinomial logistic regression with a ridge, for integrating and other processes apart.
 """
 
 from __future__ import annotations
 
 import argparse
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -70,17 +71,21 @@ def fitted(evidence: Array, cause: Array) -> tuple[Array, Array, Array]:
     return mean, spread, found.x.reshape(len(CAUSES), -1)
 
 
+Loops = Callable[[int], SimulatedLoop]
+"""The loop of a seed."""
+
+
 def kept(seed: int) -> SimulatedLoop:
     """The simulated loop of a seed as its historian keeps it."""
     known = simulated_loop(seed)
     return replace(known, loop=as_kept(known.loop, seed))
 
 
-def module(first: int, last: int) -> str:
+def module(first: int, last: int, loops: Loops = simulated_loop) -> str:
     """The text of the calibration module for the seeds from `first` to before `last`."""
     rows: dict[str, list[tuple[Array, int]]] = {"integrating": [], "self-regulating": []}
     for seed in range(first, last):
-        known = kept(seed)
+        known = loops(seed)
         found = loop_evidence(known.loop)
         if found is not None:
             kind = "integrating" if known.loop.integrating else "self-regulating"
@@ -99,9 +104,9 @@ def _numbers(values: Array) -> str:
     return "(" + ", ".join(f"{value:.4g}" for value in values) + ")"
 
 
-def judged(first: int, last: int) -> str:
+def judged(first: int, last: int, loops: Loops = simulated_loop) -> str:
     """How often the answers for the seeds are right, in lines."""
-    pairs = [(known, assess_loop(known.loop)) for known in map(kept, range(first, last))]
+    pairs = [(known, assess_loop(known.loop)) for known in map(loops, range(first, last))]
     table = Counter((known.cause, found.verdict) for known, found in pairs)
     lines = [f"{cause:12} {verdict:12} {count}" for (cause, verdict), count in sorted(table.items())]
     clear = [found for known, found in pairs if known.cause == "stiction" and known.j > 2 * known.noise]
@@ -129,11 +134,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--fit", nargs=2, type=int)
     parser.add_argument("--judge", nargs=2, type=int)
+    parser.add_argument("--kept", action="store_true", help="loops as historians keep them")
     given = parser.parse_args()
     if given.fit:
-        print(module(*given.fit), end="")
+        print(module(*given.fit, kept if given.kept else simulated_loop), end="")
     if given.judge:
-        print(judged(*given.judge))
+        print(judged(*given.judge, kept if given.kept else simulated_loop))
 
 
 if __name__ == "__main__":

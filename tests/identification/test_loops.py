@@ -11,7 +11,17 @@ import pytest
 
 import bristle as br
 from benchmarks.measured_data import DATA
-from identification.loops import Assessment, SimulatedLoop, assess_loop, compressed, loop_of, read_loop, simulated_loop
+from identification.loops import (
+    Assessment,
+    SimulatedLoop,
+    as_kept,
+    assess_loop,
+    compressed,
+    loop_of,
+    quantised,
+    read_loop,
+    simulated_loop,
+)
 
 STICKY = [(6001, "flow"), (6002, "level"), (6003, "temperature"), (6004, "flow"), (6005, "pressure")]
 OTHERS = [(6011, "tuning"), (6012, "disturbance"), (6013, "disturbance"), (6014, "tuning"), (6015, "noise")]
@@ -215,3 +225,13 @@ def test_valve_data_that_give_no_force_are_refused(valve, said):
     known, _ = assessed(6001, "stiction", "flow")
     with pytest.raises(br.BadParameter, match=said):
         assess_loop(known.loop, valve=valve)
+
+
+def test_a_historian_keeps_a_loop_whole_rounded_or_compressed():
+    known, _ = assessed(6001, "stiction", "flow")
+    kept = [as_kept(known.loop, seed) for seed in range(20)]
+    assert 0 < sum(loop is known.loop for loop in kept) < 20
+    assert np.array_equal(as_kept(known.loop, 7).pv, kept[7].pv)
+    rounded = quantised(known.loop, 0.25).pv
+    assert np.array_equal(rounded * 4, np.round(rounded * 4))
+    assert np.abs(rounded - known.loop.pv).max() <= 0.125 + 1e-9
