@@ -15,7 +15,9 @@ Arrays in, arrays out; a path or ``bundled:NAME`` stands for a recording whereve
 `trace`                 the effect that a valve shows and the model of friction and spring lacks
 `compare`               what changed between two recordings or two models of a valve
 `assess`                whether the valve of a control loop sticks, from SP, PV and OP
-`test`                  a standard valve test, from recordings
+`test`, `simulate_test` a standard valve test, from recordings or a simulated positioner
+`follow`                a valve through the years: trends, and when they cross limits
+`next_test`             the experiment that would tell rivals apart, or pin what is weak
 `learn`, `watch`        a fault detector for one valve, and what it sees in a recording
 `record`, `serve`       live recording, and a simulated valve behind Modbus: both are context managers
 `simulated_valve`       a simulated valve whose time, faults and line are in the hands of a test
@@ -51,12 +53,15 @@ if TYPE_CHECKING:
     from bristle.door.comparisons import compare as compare
     from bristle.door.detectors import learn as learn
     from bristle.door.detectors import watch as watch
+    from bristle.door.histories import follow as follow
     from bristle.door.links import record as record
     from bristle.door.links import serve as serve
     from bristle.door.loops import assess as assess
+    from bristle.door.loops import simulate_test as simulate_test
     from bristle.door.loops import test as test
     from bristle.door.models import fit as fit
     from bristle.door.models import trace as trace
+    from bristle.door.next_tests import next_test as next_test
     from bristle.door.simulated import simulated_valve as simulated_valve
     from bristle.door.sources import read as read
     from bristle.door.valves import simulate as simulate
@@ -86,10 +91,12 @@ if TYPE_CHECKING:
 PLACES = {
     "bristle.door.comparisons": ("compare",),
     "bristle.door.detectors": ("learn", "watch"),
+    "bristle.door.histories": ("follow",),
     "bristle.door.links": ("record", "serve"),
-    "bristle.door.loops": ("assess", "test"),
+    "bristle.door.loops": ("assess", "simulate_test", "test"),
     "bristle.door.models": ("fit", "trace"),
     "bristle.door.simulated": ("simulated_valve",),
+    "bristle.door.next_tests": ("next_test",),
     "bristle.door.valves": ("simulate",),
     "bristle.door.sources": ("read",),
     "detector": ("Watch", "Watched"),

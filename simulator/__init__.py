@@ -8,13 +8,15 @@ from simulator.compile.scan import Scan, Scanner
 from simulator.effect import Catalogue, Effect, Memory, Parameter, Quantities, Site, TriedAt
 from simulator.effects import BASE, CATALOGUE
 from simulator.excitation import Excitation
+from simulator.positioner import positioned
 from simulator.relaxation import Lag, Relaxation
-from simulator.simulation import Sensors, random_valve, simulate
+from simulator.simulation import FINE_STEP, Sensors, random_valve, simulate
 from simulator.valve_model import FittedTo, Status, Value, ValveModel
 
 __all__ = [
     "BASE",
     "CATALOGUE",
+    "FINE_STEP",
     "Catalogue",
     "Causality",
     "Effect",
@@ -39,6 +41,7 @@ __all__ = [
     "kernel",
     "machine",
     "native_module",
+    "positioned",
     "random_valve",
     "shows_imposed",
     "simulate",

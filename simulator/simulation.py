@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -12,14 +11,11 @@ from recordings import Array, BadInput, Plant, Recording, Signal
 from simulator.compile.kernel import Kernel, kernel
 from simulator.effect import Catalogue
 from simulator.effects import BASE, CATALOGUE
-from simulator.excitation import HIGH, LOW, Excitation, force_demand, staircase
+from simulator.excitation import LOW, Excitation, force_demand, staircase
+from simulator.positioner import positioned
 
 FINE_STEP = 5e-5
 """Sub-step of simulated recordings [s]: its error is far below any sensor noise."""
-
-
-FILTER = 0.1
-"""Time constant of the positioner's filter [s]."""
 MOST_SAMPLES = 20_000_000
 """Longest recording that is simulated: about ten times the memory of its signals is needed on the way."""
 
@@ -141,26 +137,6 @@ def _open_loop(
 def _closed_loop(
     valve: Kernel, p: Array, values: dict[str, float], excitation: Excitation, t: Array, stroke: float, seed: int
 ) -> tuple[Array, Array]:
-    """A sampled PI positioner (20 ms) moves the valve through a staircase; the force is what it commands, held.
-
-    It filters the measured position, or it would ring with the mass on its spring; its supply limits the force.
-    """
+    """A positioner moves the valve through a staircase."""
     demand = staircase(t, excitation.duration, np.random.default_rng(seed)) * stroke
-    spring = values.get("spring.K", 0.0) or values.get("lugre.fs", 100.0) / (0.05 * stroke)
-    period, delay = max(1, round(0.02 / (t[1] - t[0]))), values.get(valve.layout.delay, 0.0)
-    memory = math.ceil(delay / (t[1] - t[0])) + 1
-    force, position = np.empty(len(t)), np.empty(len(t))
-    integral = values.get("spring.F0", 0.0) + spring * LOW * stroke
-    state, seen = valve.start(LOW * stroke, force=integral), LOW * stroke
-    limits = integral - spring * stroke - 1e3, integral + spring * (HIGH + 1) * stroke + 1e3
-    error, follow = 0.0, 1.0 - np.exp(-period * (t[1] - t[0]) / FILTER)
-    for first in range(0, len(t), period):
-        last = min(first + period, len(t) - 1)
-        error += follow * (demand[first] - seen - error)
-        integral = float(np.clip(integral + 0.8 * spring * error * (t[last] - t[first]) / 0.5, *limits))
-        force[first : last + 1] = np.clip(integral + 0.8 * spring * error, *limits)
-        block, back = slice(first, last + 1), max(0, first - memory)
-        given = valve.inputs(t[back : last + 1], force[back : last + 1], p, hold=True)[first - back :]
-        run = valve.run(t[block], given, p, state, h_max=FINE_STEP, hold=True)
-        position[block], state, seen = run.outputs[:, 0], run.final, run.outputs[-1, 0]
-    return force, position
+    return positioned(valve, p, values, t, demand, stroke=stroke, start=LOW * stroke, h_max=FINE_STEP)

@@ -3,18 +3,21 @@
     python -m studies.loop_calibration --fit 1000 1400    prints the module identification/loops/calibration.py
     python -m studies.loop_calibration --judge 5000 5200  prints how often the answers are right
 
-The evidence is fitted by multinomial logistic regression with a ridge, for integrating and other processes apart.
+With `--kept` two loops of five are kept by a historian that rounds or compresses them. The evidence is fitted by
+multinomial logistic regression with a ridge, for integrating and other processes apart.
 """
 
 from __future__ import annotations
 
 import argparse
 from collections import Counter
+from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from scipy.optimize import minimize
 
-from identification.loops import CAUSES, Assessment, SimulatedLoop, assess_loop, loop_evidence, simulated_loop
+from identification.loops import CAUSES, Assessment, SimulatedLoop, as_kept, assess_loop, loop_evidence, simulated_loop
 from recordings import Array
 
 RIDGE = 2.0
@@ -68,11 +71,21 @@ def fitted(evidence: Array, cause: Array) -> tuple[Array, Array, Array]:
     return mean, spread, found.x.reshape(len(CAUSES), -1)
 
 
-def module(first: int, last: int) -> str:
+Loops = Callable[[int], SimulatedLoop]
+"""The loop of a seed."""
+
+
+def kept(seed: int) -> SimulatedLoop:
+    """The simulated loop of a seed as its historian keeps it."""
+    known = simulated_loop(seed)
+    return replace(known, loop=as_kept(known.loop, seed))
+
+
+def module(first: int, last: int, loops: Loops = simulated_loop) -> str:
     """The text of the calibration module for the seeds from `first` to before `last`."""
     rows: dict[str, list[tuple[Array, int]]] = {"integrating": [], "self-regulating": []}
     for seed in range(first, last):
-        known = simulated_loop(seed)
+        known = loops(seed)
         found = loop_evidence(known.loop)
         if found is not None:
             kind = "integrating" if known.loop.integrating else "self-regulating"
@@ -91,13 +104,15 @@ def _numbers(values: Array) -> str:
     return "(" + ", ".join(f"{value:.4g}" for value in values) + ")"
 
 
-def judged(first: int, last: int) -> str:
+def judged(first: int, last: int, loops: Loops = simulated_loop) -> str:
     """How often the answers for the seeds are right, in lines."""
-    pairs = [(known, assess_loop(known.loop)) for known in map(simulated_loop, range(first, last))]
+    pairs = [(known, assess_loop(known.loop)) for known in map(loops, range(first, last))]
     table = Counter((known.cause, found.verdict) for known, found in pairs)
     lines = [f"{cause:12} {verdict:12} {count}" for (cause, verdict), count in sorted(table.items())]
     clear = [found for known, found in pairs if known.cause == "stiction" and known.j > 2 * known.noise]
+    carried = [found for found in clear if found.probability is not None]
     lines.append(f"J above two noise sigmas: {_share(clear, 'stiction')} found")
+    lines.append(f"the same where the data can carry an answer: {_share(carried, 'stiction')} found")
     others = [found for known, found in pairs if known.cause != "stiction"]
     lines.append(f"no stiction: {_share(others, 'stiction')} called stiction")
     return "\n".join([*lines, *_amounts(pairs)])
@@ -119,11 +134,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--fit", nargs=2, type=int)
     parser.add_argument("--judge", nargs=2, type=int)
+    parser.add_argument("--kept", action="store_true", help="loops as historians keep them")
     given = parser.parse_args()
     if given.fit:
-        print(module(*given.fit), end="")
+        print(module(*given.fit, kept if given.kept else simulated_loop), end="")
     if given.judge:
-        print(judged(*given.judge))
+        print(judged(*given.judge, kept if given.kept else simulated_loop))
 
 
 if __name__ == "__main__":

@@ -24,21 +24,23 @@ if TYPE_CHECKING:
     from recordings.errors import BadInput
 
 COMMANDS = {
-    "assess": "assess",
+    "assess": "plant_data.assess",
     "compare": "compare",
     "demo": "demo",
     "evaluate": "evaluate",
     "fit": "fit",
     "fleet": "fleet",
+    "follow": "plant_data.follow",
     "import": "import_",
     "monitor": "monitor",
+    "next-test": "plant_data.next_test",
     "probe": "look.probe",
     "record": "record",
     "replay": "replay",
     "serve": "serve",
     "show": "show",
     "simulate": "simulate",
-    "test": "test",
+    "test": "plant_data.test",
     "trace": "trace",
     "version": "look.version",
 }

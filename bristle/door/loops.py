@@ -8,10 +8,12 @@ from pathlib import Path
 from typing import cast
 
 from bristle.door.sources import BUNDLED, RecordingLike, read, read_all
-from identification.loops import Assessment, assess_loop, read_loop
-from identification.standard_tests import TestKind, ValveTest, standard_test
+from bristle.door.valves import valve_of
+from identification.loops import Assessment, assess_loop, known_of, read_loop
+from identification.standard_tests import TestKind, ValveTest, simulated_test, standard_test
 from recordings import Recording
 from recordings.importers import is_recording
+from simulator import ValveModel
 
 
 def test(
@@ -26,7 +28,7 @@ def test(
     ----------
     recordings : recording, path or ``bundled:NAME``, or several of them
         Of the test: the stem position, and the set point or what else drove the valve.
-    kind : {"step", "deadband", "signature", "partial-stroke"}
+    kind : {"step", "deadband", "signature", "partial-stroke", "error-band"}
         Which test.
     reference : ValveTest or path, optional
         An earlier test of the same kind; what changed beyond the noise of both is said.
@@ -52,7 +54,48 @@ def test(
 test.__test__ = False  # type: ignore[attr-defined]  # pytest must not take it for one of its tests
 
 
-def assess(source: RecordingLike, *, loop: str | None = None, columns: Mapping[str, str] | None = None) -> Assessment:
+def simulate_test(
+    kind: str, *, model: ValveModel | str | os.PathLike[str] | None = None, seed: int = 0, stroke: float | None = None
+) -> Recording:
+    """Run a standard test on a simulated valve behind a positioner: a recording for `test`.
+
+    Parameters
+    ----------
+    kind : as for `test`
+        Which test.
+    model : ValveModel or path, optional
+        The valve; without one, a LuGre valve of the seed.
+    seed : int, optional
+        Of the random valve, and of the noise.
+    stroke : float, optional
+        Stroke [m]; that of the valve otherwise.
+
+    Returns
+    -------
+    Recording
+        Signals ``time`` [s], ``setpoint`` [% of span], ``force`` [N] and ``position`` [m].
+
+    Raises
+    ------
+    BadInput
+        There is no such test, or the model cannot be read.
+
+    >>> import bristle as br
+    >>> recording = br.simulate_test("partial-stroke", seed=1)
+    >>> br.test(recording, "partial-stroke").aborted
+    ()
+    """
+    effects, values, length = valve_of(model, seed)
+    return simulated_test(cast("TestKind", kind), values, stroke or length, effects=effects, seed=seed)
+
+
+def assess(
+    source: RecordingLike,
+    *,
+    loop: str | None = None,
+    columns: Mapping[str, str] | None = None,
+    valve: Mapping[str, float] | None = None,
+) -> Assessment:
     """Say whether the valve of a control loop sticks, from set point, process value and controller output.
 
     Parameters
@@ -63,12 +106,15 @@ def assess(source: RecordingLike, *, loop: str | None = None, columns: Mapping[s
         The kind of loop; a tag such as FIC-211 says it too. Methods that are not made for it do not answer.
     columns : mapping, optional
         Columns or signals by SP, PV, OP and TIME, each perhaps with ``:UNIT``: ``{"PV": "FT211", "OP": "FV211:%"}``.
+    valve : mapping, optional
+        Data of a spring-opposed valve without a positioner, for friction in N: ``{"stroke": 0.02, "K": 5e4}`` [m],
+        [N/m], or ``{"area": 0.0129, "span": 80}`` [m2], [kPa]. Those of a recording's plant otherwise.
 
     Returns
     -------
     Assessment
-        ``verdict`` (``stiction``, ``no_stiction``, ``cannot_tell``), ``probability``, ``amount`` (S and J), the
-        problems of the data, and every method's answer. `write`, `report`.
+        ``verdict`` (``stiction``, ``no_stiction``, ``cannot_tell``), ``probability``, ``amount`` (S and J), ``forces``,
+        the problems of the data, and every method's answer. `write`, `report`.
 
     Raises
     ------
@@ -84,7 +130,9 @@ def assess(source: RecordingLike, *, loop: str | None = None, columns: Mapping[s
     >>> br.assess(recording, loop="flow").verdict
     'stiction'
     """
-    return assess_loop(*read_loop(_recording_or_file(source), loop, columns))
+    opened = _recording_or_file(source)
+    known = known_of(opened.plant) if isinstance(opened, Recording) and valve is None else valve
+    return assess_loop(*read_loop(opened, loop, columns), known)
 
 
 def _recording_or_file(source: RecordingLike) -> Recording | Path:

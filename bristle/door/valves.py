@@ -92,7 +92,7 @@ def simulated(
     catalogue: Catalogue = CATALOGUE,
 ) -> tuple[Recording, Truth]:
     """As `simulate`, with the truth beside the recording."""
-    own, values, length = _valve(model, seed, catalogue)
+    own, values, length = valve_of(model, seed, catalogue)
     added = [effect for effect in effects if effect not in own]
     unknown = next((effect for effect in added if effect not in catalogue), None)
     if unknown is not None:
@@ -107,8 +107,8 @@ def simulated(
     )  # fmt: skip
 
 
-def _valve(
-    model: ValveModel | str | os.PathLike[str] | None, seed: int, catalogue: Catalogue
+def valve_of(
+    model: ValveModel | str | os.PathLike[str] | None, seed: int, catalogue: Catalogue = CATALOGUE
 ) -> tuple[tuple[str, ...], dict[str, float], float]:
     """Effects, parameters by full name, and stroke [m]: of a model, or of the seed."""
     values, stroke = random_valve(seed)

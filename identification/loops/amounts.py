@@ -20,10 +20,12 @@ covered S and J in nine of ten of the simulated sticky loops of the calibration 
 
 @dataclass(frozen=True)
 class StictionAmount:
-    """s, j : in the unit of OP."""
+    """s, j : in the unit of OP; total, rest : S + J and S - J, whose intervals are narrower than those of both."""
 
     s: Interval
     j: Interval
+    total: Interval
+    rest: Interval
 
 
 def amounts(found: StictionSearch, op_scale: float) -> StictionAmount:
@@ -35,6 +37,8 @@ def amounts(found: StictionSearch, op_scale: float) -> StictionAmount:
     return StictionAmount(
         _interval(found.s, inside, best, s_step).scaled(op_scale),
         _interval(found.j, inside, best, j_step).scaled(op_scale),
+        _interval(found.s + found.j, inside, best, s_step).scaled(op_scale),
+        _interval(found.s - found.j, inside, best, s_step).scaled(op_scale),
     )
 
 

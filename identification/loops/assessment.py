@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from identification.loops.amounts import StictionAmount
 from identification.loops.data_problems import DataProblem
+from identification.loops.forces import WITHOUT_POSITIONER, FrictionForces
 from identification.loops.loop import ControlLoop
 from identification.loops.methods import MethodAnswer
 from identification.loops.oscillation import Oscillation
@@ -26,7 +27,7 @@ class Assessment:
 
     verdict; probability : of stiction, None where the data cannot carry one; why : in a sentence; amount : S
     and J where there is stiction; other_causes : by name, with probabilities; guesses : what was not said of the
-    columns; loop : what was assessed.
+    columns; loop : what was assessed; forces : friction in N where there is stiction and the valve's data are known.
     """
 
     verdict: LoopVerdict
@@ -39,6 +40,7 @@ class Assessment:
     amount: StictionAmount | None
     other_causes: Mapping[str, float]
     answers: tuple[MethodAnswer, ...]
+    forces: FrictionForces | None = None
 
     def __repr__(self) -> str:
         return "\n".join(self.lines())
@@ -50,6 +52,8 @@ class Assessment:
         problems = [*(one.words for one in self.problems), *self.guesses]
         amount = self.amount
         stiction = {"S_percent": amount.s.as_json(), "J_percent": amount.j.as_json()} if amount else None
+        if stiction and self.forces:
+            stiction |= {"fs_N": self.forces.fs.as_json(), "fc_N": self.forces.fc.as_json()}
         return {
             "format": "loop-assessment", "version": 1, "verdict": self.verdict, "probability": self.probability,
             "why": self.why, "data": {"samples": n, "dt_s": dt, "cycles": cycles, "problems": problems},
@@ -69,6 +73,10 @@ class Assessment:
         if self.amount:
             for name, one in (("S", self.amount.s), ("J", self.amount.j)):
                 found.append(f"{name} = {one.value:.3g} % ({one.lower:.3g} to {one.upper:.3g} %)")
+        if self.forces:
+            for name, one in (("fs", self.forces.fs), ("fc", self.forces.fc)):
+                found.append(f"{name} = {one.value:.3g} N ({one.lower:.3g} to {one.upper:.3g} N)")
+            found.append(WITHOUT_POSITIONER)
         if self.other_causes:
             found.append("else: " + ", ".join(f"{name} {value:.2f}" for name, value in self.other_causes.items()))
         return [*found, *(one.words for one in self.problems), *self.guesses]

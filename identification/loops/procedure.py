@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from identification.loops.amounts import amounts
 from identification.loops.assessment import Assessment
 from identification.loops.data_problems import data_problems
 from identification.loops.evidence import evidence
+from identification.loops.forces import friction_forces, full_force
 from identification.loops.loop import ControlLoop
 from identification.loops.methods import METHODS, MethodAnswer, StictionSearch, hammerstein_answer, search
 from identification.loops.oscillation import Oscillation, oscillations
@@ -42,8 +44,14 @@ def loop_evidence(loop: ControlLoop) -> Array | None:
     return findings(loop, found[0]).weights
 
 
-def assess_loop(loop: ControlLoop, guesses: tuple[str, ...] = ()) -> Assessment:
-    """Assess a loop. A fault of the data that hides what the methods look at makes the answer `cannot_tell`."""
+def assess_loop(
+    loop: ControlLoop, guesses: tuple[str, ...] = (), valve: Mapping[str, float] | None = None
+) -> Assessment:
+    """Assess a loop. A fault of the data that hides what the methods look at makes the answer `cannot_tell`.
+
+    valve : data of the valve by the names of `forces.ITEMS`, for friction in N.
+    """
+    full = full_force(valve) if valve else None
     found = oscillations(loop)
     problems = data_problems(loop, found)
     limits = [one.words for one in problems if one.limits]
@@ -62,7 +70,8 @@ def assess_loop(loop: ControlLoop, guesses: tuple[str, ...] = ()) -> Assessment:
     says = {word: [one.method for one in seen.answers if one.says == word] for word in ("stiction", "no_stiction")}
     why = f"for stiction: {_list(says['stiction'])}; against: {_list(says['no_stiction'])}"
     amount = amounts(seen.tried, seen.op_scale) if answer == "stiction" and loop.op_percent else None
-    return Assessment(answer, probability, why, loop, problems, guesses, found, amount, others, seen.answers)
+    forces = friction_forces(amount, full) if amount and full else None
+    return Assessment(answer, probability, why, loop, problems, guesses, found, amount, others, seen.answers, forces)
 
 
 def _list(names: list[str]) -> str:

@@ -29,7 +29,8 @@ def read_loop(
 ) -> tuple[ControlLoop, tuple[str, ...]]:
     """The loop of a recording or of a file, and sentences on what had to be guessed.
 
-    columns : by SP, PV, OP and TIME, the name of the column or its number from 1, perhaps with ``:UNIT``.
+    columns : by SP, PV, OP and TIME, the name of the column or its number from 1, perhaps with ``:UNIT``;
+    TIME may be two columns, ``Date+Time``.
 
     Raises BadInput where a column is not there, or the loop cannot be judged; BadParameter for a kind there is not.
     """
@@ -82,7 +83,8 @@ def _first(there: Recording, names: Sequence[str]) -> str | None:
 
 def _from_file(path: Path, kind: LoopKind | None, named: Mapping[str, str]) -> tuple[ControlLoop, tuple[str, ...]]:
     table = read_table(path)
-    chosen = {role: _column(table, role, named.get(role)) for role in SYNONYMS}
+    chosen = {role: _column(table, role, named.get(role)) for role in ("SP", "PV", "OP")}
+    chosen["TIME"], of_day = _time_columns(table, named.get("TIME"))
     for role in ("PV", "OP", "TIME"):
         if chosen[role] is None:
             there = ", ".join(table.names[:20])
@@ -90,7 +92,7 @@ def _from_file(path: Path, kind: LoopKind | None, named: Mapping[str, str]) -> t
                 str(path), f"nothing says which column is {role}", f"--columns {role}=NAME; columns there: {there}"
             )
     signals = {role.lower(): {"column": name, "unit": "1"} for role, name in chosen.items() if name and role != "TIME"}
-    clock, said = _clock(table, str(chosen["TIME"]), named.get("TIME", "").partition(":")[2])
+    clock, said = _clock(table, str(chosen["TIME"]), of_day, named.get("TIME", "").partition(":")[2])
     about = {"signals": signals, "time": clock, "carry": False}
     try:
         recording = import_file(path, mapping_of(about, "columns")).recording
@@ -123,8 +125,21 @@ def _column(table: ForeignTable, role: str, given: str | None) -> str | None:
     return ends[0] if len(ends) == 1 else None
 
 
-def _clock(table: ForeignTable, column: str, unit: str) -> tuple[dict[str, str], tuple[str, ...]]:
+def _time_columns(table: ForeignTable, given: str | None) -> tuple[str | None, str | None]:
+    """The column of the time, and that of the time of day where the first has only dates: ``Date+Time``."""
+    day, plus, of_day = (given or "").partition(":")[0].partition("+")
+    if plus and table.find(f"{day}+{of_day}") is None:
+        return table.name_of(day), table.name_of(of_day)
+    column, date = _column(table, "TIME", given), table.find("date")
+    if given is None and date is not None and date != column and column in table.bad_cells:
+        return date, column
+    return column, None
+
+
+def _clock(table: ForeignTable, column: str, of_day: str | None, unit: str) -> tuple[dict[str, str], tuple[str, ...]]:
     """What the importer is told of the time: dates where the cells are no numbers, else a unit or seconds."""
+    if of_day is not None:
+        return {"column": column, "of_day": of_day, "unit": "iso8601"}, ()
     if column in table.bad_cells:
         return {"column": column, "unit": "iso8601"}, ()
     unit = unit or table.units.get(column, "")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
 import numpy as np
@@ -49,10 +49,22 @@ def simulated_loop(seed: int, cause: Cause | None = None, kind: LoopKind | None 
     return SimulatedLoop(loop, cause, s, j, noise)
 
 
+def as_kept(loop: ControlLoop, seed: int) -> ControlLoop:
+    """The loop as the historian of a seed keeps it: as it is (three of five), quantised, or compressed."""
+    rng = np.random.default_rng([seed, 28])
+    how, size = rng.uniform(), 10 ** rng.uniform(-1.5, 0.0) * float(np.std(loop.pv))
+    if how < 0.6:
+        return loop
+    return quantised(loop, size / 2) if how < 0.8 else compressed(loop, size)
+
+
+def quantised(loop: ControlLoop, step: float) -> ControlLoop:
+    """The loop as a transmitter or a historian keeps it that rounds PV to whole steps, in the unit of PV."""
+    return replace(loop, pv=np.round(loop.pv / step) * step)
+
+
 def compressed(loop: ControlLoop, band: float) -> ControlLoop:
     """The loop as a historian keeps it that drops PV samples within a dead band, in the unit of PV, and repeats."""
-    from dataclasses import replace
-
     kept = loop.pv.copy()
     for k in range(1, len(kept)):
         if abs(loop.pv[k] - kept[k - 1]) < band:

@@ -78,7 +78,7 @@ def brackets_of(run: ValveRun, steps: Sequence[HeldStep]) -> list[Bracket]:
         change = _rest(run, step.start, step.end)[0] - _rest(run, step.before, step.start)[0]
         error = float(np.hypot(_rest(run, step.start, step.end)[1], _rest(run, step.before, step.start)[1]))
         asked = step.target - at
-        if abs(change) <= MOVED * error or np.sign(change) != np.sign(asked) * _gain(run):
+        if abs(change) <= MOVED * error or np.sign(change) != np.sign(asked) * gain_of(run):
             silent = asked if abs(asked) > abs(silent) or asked * silent < 0 else silent
             continue
         if direction:
@@ -88,7 +88,7 @@ def brackets_of(run: ValveRun, steps: Sequence[HeldStep]) -> list[Bracket]:
     return found
 
 
-def _gain(run: ValveRun) -> float:
+def gain_of(run: ValveRun) -> float:
     """Whether the stem follows the input or goes against it: 1 or -1."""
     assert run.driven is not None
     return 1.0 if np.cov(run.driven, run.position)[0, 1] >= 0 else -1.0
@@ -113,7 +113,7 @@ def _joined(found: Sequence[Bracket]) -> Interval | None:
 def branch_distances(run: ValveRun) -> list[float]:
     """Distance of rising and falling branch of a swept input at equal stem positions, every 5 % of the travel [%]."""
     assert run.driven is not None
-    turn = _sweep_turns(run.driven)
+    turn = sweep_turns(run.driven)
     sides: dict[int, list[tuple[Array, Array]]] = {1: [], -1: []}
     for a, b in pairwise(turn):
         if b - a >= 4:
@@ -123,18 +123,18 @@ def branch_distances(run: ValveRun) -> list[float]:
         return []
     low, high = np.quantile(run.position, (0.02, 0.98))
     grid = np.linspace(low + 0.15 * (high - low), high - 0.15 * (high - low), 15)
-    up, down = (np.nanmedian([_at(grid, *one) for one in sides[side]], axis=0) for side in (1, -1))
-    distance = (up - down) * _gain(run)
+    up, down = (np.nanmedian([branch_at(grid, *one) for one in sides[side]], axis=0) for side in (1, -1))
+    distance = (up - down) * gain_of(run)
     return [float(d) for d in distance[np.isfinite(distance)]]
 
 
-def _at(grid: Array, position: Array, driven: Array) -> Array:
+def branch_at(grid: Array, position: Array, driven: Array) -> Array:
     """The input at positions of the grid, NaN outside the branch."""
     order = np.argsort(position, kind="stable")
     return np.asarray(np.interp(grid, position[order], driven[order], left=np.nan, right=np.nan), float)
 
 
-def _sweep_turns(driven: Array) -> list[int]:
+def sweep_turns(driven: Array) -> list[int]:
     """Indices of the ends and of the reversals of a sweep, those smaller than a tenth of its range left out."""
     least, turns, far, direction = 0.1 * float(np.ptp(driven)), [0], 0, 0
     for i, value in enumerate(driven):

@@ -9,6 +9,7 @@ from typing import Any, Literal, get_args
 
 from identification.standard_tests.comparison import changes
 from identification.standard_tests.dead_band import dead_band_values
+from identification.standard_tests.error_band import error_band_values
 from identification.standard_tests.partial_stroke import partial_stroke_values
 from identification.standard_tests.result import ValveTest, plain, reference_values
 from identification.standard_tests.run import ValveRun, run_of
@@ -16,7 +17,7 @@ from identification.standard_tests.signature import signature_values
 from identification.standard_tests.step_response import step_values
 from recordings import BadInput, BadParameter, Recording
 
-TestKind = Literal["step", "deadband", "signature", "partial-stroke"]
+TestKind = Literal["step", "deadband", "signature", "partial-stroke", "error-band"]
 KINDS: tuple[TestKind, ...] = get_args(TestKind)
 
 
@@ -53,6 +54,8 @@ def _values(recordings: Sequence[Recording], kind: TestKind, problems: list[str]
         values = step_values(runs, problems)
     elif kind == "deadband":
         values = dead_band_values(runs, problems)
+    elif kind == "error-band":
+        values = error_band_values(runs, problems)
     else:
         values = partial_stroke_values(recordings, runs, problems)
     return {name: value for name, value in values.items() if value is not None}

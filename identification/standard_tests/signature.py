@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from identification.standard_tests.dead_band import _at, _sweep_turns
+from identification.standard_tests.dead_band import branch_at, sweep_turns
 from identification.standard_tests.interval import Interval
 from identification.standard_tests.plateaus import held_steps
 from identification.standard_tests.run import ValveRun, run_of
@@ -80,7 +80,7 @@ def lines_of(run: ValveRun) -> SignatureLines:
     assert run.driven is not None
     run = _at_rest(run)
     assert run.driven is not None
-    turns = _sweep_turns(run.position)
+    turns = sweep_turns(run.position)
     low, high = np.quantile(run.position, (0.01, 0.99))
     place = np.linspace(low + EDGE * (high - low), high - EDGE * (high - low), BINS)
     sides: dict[int, list[Array]] = {1: [], -1: []}
@@ -117,7 +117,7 @@ def _mean(strokes: Sequence[Array]) -> Array:
 def _smoothed_at(place: Array, position: Array, driven: Array) -> Array:
     """The input at the places: the mean of the samples around each, else interpolated."""
     width = place[1] - place[0]
-    answer = _at(place, position, driven)
+    answer = branch_at(place, position, driven)
     for i, x in enumerate(place):
         near = np.abs(position - x) < width / 2
         if int(near.sum()) >= 8 and np.isfinite(answer[i]):  # a line through the samples, at the place itself

@@ -73,6 +73,7 @@ def candidate_row(c: Candidate, rmse: Mapping[str, float], unit: str) -> dict[st
     return {
         "effect": c.effect, "gain": c.gain, "p_value": None if c.held_out is None else c.held_out.p_value,
         f"holdout_rmse_{unit}": rmse.get(c.effect), "accepted": c.accepted, "why": c.why, "parameters": dict(c.values),
+        "refit": None if c.refit is None else dict(c.refit.values),
     }  # fmt: skip
 
 

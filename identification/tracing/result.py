@@ -102,7 +102,10 @@ class TraceResult:
         }
         return {
             "format": "valve-trace", "version": 1,
-            "base": {"effects": list(found.base.effects), "parameters": base},
+            "base": {
+                "effects": list(found.base.effects), "parameters": base,
+                "plant": dict(self.base.model.plant), "noise": dict(self.base.model.noise),
+            },
             "residual": {
                 "white": found.before.white, "p_value": found.before.p_value,
                 "noise_floor_m": self.error["noise_floor_m"],

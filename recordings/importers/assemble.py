@@ -113,7 +113,7 @@ def text_columns(mapping: ImportMapping) -> tuple[str | int, ...]:
     """The columns whose text is needed besides numbers: dates, and the marks of rows to turn round."""
     dates = mapping.time.column if mapping.time.date_format else None
     reverse = mapping.file.reverse.column if mapping.file.reverse else None
-    return tuple(column for column in (dates, reverse) if column is not None)
+    return tuple(column for column in (dates, mapping.time.of_day, reverse) if column is not None)
 
 
 def _plant(mapping: ImportMapping, where: str) -> Plant:

@@ -70,7 +70,7 @@ def first_date(table: ForeignTable, clock: TimeAxis) -> datetime | None:
     """The date of the first row, when time is written as dates with a time zone."""
     if clock.date_format is None or clock.column is None:
         return None
-    date = _dates(table, table.name_of(clock.column), clock.date_format)[0]
+    date = _dates(table, table.name_of(clock.column), clock)[0]
     return date if date is not None and date.tzinfo else None
 
 
@@ -111,7 +111,7 @@ def _seconds(table: ForeignTable, column: str, clock: TimeAxis) -> Array:
     if clock.date_format is not None and column not in table.texts and table.units.get(column) == "s":
         return table.numbers(column)  # a file whose dates are dates: they were read as seconds
     if clock.date_format is not None:
-        return _seconds_of_dates(table, column, clock.date_format)
+        return _seconds_of_dates(table, column, clock)
     symbol = clock.unit or table.units.get(column)
     where = f"{table.where}: column '{column}'"
     if symbol is None:
@@ -126,9 +126,13 @@ _REMEDIES = {
 }
 
 
-def _dates(table: ForeignTable, column: str, form: str) -> list[datetime | None]:
-    dates: list[datetime | None] = []
-    for row, text in enumerate(map(str.strip, table.texts.get(column, ()))):
+def _dates(table: ForeignTable, column: str, clock: TimeAxis) -> list[datetime | None]:
+    """The dates of a column, with the time of day of another where there is one."""
+    form, dates, texts = clock.date_format or ISO, list[datetime | None](), list(table.texts.get(column, ()))
+    if clock.of_day is not None:
+        times = table.texts.get(table.name_of(clock.of_day), ())
+        texts = [f"{day.strip()} {time.strip()}" for day, time in zip(texts, times, strict=True)]
+    for row, text in enumerate(map(str.strip, texts)):
         dates.append(date_of(text, form) if text else None)
         if text and dates[-1] is None:
             remedy = _REMEDIES.get(form, f"dates are written as {form}")
@@ -136,9 +140,9 @@ def _dates(table: ForeignTable, column: str, form: str) -> list[datetime | None]
     return dates
 
 
-def _seconds_of_dates(table: ForeignTable, column: str, form: str) -> Array:
+def _seconds_of_dates(table: ForeignTable, column: str, clock: TimeAxis) -> Array:
     """Seconds since the first date that is there; dates without a time zone are taken as they stand."""
-    dates = [date.replace(tzinfo=date.tzinfo or UTC) if date else None for date in _dates(table, column, form)]
+    dates = [date.replace(tzinfo=date.tzinfo or UTC) if date else None for date in _dates(table, column, clock)]
     first = next((date for date in dates if date), None)
     if first is None:
         raise BadInput(f"{table.where}: column '{column}'", "it holds no date", "time as text works for CSV and TSV")

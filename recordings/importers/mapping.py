@@ -75,9 +75,13 @@ class FileLayout(_Strict):
 
 
 class TimeAxis(_Strict):
-    """Where time comes from: a column, or a rate for evenly spaced rows."""
+    """Where time comes from: a column, or a rate for evenly spaced rows.
+
+    of_day : the column with the time of day, where that stands beside a column of dates.
+    """
 
     column: Column | None = None
+    of_day: Column | None = None
     unit: str | None = None
     format: str | None = None
     rate_hz: PositiveFloat | None = None
@@ -89,6 +93,8 @@ class TimeAxis(_Strict):
     def _one_source(self) -> TimeAxis:
         if self.column is not None and self.rate_hz is not None:
             raise ValueError("time comes from a column or from a rate (rate_hz), not from both")
+        if self.of_day is not None and (self.column is None or self.unit != "iso8601"):
+            raise ValueError("a time of day (of_day) stands beside a column of dates with the unit iso8601")
         return self
 
     @property

@@ -11,7 +11,17 @@ import pytest
 
 import bristle as br
 from benchmarks.measured_data import DATA
-from identification.loops import Assessment, SimulatedLoop, assess_loop, compressed, loop_of, read_loop, simulated_loop
+from identification.loops import (
+    Assessment,
+    SimulatedLoop,
+    as_kept,
+    assess_loop,
+    compressed,
+    loop_of,
+    quantised,
+    read_loop,
+    simulated_loop,
+)
 
 STICKY = [(6001, "flow"), (6002, "level"), (6003, "temperature"), (6004, "flow"), (6005, "pressure")]
 OTHERS = [(6011, "tuning"), (6012, "disturbance"), (6013, "disturbance"), (6014, "tuning"), (6015, "noise")]
@@ -146,6 +156,16 @@ def test_a_file_of_a_historian_is_read_with_its_dates_and_its_tag(tmp_path):
     assert any("says that it is a flow loop" in words for words in said)
 
 
+@pytest.mark.parametrize("columns", [None, {"TIME": "Date+Time"}])
+def test_dates_and_times_of_day_may_stand_in_two_columns(tmp_path, columns):
+    known, _ = assessed(6001, "stiction", "flow")
+    file = csv(tmp_path, "time,SP,PV,OP [%]", known.loop, stamps=True)
+    rows = file.read_text().splitlines()
+    file.write_text("\n".join(["Date,Time,SP,PV,OP [%]", *(row.replace("T", ",", 1) for row in rows[1:])]) + "\n")
+    loop, _ = read_loop(file, "flow", columns)
+    assert (loop.dt, len(loop.pv)) == (1.0, len(known.loop.pv))
+
+
 def test_columns_are_named_and_missing_units_are_said(tmp_path):
     known, _ = assessed(6001, "stiction", "flow")
     file = csv(tmp_path, "clock,a,b,c", known.loop)
@@ -176,3 +196,42 @@ def test_a_measured_sticky_loop_is_not_called_healthy():
     table = np.genfromtxt(file, skip_header=5, delimiter="\t", usecols=(1, 2, 3))
     loop = loop_of(file.name, np.arange(len(table)) * 10.0, table[:, 2], table[:, 1], table[:, 0], True, "flow")
     assert assess_loop(loop).verdict in ("stiction", "cannot_tell")
+
+
+def test_s_and_j_become_newtons_where_the_valve_is_known():
+    """A stem of known friction: S = 100 (fs + fc)/(K stroke) and J = 100 (fs - fc)/(K stroke)."""
+    known, _ = assessed(6001, "stiction", "flow")
+    full = 5e4 * 0.02
+    answer = assess_loop(known.loop, valve={"stroke": 0.02, "K": 5e4})
+    fs, fc = (known.s + known.j) * full / 200, (known.s - known.j) * full / 200
+    assert answer.forces.fs.lower <= fs <= answer.forces.fs.upper
+    assert answer.forces.fc.lower <= fc <= answer.forces.fc.upper
+    assert answer.as_json()["stiction"]["fs_N"]["value"] == answer.forces.fs.value
+    assert any("without a positioner" in line for line in answer.lines())
+    air = assess_loop(known.loop, valve={"area": 0.0125, "span": 80.0})
+    assert air.forces.fs.value == pytest.approx(answer.forces.fs.value)
+
+
+@pytest.mark.parametrize(
+    ("valve", "said"),
+    [
+        ({"stroke": 0.02}, "not enough"),
+        ({"mass": 2.0}, "not known of a valve"),
+        ({"stroke": -1.0, "K": 5e4}, "not a positive"),
+        ({"stroke": 0.02, "K": 5e4, "area": 0.01, "span": 1.0}, "check the units"),
+    ],
+)
+def test_valve_data_that_give_no_force_are_refused(valve, said):
+    known, _ = assessed(6001, "stiction", "flow")
+    with pytest.raises(br.BadParameter, match=said):
+        assess_loop(known.loop, valve=valve)
+
+
+def test_a_historian_keeps_a_loop_whole_rounded_or_compressed():
+    known, _ = assessed(6001, "stiction", "flow")
+    kept = [as_kept(known.loop, seed) for seed in range(20)]
+    assert 0 < sum(loop is known.loop for loop in kept) < 20
+    assert np.array_equal(as_kept(known.loop, 7).pv, kept[7].pv)
+    rounded = quantised(known.loop, 0.25).pv
+    assert np.array_equal(rounded * 4, np.round(rounded * 4))
+    assert np.abs(rounded - known.loop.pv).max() <= 0.125 + 1e-9

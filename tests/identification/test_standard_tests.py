@@ -9,6 +9,7 @@ import pytest
 
 import bristle as br
 from benchmarks.measured_data import DAMADICS
+from bristle.cli.app import run
 from identification.standard_tests import standard_test
 from recordings.importers import import_file, load_mapping, mapping_of
 
@@ -229,3 +230,48 @@ class TestMeasuredServomotor:
         assert tau[0] < step["fitted_time_constant_s"].value < tau[1]
         assert step["T63_s"].value < step["T86_s"].value
         assert any("not at rest" in problem for problem in found.problems)
+
+
+def test_the_error_band_of_a_swept_valve_is_that_of_its_play():
+    """A stem that follows the input with a play of 2 % differs by 2 % from up to down, everywhere."""
+    t = np.arange(0.0, 120.0, 0.05)
+    asked = 5 + 90 * (1 - np.abs(2 * t / 120 - 1))
+    stem, place = np.empty(len(t)), 5.0
+    for k, wanted in enumerate(asked):
+        place = float(np.clip(place, wanted - 1.0, wanted + 1.0))
+        stem[k] = place
+    noisy = stem + np.random.default_rng(8).normal(0, 0.02, len(t))
+    recording = br.Recording.from_arrays(
+        time=t, setpoint=asked, extra={}, position=noisy, units={"setpoint": "%", "position": "%"}
+    )
+    values = br.test(recording, "error-band").values
+    band = values["dynamic_error_band_percent"]
+    assert band.lower <= 2.0 <= band.upper
+    assert band.upper - band.lower < 0.1
+    assert values["largest_error_percent"].upper >= 2.0
+    assert values["rate_percent_per_s"].value == pytest.approx(1.5, rel=0.01)
+
+
+def test_a_step_test_has_no_error_band():
+    with pytest.raises(br.BadInput, match="forth and back"):
+        br.test(_held(), "error-band")
+
+
+def _held() -> br.Recording:
+    asked = np.repeat([20.0, 30.0, 20.0], 100)
+    return br.Recording.from_arrays(
+        time=np.arange(300) / 10, setpoint=asked, position=asked + np.random.default_rng(1).normal(0, 0.01, 300),
+        units={"setpoint": "%", "position": "%"},
+    )  # fmt: skip
+
+
+def test_a_simulated_positioner_is_tested(tmp_path, capsys):
+    out = tmp_path / "test.json"
+    assert run(["test", "--simulate", "--seed", "2", "--kind", "partial-stroke", "--out", str(out)]) == 0
+    first = json.loads(out.read_text())
+    assert 9.0 < first["values"]["travel_percent"]["value"] < 11.0
+    words = ["test", "--simulate", "--seed", "2", "--kind", "partial-stroke", "--reference", str(out)]
+    assert run(words) == 0
+    assert "nothing changed" in capsys.readouterr().out
+    assert run(["test", "--kind", "step"]) == 2
+    assert "needs recordings or --simulate" in capsys.readouterr().err

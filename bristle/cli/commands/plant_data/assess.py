@@ -14,6 +14,9 @@ def command(
     columns: Annotated[
         str | None, typer.Option(help="SP=...,PV=...,OP=...,TIME=...; each with :UNIT if needed.")
     ] = None,
+    valve: Annotated[
+        str | None, typer.Option(help="For friction in N: stroke=0.02,K=5e4 (m, N/m) or area=0.0129,span=80 (m2, kPa).")
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="Write the answer here (assessment.json).")] = None,
     report: Annotated[Path | None, typer.Option(help="Write a self-contained HTML page here.")] = None,
 ) -> None:
@@ -22,14 +25,15 @@ def command(
     Example: bristle assess loop.csv --loop flow --columns SP=FC7.SP,PV=FC7.PV,OP=FC7.OP:% --out assessment.json
     """
     import bristle as br
-    from bristle.cli.console import writable
+    from bristle.cli.console import assignments, writable
     from bristle.cli.output.manner import answer, stdout
     from bristle.cli.output.working import working
 
     for path in (out, report):
         writable(path)
+    known = assignments(valve.split(","), "--valve") if valve else None
     with working("assessing"):
-        found = br.assess(file, loop=loop, columns=named_columns(columns))
+        found = br.assess(file, loop=loop, columns=named_columns(columns), valve=known)
     answer(found.as_json())
     console = stdout()
     for line in found.lines():
