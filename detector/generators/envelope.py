@@ -92,7 +92,7 @@ def learn_envelope(u: Array, y: Array, spread: float = 3.0) -> Envelope:
 
 
 def _fit(u: Array, y: Array, lag: float, knots: Array) -> tuple[Array, float]:
-    """The monotone curve over knots for a lag, and its error: the lag's share of each past input is worked out first."""
+    """The monotone curve over knots for a lag, and its mean squared error; the lag acts first, then the curve."""
     from scipy.optimize import isotonic_regression
     from scipy.signal import lfilter
 

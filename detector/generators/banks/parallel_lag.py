@@ -10,18 +10,16 @@ from detector.arithmetic.native import native
 from recordings import Array, BadInput
 
 _CURVE = 5
-_STEPS = 4
-SYMBOLS = ("lag", "opening", "closing", "drop", "play", "noise", *(f"curve {i}" for i in range(_CURVE)))
 _STATES = 4
 
 
 @dataclass(frozen=True, eq=False)
 class ParallelLag:
-    """X^ from CV and the pressure drop alone, a reading a second: a target c(CV) + drop_effect (drop - 1), approached by
-    a lag [s] within two limits of speed [1/s], behind a play [1].
+    """X^ from CV and the pressure drop alone, a reading a second: a target c(CV) + drop_effect (drop - 1), approached
+    by a lag [s] within two limits of speed [1/s], behind a play [1].
 
     constants (n_constants,) : lag, limits up and down, effect of the drop, play, then c at `knots`; deviation : of
-    X - X^ without a fault; steps_of (n_constants,) : changes whose answers are looked for.
+    X - X^ without a fault; changes (n_constants,) : of the constants, whose answers are looked for.
     """
 
     knots: Array

@@ -23,7 +23,7 @@ _STATES = 2 * _ORDER + 4
 
 @dataclass(frozen=True, eq=False)
 class PhysicalParameters(Generator):
-    """(parameter - usual) / spread for each of `SYMBOLS`: m a + viscous v + fc sgn(v) + K x + F0 = u, estimated on line.
+    """(parameter - usual) / spread for each of `SYMBOLS`: m a + viscous v + fc sgn(v) + K x + F0 = u, on line.
 
     Input: force u [N]; output: position x [m]; regular readings, `dt` [s] apart. Both sides pass through
     (w / (s + w))^3, w = corner [rad/s], which also gives velocity and acceleration of the filtered position: no signal
