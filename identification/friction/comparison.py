@@ -118,7 +118,7 @@ def compare_friction(
     every = [stretch for one in recordings for stretch in _stretches(_moved(one, hold))]
     if holdout:
         fitted, judging = every, [s for one in holdout for s in _stretches(_moved(one, hold))]
-        split = f"{len(holdout)} recordings held out"
+        split = f"{len(holdout)} recording{'s' if len(holdout) > 1 else ''} held out"
     else:
         fitted, judging = [_part(one, judge=False) for one in every], [_part(one, judge=True) for one in every]
         split = f"the last {100 * HELD_OUT:.0f} % of each recording held out"

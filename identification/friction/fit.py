@@ -69,6 +69,7 @@ def fit_friction(model: FrictionModel, stretches: Sequence[Stretch], plant: tupl
     if not len(target) or not any(np.ptp(one.path.x) > 0 for one in stretches):
         raise BadInput("friction", "nothing moves in the recording", "give a recording of a moving valve")
     longest = max(stretches, key=lambda one: float(np.ptp(one.path.x)))
+    model = model.bound(longest.path)
     shapes = model.shapes(longest.path)
 
     def error(logs: Array) -> Array:

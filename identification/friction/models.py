@@ -57,6 +57,10 @@ class FrictionModel(ABC):
     linear: tuple[tuple[str, str], ...]
     positive = False
 
+    def bound(self, path: ImposedPath) -> FrictionModel:
+        """The model with what a motion fixes once for all, as the levels of a grid."""
+        return self
+
     @abstractmethod
     def shapes(self, path: ImposedPath) -> tuple[Shape, ...]:
         """What is searched, bounded by what the motion can show."""
@@ -170,19 +174,24 @@ class PreisachModel(FrictionModel):
     id, text, positive = "preisach", "Preisach, masses over a grid of eight levels (2.52-2.58)", True
     linear = tuple((f"mu {a}.{b}", "N") for a in range(8) for b in range(a + 1))
 
+    def __init__(self, levels: Array | None = None) -> None:
+        self._levels = np.linspace(0.0, 1.0, 9) if levels is None else levels
+
+    def bound(self, path: ImposedPath) -> FrictionModel:
+        """With levels over the range of a motion; what goes beyond counts as the outermost."""
+        return PreisachModel(np.linspace(path.x.min(), path.x.max(), 9))
+
     def shapes(self, path: ImposedPath) -> tuple[Shape, ...]:
         return ()
 
     def columns(self, path: ImposedPath, shapes: Array) -> Array:
-        levels = np.linspace(path.x.min(), path.x.max(), 9)
-        return np.column_stack([self._cell(levels, a, b).follow(path.x) for a in range(8) for b in range(a + 1)])
+        return np.column_stack([self._cell(a, b).follow(path.x) for a in range(8) for b in range(a + 1)])
 
-    @staticmethod
-    def _cell(levels: Array, a: int, b: int) -> Preisach:
+    def _cell(self, a: int, b: int) -> Preisach:
         """The model of one unit mass, spread evenly over a cell: beta in cell b, alpha in cell a."""
         rows, columns = np.indices((9, 9))
         values = ((rows > a) & (columns <= b) & (columns < rows)).astype(float)
-        return Preisach(Everett(levels, values), float(levels[0]), float(levels[-1]))
+        return Preisach(Everett(self._levels, values), float(self._levels[0]), float(self._levels[-1]))
 
 
 MODELS: dict[str, FrictionModel] = {

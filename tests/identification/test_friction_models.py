@@ -61,7 +61,8 @@ def test_maxwell_slip_along_a_path_is_its_updates_one_by_one():
 
 @pytest.mark.parametrize("name", sorted(FRICTION_MODELS))
 def test_every_model_has_a_column_for_each_linear_parameter(name):
-    model, path = FRICTION_MODELS[name], ImposedPath(T[:400], X[:400], np.gradient(X[:400], DT))
+    path = ImposedPath(T[:400], X[:400], np.gradient(X[:400], DT))
+    model = FRICTION_MODELS[name].bound(path)
     shapes = np.sqrt([one.low * one.high for one in model.shapes(path)])
     columns = model.columns(path, shapes)
     assert columns.shape == (400, len(model.linear))
@@ -86,7 +87,7 @@ def test_non_local_memory_is_told_from_one_bristle():
 
 def test_a_recording_held_out_judges_and_the_answer_is_written(tmp_path):
     found = br.compare_friction(rig(lugre()), holdout=rig(maxwell()), models=["coulomb"], without=["spring"])
-    assert found.split == "1 recordings held out"
+    assert found.split == "1 recording held out"
     found.write(tmp_path / "friction.json")
     written = json.loads((tmp_path / "friction.json").read_text("utf-8"))
     assert written["models"][0]["number_of_parameters"] == 2
