@@ -23,6 +23,8 @@ from studies import drawing
 AREA_M2 = 0.029
 """Diaphragm of the actuator whose signature it is, by the benchmark's name plate."""
 
+STROKE_M = 0.0381
+
 RATE_INDEPENDENT = ("coulomb", "lugre", "leuven", "maxwell-slip", "backlash-like")
 """What can be asked of a signature, which has no time."""
 
@@ -49,8 +51,11 @@ def signature() -> FrictionComparison:
 
 
 def _every_second(whole: Recording, first: int) -> Recording:
+    """With the pressure of every second point alone."""
     pressure = whole["pressure"]
     values = np.array(pressure.values, float)
+    share = whole.si("position").values / STROKE_M
+    values[(share < 0.002) | (share > 1.054)] = np.nan  # on the stops the stem tells nothing of spring and friction
     values[first::2] = np.nan
     signals = [replace(s, values=values) if s.name == "pressure" else s for s in whole.signals.values()]
     return Recording.of(signals, plant=whole.plant, title=whole.title)
