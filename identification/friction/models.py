@@ -36,7 +36,7 @@ class ImposedPath:
 
 
 @dataclass(frozen=True)
-class Shape:
+class ShapeRange:
     """A parameter that is searched, on a logarithmic scale between two positive bounds; unit : SI."""
 
     name: str
@@ -62,7 +62,7 @@ class FrictionModel(ABC):
         return self
 
     @abstractmethod
-    def shapes(self, path: ImposedPath) -> tuple[Shape, ...]:
+    def shapes(self, path: ImposedPath) -> tuple[ShapeRange, ...]:
         """What is searched, bounded by what the motion can show."""
 
     @abstractmethod
@@ -78,9 +78,9 @@ class MapModel(FrictionModel):
         self.linear = tuple((name, unit) for name, _, unit in (one.partition(":") for one in linear.split()))
         self._names = tuple((name, unit) for name, _, unit in (one.partition(":") for one in shapes.split()))
 
-    def shapes(self, path: ImposedPath) -> tuple[Shape, ...]:
+    def shapes(self, path: ImposedPath) -> tuple[ShapeRange, ...]:
         return tuple(
-            Shape(name, unit, low, high)
+            ShapeRange(name, unit, low, high)
             for (name, unit), (low, high) in zip(self._names, self._kind.shapes, strict=True)
         )
 
@@ -104,11 +104,11 @@ class LuGreModel(FrictionModel):
     id, text, positive = "lugre", "LuGre (2.13-2.17)", True
     linear = (("fc", "N"), ("sigma1", "N s/m"), ("sigma2", "N s/m"))
 
-    def shapes(self, path: ImposedPath) -> tuple[Shape, ...]:
+    def shapes(self, path: ImposedPath) -> tuple[ShapeRange, ...]:
         return (
-            Shape("z0", "m", *_lengths(path)),
-            Shape("fs/fc", "1", 0.2, 5.0),
-            Shape("vs", "m/s", *_velocities(path)),
+            ShapeRange("z0", "m", *_lengths(path)),
+            ShapeRange("fs/fc", "1", 0.2, 5.0),
+            ShapeRange("vs", "m/s", *_velocities(path)),
         )
 
     def columns(self, path: ImposedPath, shapes: Array) -> Array:
@@ -125,10 +125,10 @@ class LeuvenModel(FrictionModel):
     id, text, positive = "leuven", "Leuven integrated model (2.32-2.35)", True
     linear = (("fc", "N"), ("sigma2", "N s/m"))
 
-    def shapes(self, path: ImposedPath) -> tuple[Shape, ...]:
+    def shapes(self, path: ImposedPath) -> tuple[ShapeRange, ...]:
         return (
-            Shape("z0", "m", *_lengths(path)), Shape("n", "1", 0.3, 3.0), Shape("fs/fc", "1", 0.5, 3.0),
-            Shape("vs", "m/s", *_velocities(path)),
+            ShapeRange("z0", "m", *_lengths(path)), ShapeRange("n", "1", 0.3, 3.0), ShapeRange("fs/fc", "1", 0.5, 3.0),
+            ShapeRange("vs", "m/s", *_velocities(path)),
         )  # fmt: skip
 
     def columns(self, path: ImposedPath, shapes: Array) -> Array:
@@ -143,8 +143,8 @@ class MaxwellModel(FrictionModel):
     id, text, positive = "maxwell-slip", "Maxwell slip, six elements (2.33)", True
     linear = (*((f"f{i}", "N") for i in range(1, 7)), ("sigma2", "N s/m"))
 
-    def shapes(self, path: ImposedPath) -> tuple[Shape, ...]:
-        return (Shape("d", "m", *_lengths(path)),)
+    def shapes(self, path: ImposedPath) -> tuple[ShapeRange, ...]:
+        return (ShapeRange("d", "m", *_lengths(path)),)
 
     def columns(self, path: ImposedPath, shapes: Array) -> Array:
         parts = [MaxwellSlip([6 / (i * shapes[0])], [1.0], path.x[0]).follow(path.x) for i in range(1, 7)]
@@ -157,9 +157,9 @@ class BacklashLikeModel(FrictionModel):
     id, text = "backlash-like", "backlash-like hysteresis (2.39)"
     linear = (("c", "N/m"), ("c - B1", "N/m"), ("ahead", "N"))
 
-    def shapes(self, path: ImposedPath) -> tuple[Shape, ...]:
+    def shapes(self, path: ImposedPath) -> tuple[ShapeRange, ...]:
         low, high = _lengths(path)
-        return (Shape("alpha", "1/m", 1 / high, 1 / low),)
+        return (ShapeRange("alpha", "1/m", 1 / high, 1 / low),)
 
     def columns(self, path: ImposedPath, shapes: Array) -> Array:
         travelled = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(path.x)))])
@@ -181,7 +181,7 @@ class PreisachModel(FrictionModel):
         """With levels over the range of a motion; what goes beyond counts as the outermost."""
         return PreisachModel(np.linspace(path.x.min(), path.x.max(), 9))
 
-    def shapes(self, path: ImposedPath) -> tuple[Shape, ...]:
+    def shapes(self, path: ImposedPath) -> tuple[ShapeRange, ...]:
         return ()
 
     def columns(self, path: ImposedPath, shapes: Array) -> Array:

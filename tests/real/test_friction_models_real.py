@@ -26,4 +26,6 @@ def test_the_signature_is_judged_on_points_that_were_not_fitted() -> None:
     found = signature()
     values = found.best.fit.values
     assert found.best.held_out_n < 0.5 * found.before_n[1]
-    assert values["spring.K"][0] == pytest.approx(751.0 * AREA_M2 / (STROKE_M / 100), rel=0.05)  # published: 0.751 kPa/%
+    assert values["spring.K"][0] == pytest.approx(
+        751.0 * AREA_M2 / (STROKE_M / 100), rel=0.05
+    )  # published: 0.751 kPa/%
