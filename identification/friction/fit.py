@@ -15,6 +15,8 @@ PLANT = (("mass.m", "kg"), ("spring.K", "N/m"), ("spring.F0", "N"))
 
 _STARTS = 4
 _EVALUATIONS = 60
+_STILL = 1e-6
+"""A motion of less than this share of the position is none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +68,7 @@ def fit_friction(model: FrictionModel, stretches: Sequence[Stretch], plant: tupl
     from scipy.optimize import least_squares
 
     target = np.concatenate([one.u[one.counts] for one in stretches])
-    if not len(target) or not any(np.ptp(one.path.x) > 0 for one in stretches):
+    if not len(target) or not any(_moves(one) for one in stretches):
         raise BadInput("friction", "nothing moves in the recording", "give a recording of a moving valve")
     longest = max(stretches, key=lambda one: float(np.ptp(one.path.x)))
     model = model.bound(longest.path)
@@ -85,6 +87,10 @@ def fit_friction(model: FrictionModel, stretches: Sequence[Stretch], plant: tupl
         best = np.exp(min(found, key=lambda one: one.cost).x)
     linear, residual = _solved(model, plant, stretches, best, target)
     return FrictionFit(model, plant, best, linear, float(np.sqrt(np.mean(residual**2))))
+
+
+def _moves(one: Stretch) -> bool:
+    return float(np.ptp(one.path.x)) > _STILL * float(np.abs(one.path.x).max())
 
 
 def _starts(error, low: Array, high: Array) -> list[Array]:  # type: ignore[no-untyped-def]

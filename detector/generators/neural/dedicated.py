@@ -18,7 +18,7 @@ class DedicatedNeural(Generator):
 
     observers : one for each output, in their order; each predicts every output from the inputs and its own output. So
     a sensor that is wrong moves all residuals of its own observer, and of every other one only the one about itself:
-    `suspects` says which output that points at. A fault of the plant moves them all.
+    what it has no part in is as before, and `suspects` names it. A fault of the plant moves them all.
     """
 
     observers: tuple[NeuralObserver, ...]
@@ -33,20 +33,17 @@ class DedicatedNeural(Generator):
         """No past yet."""
         return np.concatenate([one.initial() for one in self.observers])
 
-    def healthy(self, residuals: Array) -> Array:
-        """How far each observer is off where it should not be (n, m): the RMS of its residuals about other outputs.
-
-        When the sensor of output j alone is wrong, that of j is large and all others are as without a fault.
-        """
+    def without(self, residuals: Array) -> Array:
+        """RMS (n, m) of the residuals that output j has no part in: it neither drives the observer nor is the subject."""
         m = len(self.observers)
         squares = residuals.reshape(-1, m, m) ** 2
-        apart = ~np.eye(m, dtype=bool)
-        return np.sqrt(np.stack([squares[:, j, apart[j]].mean(axis=1) for j in range(m)], axis=1))
+        kept = [[i for i in range(m) if i != j] for j in range(m)]
+        return np.sqrt(np.stack([squares[:, rest][:, :, rest].mean(axis=(1, 2)) for rest in kept], axis=1))
 
     def suspects(self, residuals: Array, limit: float) -> Array:
-        """The number of the output (n,) whose observer alone exceeds a limit; -1 where none or more than one does."""
-        over = self.healthy(residuals) > limit
-        return np.where(over.sum(axis=1) == 1, over.argmax(axis=1), -1)
+        """The output (n,) without which all is well, while with any other left out it is not; -1 where there is none."""
+        calm = self.without(residuals) <= limit
+        return np.where(calm.sum(axis=1) == 1, calm.argmax(axis=1), -1)
 
     def _advance(self, state: Array, u: Array, y: Array) -> tuple[Array, Array]:
         ends = np.cumsum([0, *(len(one.initial()) for one in self.observers)])
