@@ -34,14 +34,14 @@ class DedicatedNeural(Generator):
         return np.concatenate([one.initial() for one in self.observers])
 
     def without(self, residuals: Array) -> Array:
-        """RMS (n, m) of the residuals that output j has no part in: it neither drives the observer nor is the subject."""
+        """RMS (n, m) of the residuals that output j has no part in: it is neither driver nor subject."""
         m = len(self.observers)
         squares = residuals.reshape(-1, m, m) ** 2
         kept = [[i for i in range(m) if i != j] for j in range(m)]
         return np.sqrt(np.stack([squares[:, rest][:, :, rest].mean(axis=(1, 2)) for rest in kept], axis=1))
 
     def suspects(self, residuals: Array, limit: float) -> Array:
-        """The output (n,) without which all is well, while with any other left out it is not; -1 where there is none."""
+        """The output (n,) without which all is well, and without no other one; -1 where there is none."""
         calm = self.without(residuals) <= limit
         return np.where(calm.sum(axis=1) == 1, calm.argmax(axis=1), -1)
 
