@@ -12,6 +12,7 @@ Arrays in, arrays out; a path or ``bundled:NAME`` stands for a recording whereve
 `read`, `Recording`     a recording from a file, from arrays, or from a data frame
 `simulate`              a recording of a simulated valve
 `fit`                   friction and spring of a valve, from recordings
+`compare_friction`      models of friction by the force that they predict for a recorded motion
 `trace`                 the effect that a valve shows and the model of friction and spring lacks
 `compare`               what changed between two recordings or two models of a valve
 `assess`                whether the valve of a control loop sticks, from SP, PV and OP
@@ -53,6 +54,7 @@ if TYPE_CHECKING:
     from bristle.door.comparisons import compare as compare
     from bristle.door.detectors import learn as learn
     from bristle.door.detectors import watch as watch
+    from bristle.door.friction import compare_friction as compare_friction
     from bristle.door.histories import follow as follow
     from bristle.door.links import record as record
     from bristle.door.links import serve as serve
@@ -92,6 +94,7 @@ PLACES = {
     "bristle.door.comparisons": ("compare",),
     "bristle.door.detectors": ("learn", "watch"),
     "bristle.door.histories": ("follow",),
+    "bristle.door.friction": ("compare_friction",),
     "bristle.door.links": ("record", "serve"),
     "bristle.door.loops": ("assess", "simulate_test", "test"),
     "bristle.door.models": ("fit", "trace"),

@@ -6,6 +6,10 @@ from identification.data.noise import noise_std
 from identification.estimators.fit import Estimator, fit
 from identification.estimators.fitted import Fit, Outcome
 from identification.estimators.order import Order
+from identification.friction.comparison import RIG as FRICTION_RIG
+from identification.friction.comparison import VALVE as FRICTION_VALVE
+from identification.friction.comparison import FrictionComparison, compare_friction
+from identification.friction.models import MODELS as FRICTION_MODELS
 from identification.given import free_parameters, with_area, without_effects
 from identification.identified import Identification
 from identification.procedure import identify
@@ -17,12 +21,16 @@ from identification.uncertainty.covariance import Uncertainty, uncertainty_of
 from identification.uncertainty.profile import Profile, profile
 
 __all__ = [
+    "FRICTION_MODELS",
+    "FRICTION_RIG",
+    "FRICTION_VALVE",
     "Candidate",
     "ComparedQuantity",
     "Crosscheck",
     "Estimator",
     "Experiment",
     "Fit",
+    "FrictionComparison",
     "Identification",
     "Order",
     "Outcome",
@@ -32,6 +40,7 @@ __all__ = [
     "Trajectory",
     "Uncertainty",
     "ValveComparison",
+    "compare_friction",
     "compare_models",
     "compare_recordings",
     "crosscheck",

@@ -10,7 +10,7 @@ from recordings import BadInput, BadParameter
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from identification import Identification
+    from identification import FrictionComparison, Identification
 
 
 def profiled(names: Sequence[str], held: Mapping[str, float]) -> Sequence[str]:
@@ -47,3 +47,29 @@ def print_profiles(console: Console, found: Identification, names: Iterable[str]
         p = profile(found.fit, found.uncertainty, name)
         low, high = (f"{x:.6g}" if x is not None else "(no end found)" for x in (p.lower, p.upper))
         console.print(f"profile of {name}: 90 % interval from {low} to {high}")
+
+
+def refuse_others(options: Mapping[str, object]) -> None:
+    """Refuse options of the fit of a whole valve beside those that compare friction. Raises BadInput."""
+    for name, value in options.items():
+        if value:
+            raise BadInput(name, "it belongs to the fit of a valve, not to --friction or --compare", "leave it out")
+
+
+def print_friction(console: Console, found: FrictionComparison) -> None:
+    """The table of friction models, best first, and the parameters of the best."""
+    from rich.table import Table
+
+    table = Table("friction", "model", "parameters", "fitted [N]", "held out [N]", title="Error of the force, RMS")
+    before = found.before_n
+    for row in found.rows:
+        table.add_row(
+            row.name, row.fit.model.text, str(row.fit.parameters), f"{row.fitted_n:.4g}", f"{row.held_out_n:.4g}"
+        )
+    table.add_row("none", "before: no friction", "-", f"{before[0]:.4g}", f"{before[1]:.4g}")
+    console.print(table)
+    console.print(f"{found.split}; the motion is as recorded")
+    best = Table("parameter", "value", "unit", title=f"{found.best.name}: least error on what was held out")
+    for name, (value, unit) in found.best.fit.values.items():
+        best.add_row(name, f"{value:.5g}", unit)
+    console.print(best)

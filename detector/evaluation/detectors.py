@@ -12,12 +12,12 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from scipy.signal import lfilter
 
 from detector.evaluation.benchmark.runs import CV, P1, P2, SIGNALS, F, X
 from detector.evaluation.contract import BenchmarkRun, Channels, Detector, LearnedDetector
+from detector.evaluation.further import FURTHER, smoothed, with_means
 from detector.evaluation.isolation.symptoms import MEMORIES, SCORES, Symptoms
-from detector.evaluation.linear import linearise
+from detector.evaluation.linear import inputs, linearise, outputs
 from detector.generators import (
     FaultTree,
     Fuzzy,
@@ -29,6 +29,7 @@ from detector.generators import (
     full_order,
     functional,
     learn_estimation,
+    learn_innovation_form,
     learn_neural,
     learn_spectrum,
     settled,
@@ -52,18 +53,6 @@ _LENIENT = 360.0
 
 def _alone(generator: Generator, y: Array) -> Array:
     return generator.run(generator.initial(), np.zeros((len(y), 0)), y)[1]
-
-
-def _smoothed(residuals: Array, memory: float) -> Array:
-    """Exponential means over a memory [s], of unit spread for white residuals of unit spread."""
-    a = np.exp(-1.0 / memory)
-    kept = np.clip(np.nan_to_num(residuals), -30, 30)
-    return lfilter([np.sqrt(1 - a * a)], [1.0, -a], kept, axis=0)
-
-
-def _with_means(residuals: Array) -> Array:
-    """Residuals and their means over 30 s."""
-    return np.hstack([residuals, _smoothed(residuals, 30.0)])
 
 
 def _of_generator(one: EvaluatedGenerator) -> Detector:
@@ -113,7 +102,7 @@ def _full_order(healthy: BenchmarkRun) -> Channels:
 
     def channels(data: BenchmarkRun) -> Array:
         u, y = model.inputs(data.signals), model.outputs(data.signals)
-        return _with_means(10 * watch.run(watch.initial(), u, y)[1])
+        return with_means(10 * watch.run(watch.initial(), u, y)[1])
 
     return channels
 
@@ -125,7 +114,7 @@ def _functional(healthy: BenchmarkRun) -> Channels:
 
     def channels(data: BenchmarkRun) -> Array:
         u, y = model.inputs(data.signals), model.outputs(data.signals)
-        return _with_means(10 * np.hstack([watch.run(watch.initial(), u, y)[1] for watch in watches]))
+        return with_means(10 * np.hstack([watch.run(watch.initial(), u, y)[1] for watch in watches]))
 
     return channels
 
@@ -137,19 +126,22 @@ def _parity(healthy: BenchmarkRun) -> Channels:
 
     def channels(data: BenchmarkRun) -> Array:
         r = relations.run(relations.initial(), model.inputs(data.signals), model.outputs(data.signals))[1]
-        return np.column_stack([np.sqrt(dfd(r)), dfi(_smoothed(10 * r, 30.0), ways)])
+        return np.column_stack([np.sqrt(dfd(r)), dfi(smoothed(10 * r, 30.0), ways)])
 
     return channels
 
 
 def _kalman(healthy: BenchmarkRun) -> Channels:
-    model = linearise(healthy.signals[100:7300])
-    watch = settled(model.plant, model.Q, model.R)
+    learned = healthy.signals[100:14_500]
+    model = learn_innovation_form(inputs(learned), outputs(learned))
+    watch = settled(model.plant, *model.covariances)
+    # Faults of the plant: sensors of X and F, then the set point.
     responses = {name: watch.response(fault, 30) for fault, name in enumerate(("X sensor", "F sensor", "set point"))}
     bank = MatchedFilters(responses)
 
     def channels(data: BenchmarkRun) -> Array:
-        r = watch.run(watch.initial(), model.inputs(data.signals), model.outputs(data.signals))[1]
+        u, y = inputs(data.signals) - model.means[0], outputs(data.signals) - model.means[1]
+        r = watch.run(watch.initial(), u, y)[1]
         return np.hstack([r, _alone(bank, r)])
 
     return channels
@@ -177,7 +169,7 @@ def _neural(healthy: BenchmarkRun) -> Channels:
         return run[:, [CV, P1, P2]], np.column_stack([run[:, X], np.clip(run[:, F], 0, 0.97)])
 
     learned = learn_neural(*signals(healthy.signals[100:10_000]))
-    return lambda data: _with_means(learned.run(learned.initial(), *signals(data.signals))[1])
+    return lambda data: with_means(learned.run(learned.initial(), *signals(data.signals))[1])
 
 
 RULES: Mapping[str, Mapping[int, FuzzyTerm]] = {
@@ -287,6 +279,7 @@ DETECTORS: Mapping[str, Detector] = {
     "neural": LearnedDetector("neural observer, linear in the weights", _neural),
     "fuzzy": LearnedDetector("fuzzy evaluation of servo and flow residuals", _fuzzy),
     "tree": LearnedDetector("fault tree over servo, flow and process symptoms", _tree),
+    **FURTHER,
     "random": LearnedDetector("an alarm at random, at the same rate", _random),
     "watch": LearnedDetector("the calibrated observer with flow and pressure relations", _watch),
     "published": LearnedDetector("the observer of Chapter 5, slow samples", _published),

@@ -27,24 +27,26 @@ class Linearised:
 
     def inputs(self, run: Array) -> Array:
         """Inputs (n, 2) of the plant."""
-        return _inputs(run) - self.u_mean
+        return inputs(run) - self.u_mean
 
     def outputs(self, run: Array) -> Array:
         """Outputs (n, 2): X, and F limited to where its transmitter is not saturated."""
-        return _outputs(run) - self.y_mean
+        return outputs(run) - self.y_mean
 
 
-def _inputs(run: Array) -> Array:
+def inputs(run: Array) -> Array:
+    """CV and the pressure drop (n, 2)."""
     return np.column_stack([run[:, CV], run[:, P1] - run[:, P2]])
 
 
-def _outputs(run: Array) -> Array:
+def outputs(run: Array) -> Array:
+    """X, and F limited to where its transmitter is not saturated (n, 2)."""
     return np.column_stack([run[:, X], np.clip(run[:, F], 0.02, 0.95)])
 
 
 def linearise(run: Array) -> Linearised:
     """Least squares on a fault-free run (n, 6): each output from its own last readings and the inputs."""
-    u, y = _inputs(run), _outputs(run)
+    u, y = inputs(run), outputs(run)
     u_mean, y_mean = u.mean(axis=0), y.mean(axis=0)
     blocks, residuals = [], []
     for place in range(y.shape[1]):

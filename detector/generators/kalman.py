@@ -12,14 +12,13 @@ from detector.generators.contract import Generator, windows, with_past
 from detector.generators.plant import LinearPlant
 from recordings import Array, BadInput
 
-_MOST_STEPS = 20_000
-
 
 @dataclass(frozen=True, eq=False)
 class KalmanResiduals(Generator):
     """Innovations of the settled Kalman filter, whitened: of zero mean and unit covariance without a fault.
 
-    plant : without noise; gain (n, m); whitener (m, m) : inverse root of the innovations' covariance.
+    plant : without noise; gain (n, m) : of the predictor, x^(k+1) = A x^(k) + B u(k) + gain e(k); whitener (m, m) :
+    inverse root of the innovations' covariance.
     """
 
     plant: LinearPlant
@@ -49,25 +48,27 @@ class KalmanResiduals(Generator):
         return state, out @ self.whitener.T
 
 
-def settled(plant: LinearPlant, Q: Array, R: Array) -> KalmanResiduals:
-    """The filter for process noise of covariance Q (n, n) and measurement noise R (m, m), run by filterpy until its
-    gain settles. Raises BadInput when it does not.
-    """
-    from filterpy.kalman import KalmanFilter
+def settled(plant: LinearPlant, Q: Array, R: Array, S: Array | None = None) -> KalmanResiduals:
+    """The filter for process noise w of covariance Q (n, n), measurement noise v of R (m, m) and S = E[w v'] (n, m),
+    zero where not given: P solves the Riccati equation with S in it, gain = (A P C' + S)(C P C' + R)^-1.
 
-    _, m, _ = plant.sizes
-    kf = KalmanFilter(dim_x=plant.order, dim_z=m)
-    kf.F, kf.H, kf.Q, kf.R = plant.A, plant.C, np.asarray(Q, float), np.asarray(R, float)
-    kf.P = np.eye(plant.order) * max(float(np.trace(kf.Q)), 1e-12) * 100
-    before = np.full_like(kf.K, np.inf)
-    for _ in range(_MOST_STEPS):
-        kf.predict()
-        kf.update(np.zeros((m, 1)))
-        if np.abs(kf.K - before).max() <= 1e-12 * max(1.0, np.abs(kf.K).max()):
-            values, vectors = np.linalg.eigh(kf.S)
-            return KalmanResiduals(plant, kf.K.copy(), (vectors / np.sqrt(values)) @ vectors.T)
-        before = kf.K.copy()
-    raise BadInput("Kalman filter", "its gain does not settle", "check that (C, A) is detectable and Q, R positive")
+    Where both noises come from one source, as in every model learned from past readings, S is not zero, and without it
+    the innovations are not white. Raises BadInput when there is no such filter.
+    """
+    from scipy.linalg import solve_discrete_are
+
+    A, C = plant.A, plant.C
+    Q, R = np.asarray(Q, float), np.asarray(R, float)
+    S = np.zeros((len(A), len(C))) if S is None else np.asarray(S, float)
+    try:
+        P = solve_discrete_are(A.T, C.T, Q, R, s=S)
+    except (np.linalg.LinAlgError, ValueError) as error:
+        found = f"the Riccati equation has no solution ({error})"
+        raise BadInput("Kalman filter", found, "check that (C, A) is detectable and Q, R positive") from None
+    innovation = C @ P @ C.T + R
+    values, vectors = np.linalg.eigh(innovation)
+    gain = np.linalg.solve(innovation, (A @ P @ C.T + S).T).T
+    return KalmanResiduals(plant, gain, (vectors / np.sqrt(values)) @ vectors.T)
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,7 +122,7 @@ def _best(windowed: Array, response: Array) -> Array:
 def _filter(x: Array, A: Array, B: Array, C: Array, D: Array, K: Array, u: Array, y: Array, out: Array) -> None:
     """Innovations over rows, changing the predicted state x in place."""
     n, m, r = x.shape[0], y.shape[1], u.shape[1]
-    better = np.empty(n)
+    after = np.empty(n)
     for k in range(y.shape[0]):
         for i in range(m):
             miss = y[k, i]
@@ -131,13 +132,12 @@ def _filter(x: Array, A: Array, B: Array, C: Array, D: Array, K: Array, u: Array
                 miss -= D[i, j] * u[k, j]
             out[k, i] = miss
         for i in range(n):
-            better[i] = x[i]
-            for j in range(m):
-                better[i] += K[i, j] * out[k, j]
-        for i in range(n):
             total = 0.0
             for j in range(n):
-                total += A[i, j] * better[j]
+                total += A[i, j] * x[j]
+            for j in range(m):
+                total += K[i, j] * out[k, j]
             for j in range(r):
                 total += B[i, j] * u[k, j]
-            x[i] = total
+            after[i] = total
+        x[:] = after

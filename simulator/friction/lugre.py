@@ -46,6 +46,26 @@ class LuGreParameters:
         v = np.asarray(velocity, dtype=float)
         return self.level(v) * np.sign(v) / self.sigma0
 
+    def follow(self, time: ArrayLike, position: ArrayLike) -> Array:
+        """The friction force [N] (n_samples) against a motion: time [s], rising, and position [m], both (n_samples).
+
+        Between samples the velocity is constant, and z is exact; the force is that at the end of the interval before
+        each sample, 0 at the first, where the bristle is relaxed. Raises BadParameter for shapes that differ and times
+        that do not rise.
+
+        >>> friction = LuGreParameters(1e6, 0.0, 100.0, 50.0, 50.0, 1e-3)
+        >>> round(float(friction.follow([0.0, 1.0, 2.0], [0.0, 0.01, 0.02])[-1]), 6)
+        51.0
+        """
+        from simulator.friction import lugre_loop
+
+        t, x = np.ascontiguousarray(time, dtype=float), np.ascontiguousarray(position, dtype=float)
+        if t.shape != x.shape or t.ndim != 1 or not len(t) or not (np.isfinite(x).all() and (np.diff(t) > 0).all()):
+            raise BadParameter("time", t.shape, f"it does not rise beside positions {x.shape}", "give equal rows")
+        out = np.zeros(len(t))
+        lugre_loop.follow(np.diff(t), np.diff(x) / np.diff(t), _vector(self), out)
+        return out
+
 
 @dataclass(frozen=True)
 class ServoDesign:

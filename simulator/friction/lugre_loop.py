@@ -42,3 +42,12 @@ def run(rows, step, true, believed, design, compensation, velocity, start, out):
             u += estimate
         v += step * (u - friction) / mass
         x += step * v
+
+
+@native
+def follow(steps, speeds, model, out):  # type: ignore[no-untyped-def]
+    """Fill out (n_samples) after the first with the friction along moves of duration `steps` at `speeds`."""
+    z = 0.0
+    for k in range(len(steps)):
+        z, rate = bristle(z, speeds[k], steps[k], model, 0.0)
+        out[k + 1] = model[0] * z + model[1] * rate + model[2] * speeds[k]

@@ -98,3 +98,14 @@ def creep(moves, levels, n, step, forces, slips, state, turns, knots, values):  
                     origin, count = z - way * np.interp(abs(now), values, knots), 0
         forces[k], slips[k] = now, z - before
     state[0], state[1], state[2], state[3], state[4] = z, way, now, origin, count
+
+
+@native
+def slips(moves, stiffness, levels, forces, out):  # type: ignore[no-untyped-def]
+    """Fill out (n_moves) with the sum of forces (n_elements), changed in place: springs that slip at their levels."""
+    for k in range(len(moves)):
+        total = 0.0
+        for i in range(len(forces)):
+            forces[i] = min(max(forces[i] + stiffness[i] * moves[k], -levels[i]), levels[i])
+            total += forces[i]
+        out[k] = total

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from recordings import Array
+
 
 class MaxwellSlip:
     """Force of elements that stick and slip: a hysteresis F_h of (2.33) with non-local memory, one state per element.
@@ -29,3 +31,14 @@ class MaxwellSlip:
         stretched = self._force + self._stiffness * (value - self._input)
         self._force, self._input = np.clip(stretched, -self._level, self._level), value
         return float(self._force.sum())
+
+    def follow(self, path: ArrayLike) -> Array:
+        """The forces [N] (n_samples) along a path of x [m] (n_samples), one way from each to the next, compiled."""
+        from simulator.hysteresis import masing
+
+        x = np.ascontiguousarray(path, dtype=float)
+        moves, out = np.diff(x, prepend=self._input), np.empty_like(x)
+        masing.slips(moves, self._stiffness, self._level, self._force, out)
+        if len(x):
+            self._input = float(x[-1])
+        return out

@@ -15,10 +15,13 @@ from detector.generators import (
     Spectrum,
     Voting,
     explain,
+    learn_dedicated,
+    learn_envelope,
     learn_estimation,
     learn_limits,
     learn_neural,
     learn_spectrum,
+    learn_takagi_sugeno,
     learn_waves,
 )
 from recordings import BadInput
@@ -185,6 +188,9 @@ def everyone():
         "estimation": (learn_estimation(np.hstack([u, u**2]), y[:, 0], 50.0), np.hstack([u, u**2]), y),
         "fuzzy": (Fuzzy((1.0,), {"off": {0: "off"}}), u[:, :0], y),
         "neural": (learn_neural(u, y, depth=2, hidden=10), u, y),
+        "dedicated": (learn_dedicated(u, np.hstack([y, u]), depth=2, hidden=10), u, np.hstack([y, u])),
+        "envelope": (learn_envelope(u[:, 0], y[:, 0]), u, y),
+        "takagi-sugeno": (learn_takagi_sugeno(u, y, models=2, depth=1), u, y),
         "tree": (FaultTree(("a",), (Rule("b", ("a",)),)), u[:, :0], 4 * rng.normal(size=(400, 1))),
     }
 

@@ -46,20 +46,43 @@ def command(
         typer.Option(help="Intervals from so many refits of simulated recordings (0: by linearisation)."),
     ] = 0,
     crosscheck: Annotated[bool, typer.Option(help="Cross-check with pysindy.")] = True,
+    friction: Annotated[
+        list[str] | None, typer.Option(help="Fit this friction model to the measured force; repeat for more.")
+    ] = None,
+    compare: Annotated[
+        bool, typer.Option("--compare", help="Compare friction models by held-out error: all, or those of --friction.")
+    ] = False,
 ) -> None:
     """Fit the LuGre friction parameters and the spring of a valve to recordings.
 
     Example: bristle fit bundled:mixed --out model.json --report fit.html
+
+    With --friction or --compare the models of friction are fitted to the force that the recorded motion takes.
     """
     import bristle as br
     from bristle.cli.console import assignments, print_identification, writable
-    from bristle.cli.fitting import print_profiles, priors, profiled
+    from bristle.cli.fitting import print_friction, print_profiles, priors, profiled, refuse_others
     from bristle.cli.output.manner import answer, stdout
     from bristle.cli.output.working import working
     from identification import without_effects
 
     for path in (out, report):
         writable(path)
+    if friction or compare:
+        refuse_others(
+            {"--given": given, "--prior": prior, "--constraint": constraint, "--profile": profile,
+             "--bootstrap": bootstrap, "--report": report}
+        )  # fmt: skip
+        with working("fitting", staged=True) as progress:
+            compared = br.compare_friction(
+                recordings, holdout=holdout or (), models=friction or (), without=without or (), area=area,
+                hold=hold, progress=progress,
+            )  # fmt: skip
+        print_friction(stdout(), compared)
+        answer(compared.as_json())
+        if out:
+            compared.write(out)
+        return
     held = without_effects(without or ()) | assignments(given or [], "--given")
     wanted = profiled(profile or (), held)
     with working("fitting", staged=True) as progress:
