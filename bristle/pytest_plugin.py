@@ -46,11 +46,11 @@ def pytest_configure(config: pytest.Config) -> None:
     plant = _path(config, "plant")
     if plant is None:
         return
-    from bristle.door.plant_file import PlantFile
+    from bristle.door.plant_file import SimulatedPlantFile
     from recordings import BadInput
 
     try:
-        PlantFile.load(plant).plant()
+        SimulatedPlantFile.load(plant).plant()
     except BadInput as error:
         raise pytest.UsageError(f"bristle: {error}") from None
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from bristle.door.plant_file import PlantFile
+from bristle.door.plant_file import SimulatedPlantFile
 from bristle.door.plants import actuator
 from hil import ActuatorPlant
 from recordings import BadInput
@@ -37,7 +37,7 @@ class ActuatorOptions:
     effects_on: bool = True
     noise: bool = False
     seed: int | None = None
-    base: PlantFile = field(default_factory=PlantFile)
+    base: SimulatedPlantFile = field(default_factory=SimulatedPlantFile)
 
     def plant(self, number: int = 0) -> ActuatorPlant:
         """The plant; `number` tells several apart by their noise. Raises BadInput naming the option.

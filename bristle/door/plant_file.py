@@ -57,7 +57,7 @@ class PlannedFault(BaseModel):
         return Fault(self.number, self.strength, self.start, self.develop, stop, self.direction)
 
 
-class PlantFile(BaseModel):
+class SimulatedPlantFile(BaseModel):
     """What a simulated valve is; everything has a default. Keys are the options of `bristle serve`."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -74,7 +74,7 @@ class PlantFile(BaseModel):
     seed: Annotated[int, Field(ge=0)] = 0
 
     @classmethod
-    def load(cls, path: str | os.PathLike[str]) -> PlantFile:
+    def load(cls, path: str | os.PathLike[str]) -> SimulatedPlantFile:
         """The content of a file. Raises BadInput naming the file, the place in it, and what to do."""
         return cls._of(_content(Path(path)), str(path))
 
@@ -86,7 +86,7 @@ class PlantFile(BaseModel):
         )  # fmt: skip
 
     @classmethod
-    def _of(cls, values: dict[str, Any], where: str) -> PlantFile:
+    def _of(cls, values: dict[str, Any], where: str) -> SimulatedPlantFile:
         try:
             return cls.model_validate(values)
         except ValidationError as error:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Mapping
 
-from bristle.door.plant_file import PlantFile
+from bristle.door.plant_file import SimulatedPlantFile
 from bristle.door.plants import EffectSizes, actuator
 from hil import RegisterMap, ServerSettings, WriteMap, listen_address
 from hil.testing import SimulatedValve
@@ -63,7 +63,7 @@ def simulated_valve(
     ...     valve.wait_until(lambda now: now["position"] > 0.011) < 10.0
     True
     """
-    base = PlantFile() if plant is None else PlantFile.load(plant)
+    base = SimulatedPlantFile() if plant is None else SimulatedPlantFile.load(plant)
     made = actuator(
         scenario or base.scenario, friction or base.friction, [*(one.fault() for one in base.fault), *faults],
         {**base.set, **(settings or {})}, {**base.effect, **(effects or {})}, stimulus=stimulus,

@@ -32,7 +32,7 @@ from typing import ClassVar, Self, cast
 
 from pymodbus.transport.serialtransport import SerialTransport
 
-from hil.client.transport import LinkSide, LiveAddress, Opening, timeout_of
+from hil.client.transport import LinkSide, LiveAddress, WireOpening, timeout_of
 from hil.client.wire import GONE, Lost, Wire
 from hil.modbus.addresses import TIMEOUT_S, AddressParts, SerialLine, serial_line
 from hil.modbus.checks import check_rtu
@@ -74,7 +74,7 @@ class RtuAddress(LiveAddress):
         unknown = quiet if parts.options.word("quiet") else max(quiet, ANSWERS_WITHIN_S - timeout)
         return cls(parts.text, line, quiet, parts.options.number("late", unknown, 1e-3, 600.0), timeout=timeout)
 
-    def opening(self) -> Opening:
+    def opening(self) -> WireOpening:
         """Raises BadInput for a device that is missing or busy."""
         check_serial_line(self.text, self.line)
 

@@ -32,7 +32,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar, Self, cast
 
-from hil.client.transport import LinkSide, LiveAddress, Opening, timeout_of
+from hil.client.transport import LinkSide, LiveAddress, WireOpening, timeout_of
 from hil.client.wire import GONE, Lost, Wire
 from hil.modbus.addresses import AddressParts, host_and_port
 from hil.modbus.checks import check_tcp, ends_in_frame, ends_like_frame
@@ -65,7 +65,7 @@ class TcpAddress(LiveAddress):
         host, port = host_and_port(parts, cls.form, 502)
         return cls(parts.text, host, port, timeout=timeout_of(parts))
 
-    def opening(self) -> Opening:
+    def opening(self) -> WireOpening:
         """Whatever is wrong may heal."""
 
         async def opened(side: LinkSide) -> Wire:

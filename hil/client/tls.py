@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import ClassVar, Self
 
 from hil.client.tcp import open_stream
-from hil.client.transport import LinkSide, LiveAddress, Opening, timeout_of
+from hil.client.transport import LinkSide, LiveAddress, WireOpening, timeout_of
 from hil.client.wire import Wire
 from hil.modbus.addresses import AddressParts, host_and_port
 from hil.modbus.tls import Certificates, is_certificate_trouble
@@ -41,7 +41,7 @@ class TlsAddress(LiveAddress):
         ca, cert, key = (Path(options.needed(name, f"FILE.pem ({words})")) for name, words in what.items())
         return cls(parts.text, host, ca, cert, key, port, options.word("name"), timeout=timeout_of(parts))
 
-    def opening(self) -> Opening:
+    def opening(self) -> WireOpening:
         """Raises BadInput for certificates that cannot be used."""
         context = Certificates(self.cert, self.key, self.ca).client_context()
 

@@ -21,7 +21,7 @@ class LinkSide(NamedTuple):
     lost: Lost
 
 
-Opening = Callable[[LinkSide], Awaitable[Wire]]
+WireOpening = Callable[[LinkSide], Awaitable[Wire]]
 """Opens a connection. Raises OSError, termios.error or TimeoutError while the peer cannot be reached."""
 
 
@@ -46,7 +46,7 @@ class LiveAddress(ABC):
         """Read an address of this scheme. Raises BadInput naming what is wrong in it."""
 
     @abstractmethod
-    def opening(self) -> Opening:
+    def opening(self) -> WireOpening:
         """What opens a connection, again and again. Raises BadInput for what no waiting heals."""
 
     def refusal(self, error: BaseException | None) -> BadInput | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -73,7 +74,7 @@ class FrictionComparison:
 
     def write(self, path: str | os.PathLike[str]) -> None:
         """Write as JSON. Raises BadInput when it cannot be written."""
-        save_json(path, self.as_json())
+        save_json(Path(path), self.as_json())
 
     def __repr__(self) -> str:
         lines = [f"{'model':<14}{'parameters':>11}{'fitted [N]':>12}{'held out [N]':>14}"]

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from identification.friction.models import FrictionModel, ImposedPath
 from recordings import Array, BadInput
@@ -28,7 +29,7 @@ class Stretch:
     path: ImposedPath
     a: Array
     u: Array
-    counts: Array
+    counts: NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)

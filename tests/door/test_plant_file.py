@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bristle.cli.plant_options import ActuatorOptions
-from bristle.door.plant_file import PlantFile
+from bristle.door.plant_file import SimulatedPlantFile
 
 CONTENT = """
 friction = "lugre"
@@ -19,10 +19,10 @@ until = 2.0
 """
 
 
-def loaded(tmp_path) -> PlantFile:
+def loaded(tmp_path) -> SimulatedPlantFile:
     path = tmp_path / "valve.toml"
     path.write_text(CONTENT)
-    return PlantFile.load(path)
+    return SimulatedPlantFile.load(path)
 
 
 def test_a_file_says_what_the_valve_is(tmp_path):
@@ -44,6 +44,6 @@ def test_options_come_on_top_of_it(tmp_path):
 
 def test_an_empty_file_is_the_usual_valve(tmp_path):
     (tmp_path / "valve.toml").write_text("")
-    assert PlantFile.load(tmp_path / "valve.toml") == PlantFile()
-    setup = PlantFile().plant().setup
+    assert SimulatedPlantFile.load(tmp_path / "valve.toml") == SimulatedPlantFile()
+    setup = SimulatedPlantFile().plant().setup
     assert (setup.form, setup.noise, setup.faults) == ("play", False, ())

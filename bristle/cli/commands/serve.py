@@ -60,13 +60,13 @@ def command(
         serving.detach(context.find_root().obj, duration)
         return
     from bristle.cli.plant_options import ActuatorOptions
-    from bristle.door.plant_file import PlantFile
+    from bristle.door.plant_file import SimulatedPlantFile
     from hil import RegisterMap, ServerSettings, WriteMap, listen_address
 
     if make_test_ca is not None:
         serving.make_certificates(make_test_ca)
         return
-    base = PlantFile() if plant is None else PlantFile.load(plant)
+    base = SimulatedPlantFile() if plant is None else SimulatedPlantFile.load(plant)
     writable = write_map or base.write_map
     addresses = [listen_address(text) for text in listen or ["tcp://127.0.0.1:5020"]]
     settings = ServerSettings(

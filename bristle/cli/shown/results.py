@@ -12,10 +12,10 @@ from typing import Any
 from bristle.cli.output.tables import in_lines, words_table
 from recordings import BadInput
 
-Content = Mapping[str, Any]
+FileContent = Mapping[str, Any]
 
 
-def facts(file: Path) -> Content:
+def facts(file: Path) -> FileContent:
     """What stands in the file. Raises BadInput when it is no JSON object."""
     try:
         content = json.loads(file.read_text(encoding="utf-8"))
@@ -26,7 +26,7 @@ def facts(file: Path) -> Content:
     return content
 
 
-def _told(lines: Callable[[Content], Iterator[str]]) -> Callable[[Path], str]:
+def _told(lines: Callable[[FileContent], Iterator[str]]) -> Callable[[Path], str]:
     """The words of a file of which `lines` tells. Raises BadInput where it has not what such a file has."""
 
     @wraps(lines)
@@ -58,7 +58,7 @@ def trace_words(file: Path) -> str:
 
 
 @_told
-def comparison_words(content: Content) -> Iterator[str]:
+def comparison_words(content: FileContent) -> Iterator[str]:
     """A comparison."""
     yield f"comparison of {content['before']} and {content['after']} ({content['kind']})"
     yield f"changed: {', '.join(content['changed']) or 'nothing beyond noise and repeatability'}"
@@ -71,7 +71,7 @@ def comparison_words(content: Content) -> Iterator[str]:
 
 
 @_told
-def assessment_words(content: Content) -> Iterator[str]:
+def assessment_words(content: FileContent) -> Iterator[str]:
     """An assessment of a loop."""
     likely = content["probability"]
     sure = "" if likely is None else f", probability of stiction {likely:.2f}"
@@ -88,7 +88,7 @@ def assessment_words(content: Content) -> Iterator[str]:
 
 
 @_told
-def test_words(content: Content) -> Iterator[str]:
+def test_words(content: FileContent) -> Iterator[str]:
     """A standard test."""
     yield f"valve test: {content['kind']}"
     for name, value in content["values"].items():
@@ -109,7 +109,7 @@ test_words.__test__ = False  # type: ignore[attr-defined]  # pytest must not tak
 
 
 @_told
-def evaluation_words(content: Content) -> Iterator[str]:
+def evaluation_words(content: FileContent) -> Iterator[str]:
     """An evaluation of detectors."""
     yield "evaluation of detectors"
     for name, rows in content["tables"].items():
@@ -119,7 +119,7 @@ def evaluation_words(content: Content) -> Iterator[str]:
 
 
 @_told
-def state_words(content: Content) -> Iterator[str]:
+def state_words(content: FileContent) -> Iterator[str]:
     """What a monitor has learned."""
     yield f"monitor state, version {content['version']}: {len(content['valves'])} valves"
     for name, one in content["valves"].items():
@@ -142,7 +142,7 @@ SHOWN = 20
 """Events that are shown."""
 
 
-def events_facts(file: Path) -> Content:
+def events_facts(file: Path) -> FileContent:
     """The events of a file. Raises BadInput naming the line that is none."""
     events, number = [], 0
     try:
@@ -161,9 +161,9 @@ def events_facts(file: Path) -> Content:
     return {"format": "monitor-events", "version": 1, "events": events}
 
 
-def _sized(one: Content) -> str:
+def _sized(one: FileContent) -> str:
     return f"{one['value']:.5g} ± {one['std']:.2g}"
 
 
-def _interval(one: Content) -> str:
+def _interval(one: FileContent) -> str:
     return f"{one['value']:.4g} ({one['lower']:.4g} to {one['upper']:.4g})"

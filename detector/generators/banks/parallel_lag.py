@@ -63,7 +63,7 @@ class ParallelLag:
         return [self, *(replace(self, constants=one) for one in moved)]
 
 
-_CHANGES = np.array([0.5, 0.02, -0.02, 0.02, 0.01, *[0.01] * _CURVE])
+_CHANGES: Array = np.array([0.5, 0.02, -0.02, 0.02, 0.01, *[0.01] * _CURVE])
 
 
 @native

@@ -30,10 +30,10 @@ _LEAST = np.array([5, 0.05, 0.1, 0.1, 1e4, 0, 0, 1e-3, 200, 0.5, 0.05, 0, 1e5, 0
 _FITTED = np.arange(15)
 """A scale or an offset of the sensor cannot be told from the rest while nothing has changed; they stay."""
 
-Change = Mapping[str, tuple[float, float]]
+ServoChange = Mapping[str, tuple[float, float]]
 """What a fault does to constants, by symbol: a factor on it and a shift after that."""
 
-CHANGES: Mapping[str, Change] = {
+CHANGES: Mapping[str, ServoChange] = {
     "relay": {"fill": (1.5, 0.0), "vent": (1.5, 0.0)},
     "gain": {"gain": (0.7, 0.0)},
     "supply": {"supply": (0.5, 0.0)},
@@ -101,7 +101,7 @@ class Servo(Generator):
         moved = (self._changed(change).position(self.initial(), u, x_first)[1] for change in CHANGES.values())
         return np.column_stack([one - nominal for one in moved])
 
-    def _changed(self, change: Change) -> Servo:
+    def _changed(self, change: ServoChange) -> Servo:
         values = dict(zip(kernel.SYMBOLS, self.constants, strict=True))
         values |= {name: factor * values[name] + shift for name, (factor, shift) in change.items()}
         return replace(self, constants=tuple(values.values()))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -56,6 +57,6 @@ def evolve_neural(u: Array, y: Array, *, generations: int = 8, population: int =
     return EvolvedStructure(observer, **best, error=float(found.fun), tried=int(found.nfev))
 
 
-def _structure(genes: Array) -> dict[str, float | int]:
+def _structure(genes: Array) -> dict[str, Any]:
     depth, hidden, ridge, steepness = genes
     return {"depth": round(depth), "hidden": round(hidden), "ridge": 10.0**ridge, "steepness": 10.0**steepness}

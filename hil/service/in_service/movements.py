@@ -22,7 +22,7 @@ WINDOW = 6_000
 """Samples of a window at most: 10 min at 10 Hz, 1 min at 100 Hz; 0.3 MB."""
 
 Count = Annotated[float, Field(ge=0.0, le=1e15)]
-Finite = Annotated[float, Field(ge=-1e15, le=1e15)]
+Bounded = Annotated[float, Field(ge=-1e15, le=1e15)]
 
 
 _Four = tuple[float, float, float, float]
@@ -39,7 +39,9 @@ class KeptMovements(BaseModel):
     steps: Annotated[int, Field(ge=0)] = 0
     places_s: Annotated[list[Count], Field(min_length=len(PLACES) - 1, max_length=len(PLACES) - 1)]
     lengths: Annotated[list[Count], Field(min_length=len(LENGTHS) - 1, max_length=len(LENGTHS) - 1)]
-    history: dict[str, Annotated[list[tuple[Finite, Finite, Finite, Finite]], Field(max_length=MOST)]] = {}
+    history: dict[
+        str, Annotated[list[tuple[Bounded, Bounded, Bounded, Bounded]], Field(max_length=MOST)]
+    ] = {}
 
 
 class MovedValve(Protocol):

@@ -23,7 +23,7 @@ LARGEST = 500_000_000
 _SAMPLE_ROWS = 30
 _WORKBOOK = "xl/workbook.xml"
 
-Row = tuple[int, Sequence[Any]]
+SheetRow = tuple[int, Sequence[Any]]
 
 
 def read_excel(path: Path, layout: FileLayout, texts: Sequence[str | int] = ()) -> ForeignTable:
@@ -77,14 +77,14 @@ def _sheet(path: Path, layout: FileLayout, names: Sequence[str]) -> str:
     return layout.variable
 
 
-def _rows(sheet: Any, layout: FileLayout) -> Iterator[Row]:
+def _rows(sheet: Any, layout: FileLayout) -> Iterator[SheetRow]:
     """The rows that hold something, with their numbers, without empty cells at their ends."""
     for number, cells in enumerate(sheet.iter_rows(values_only=True), start=1):
         if number > layout.skip_lines and any(cell is not None for cell in cells):
             yield number, cells
 
 
-def _table(path: Path, layout: FileLayout, rows: list[Row], wanted: set[str], hint: str) -> ForeignTable:
+def _table(path: Path, layout: FileLayout, rows: list[SheetRow], wanted: set[str], hint: str) -> ForeignTable:
     top = _head(rows)
     if len(rows) - top < 1:
         raise BadInput(str(path), "it holds no data", f"give a sheet with at least two rows of numbers{hint}")
@@ -112,14 +112,14 @@ def _table(path: Path, layout: FileLayout, rows: list[Row], wanted: set[str], hi
     )  # fmt: skip
 
 
-def _head(rows: list[Row]) -> int:
+def _head(rows: list[SheetRow]) -> int:
     """The row of the names: the first that has as many cells as the table below is wide; titles above are left out."""
     sample = list(islice(rows, _SAMPLE_ROWS))
     full = max((sum(cell is not None for cell in cells) for _, cells in sample), default=0)
     return next((k for k, (_, cells) in enumerate(sample) if sum(c is not None for c in cells) * 2 > full), 0)
 
 
-def _headers(layout: FileLayout, rows: list[Row], top: int, width: int) -> tuple[list[str], list[str], int]:
+def _headers(layout: FileLayout, rows: list[SheetRow], top: int, width: int) -> tuple[list[str], list[str], int]:
     """Headers, units of a row of their own, and the first row of data."""
     first = [_text(cell) for cell in rows[top][1][:width]]
     has_names = looks_like_names(first) if layout.header is None else layout.header
