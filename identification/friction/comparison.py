@@ -21,7 +21,7 @@ VALVE = tuple(name for name, _ in PLANT)
 """What carries the friction in a valve."""
 RIG = ("spring.F0",)
 """A rig without spring and moving mass: a constant."""
-_MOST = 8_000
+_MOST = 4_000
 """Samples that are fitted to at most; a longer recording is thinned."""
 _FORGOTTEN = 0.05
 """Share of the travel after which the memory of where it started no longer counts."""
