@@ -93,14 +93,15 @@ class Watch:
 
     def step(self, state: WatchState, moment: Measurement) -> tuple[WatchState, Judgement]:
         """One measurement."""
-        observer, decision = self.calibration.step(state.observer, moment)
+        beyond = self._beyond(moment)
+        observer, decision = self.calibration.step(state.observer, moment, state.alarm or beyond)
         if not decision.verdict.used:
             return replace(state, observer=observer), Judgement(
                 moment.time_s, state.alarm, False, False, False, state.kind, OBSERVER, 0.0, 1.0, 0.0,
                 decision.verdict,
             )  # fmt: skip
         fresh = decision.verdict is not SampleVerdict.USED
-        residuals = {OBSERVER: self._observed(moment, self.calibration.residual(observer, decision))}
+        residuals = {OBSERVER: self._observed(beyond, self.calibration.residual(observer, decision))}
         model = state.model
         if self.model is not None:
             model, said = self.model.step(state.model, moment, fresh, state.alarm)
@@ -115,11 +116,14 @@ class Watch:
         after = self._alarmed(seen, moment.time_s, scores)
         return after, self._judgement(state, after, scores, decision)
 
-    def _observed(self, moment: Measurement, residual: float) -> float:
-        """The observer's residual. Beyond the learned positions, on a stop above all, only a gross one counts."""
-        c = self.calibration
-        away = abs(moment.values["position"] - c.position_zero) / abs(c.position_span)
-        if away <= 0.5 + BEYOND or OBSERVER not in self.evidence.names:
+    def _beyond(self, moment: Measurement) -> bool:
+        """Whether the stem is beyond the learned positions, on a stop above all, where the balance is another one."""
+        away = abs(moment.values["position"] - self.calibration.position_zero) / abs(self.calibration.position_span)
+        return away > 0.5 + BEYOND
+
+    def _observed(self, beyond: bool, residual: float) -> float:
+        """The observer's residual; beyond the learned positions only a gross one counts."""
+        if not beyond or OBSERVER not in self.evidence.names:
             return residual
         return residual if self.evidence.healthy[self.evidence.names.index(OBSERVER)].is_gross(residual) else nan
 
