@@ -13,8 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from detector import MONTH_S, Calibration, Measurements, calibrate, learn_evidence
-from detector.observer.calibration_fit import healthy_residual
+from detector import MONTH_S, Calibration, Measurements, calibrate, healthy_residual, learn_evidence
 from recordings import Array
 from simulator import kernel
 from studies import drawing
@@ -32,11 +31,11 @@ VALUES = {
 }  # fmt: skip
 POSITION_NOISE, FORCE_NOISE = 2e-5, 5.0
 
-Change = Callable[[float], dict[str, float]]
+ParameterFactors = Callable[[float], dict[str, float]]
 """Factors on parameters at a time of the day [s]."""
 
 
-def warm(dry: float, viscous: float) -> Change:
+def warm(dry: float, viscous: float) -> ParameterFactors:
     """Friction that falls by these shares by noon, with the temperature of a day."""
 
     def factors(t: float) -> dict[str, float]:
@@ -59,7 +58,7 @@ def force(t: Array) -> Array:
     return 3000.0 + 900.0 * np.sin(2 * np.pi * t / 14.0) + 500.0 * np.sin(2 * np.pi * t / 47.0)
 
 
-def simulated(seconds: float, seed: int, *changes: Change, start_s: float = 0.0) -> Measurements:
+def simulated(seconds: float, seed: int, *changes: ParameterFactors, start_s: float = 0.0) -> Measurements:
     """The valve from a time of the day on, its parameters constant for a minute each."""
     one, random = kernel(EFFECTS), np.random.default_rng(seed)
     n = round(PIECE_S / DT_S)
@@ -79,7 +78,7 @@ def simulated(seconds: float, seed: int, *changes: Change, start_s: float = 0.0)
     return Measurements(t, {"position": x, "force": force(t) + FORCE_NOISE * random.standard_normal(len(t))})
 
 
-def growing(fault: dict[str, float], by_s: float) -> Change:
+def growing(fault: dict[str, float], by_s: float) -> ParameterFactors:
     """A fault that grows from nothing to its full size by a time of the day."""
     return lambda t: {name: 1.0 + (factor - 1.0) * min(t / by_s, 1.0) for name, factor in fault.items()}
 

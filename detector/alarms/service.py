@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from detector.alarms.evidence import N_BINS, N_RUNNING, N_SCALES, N_STATISTICS, STEP, advance_all
-from detector.alarms.healthy import DAY_S, LEAST_BLOCKS, Healthy, limits_of, share_bound
-from detector.alarms.promise import Promise
+from detector.alarms.healthy import LEAST_BLOCKS, Healthy, limits_of, share_bound
+from detector.alarms.promise import DAY_S, Promise
 from recordings import Array, BadInput
 
 PERIOD_S = 3600.0

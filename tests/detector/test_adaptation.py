@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from watched_valve import TENTH, seen
 
-from detector import Calibration, Kalman, Measurements, Start, SteadyKalman, calibrate, learn
+from detector import Calibration, Kalman, Measurements, Start, SteadyKalman, calibrate, learn, regressors
 from detector.observer.calibration import DEAF_BELOW, RAISED
 from recordings import BadInput
 from simulator.damadics import Fault
@@ -27,6 +27,11 @@ def healthy() -> Measurements:
 @pytest.fixture(scope="module")
 def calibration(healthy) -> Calibration:
     return calibrate(healthy)
+
+
+@pytest.fixture(scope="module")
+def with_laws() -> adapting.LearnedObserver:
+    return adapting.observers(1)[0]
 
 
 def drifted(calibration: Calibration, factor: float, seconds: float, seed: int = 1):
@@ -86,8 +91,6 @@ def test_whatever_comes_the_laws_stay_within_their_stated_sets(calibration):
 
 def phi(calibration: Calibration, state, speeds: np.ndarray) -> np.ndarray:
     """Phi of a state at speeds (n,), from the estimates and the networks alone."""
-    from detector import regressors
-
     first, second = calibration.networks
     e1, b1 = state.estimates["e1"], state.estimates["b1"]
     return np.array([
@@ -154,19 +157,11 @@ def test_weights_that_do_not_fit_the_networks_are_refused(calibration):
     ("hours", "size"), [(1.0, 2.0), pytest.param(24.0, 1.0, marks=pytest.mark.long)], ids=["an hour", "a day"]
 )
 @pytest.mark.parametrize("fault", list(adapting.FAULTS))
-def test_a_fault_that_grows_slowly_is_not_learned_away(fault, hours, size, monkeypatch):
+def test_a_fault_that_grows_slowly_is_not_learned_away(fault, hours, size, with_laws):
     """The laws have all the time there is; what they may follow is bounded, and the fault is found while it grows."""
     full = {name: 1.0 + size * (factor - 1.0) for name, factor in adapting.FAULTS[fault].items()}
-    monkeypatch.setattr(adapting, "LEARN_S", 600.0)
-    with_laws, _ = learned()
     by_s = 3600.0 * hours
     run = with_laws.run(adapting.simulated(by_s, 2, adapting.growing(full, by_s)))
     assert run.alarm_s is not None
     quiet = with_laws.run(adapting.simulated(min(by_s, 7200.0), 3))
     assert quiet.alarm_s is None
-
-
-def learned(_made: list = []):  # noqa: B006  (made once, for it takes seconds)
-    if not _made:
-        _made.append(adapting.observers(1))
-    return _made[0]

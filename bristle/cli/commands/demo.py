@@ -39,6 +39,6 @@ def command(
     console.print(
         f"Alarm after {watched.alarm_s:.1f} s, {'not named' if watched.fault is None else f'named {watched.fault}'}"
     )
-    console.print(f"How often an alarm comes without a fault, {watched.false_alarms}.")
     for name, files in KINDS.items():
         console.print(f"{name:11} {', '.join(str(out / file) for file in files)}")
+    console.print(watched.false_alarms.plain)

@@ -20,7 +20,7 @@ from bristle.cli.demo.valve import (
     served,
     terminable,
 )
-from detector import Watch
+from detector import Promise, Watch
 from hil import LiveSource, Monitor, MonitorEvent, MonitorSession, monitor_session
 from recordings import NegativeAnswer
 from simulator import ValveModel
@@ -46,14 +46,14 @@ FALSE_ALARMS = 1.0
 @dataclass(frozen=True)
 class DemoWatch:
     """What came of it. alarm_s : from the fault to the alarm [s of the clock]; named_s : to its name, None if it got
-    none in time; fault : the name; events : the file with all events; false_alarms : how often one comes, in words.
+    none in time; fault : the name; events : the file with all events; false_alarms : how often one is to be expected.
     """
 
     alarm_s: float
     named_s: float | None
     fault: str | None
     events: Path
-    false_alarms: str
+    false_alarms: Promise
 
 
 def watch_stage(model: Path, out: Path, say: Say = print) -> DemoWatch:
@@ -84,11 +84,11 @@ def setpoint(t: float) -> float:
 
 async def _watched(address: str, plant: LiveSource, model: ValveModel, events: Path, say: Say) -> DemoWatch:
     say(f"The monitor learns the valve behind {address} for {LEARN_S / SPEED:.0f} s, at {SPEED:g} times real time.")
-    learned: asyncio.Future[str] = asyncio.get_running_loop().create_future()
+    learned: asyncio.Future[Promise] = asyncio.get_running_loop().create_future()
     news = asyncio.Queue[MonitorEvent]()
 
     def on_learned(valve: str, watch: Watch) -> None:
-        learned.set_result(watch.false_alarms.sentence)
+        learned.set_result(watch.false_alarms)
 
     source = ring(address)
     monitor = Monitor.with_model(source.signals, model, FALSE_ALARMS, LEARN_S, on_learned=on_learned)
@@ -114,12 +114,12 @@ async def _watched(address: str, plant: LiveSource, model: ValveModel, events: P
 
 
 async def _fault(
-    plant: LiveSource, monitor: Monitor, learned: asyncio.Future[str], news: asyncio.Queue[MonitorEvent], events: Path,
-    say: Say,
+    plant: LiveSource, monitor: Monitor, learned: asyncio.Future[Promise], news: asyncio.Queue[MonitorEvent],
+    events: Path, say: Say,
 ) -> DemoWatch:  # fmt: skip
     """Inject the fault when the healthy valve was watched for a while, and wait for the alarm and its name."""
-    said = await learned
-    say(said)
+    promise = await learned
+    say(promise.sentence)
     await _after_samples(monitor, round(BEFORE_S / (HUM_SAMPLES * STEP_S)))
     while not news.empty():
         early = news.get_nowait()
@@ -140,11 +140,11 @@ async def _fault(
                 say(f"Alarm {passed:.1f} s after the fault: {event.text}")
                 alarm_s = passed if alarm_s is None else alarm_s
                 if event.fault == "friction":
-                    return DemoWatch(alarm_s, passed, event.fault, events, said)
+                    return DemoWatch(alarm_s, passed, event.fault, events, promise)
     except TimeoutError:
         if alarm_s is None:
             raise NegativeAnswer(f"no alarm came within {PATIENCE_S:.0f} s of the fault") from None
-        return DemoWatch(alarm_s, None, None, events, said)
+        return DemoWatch(alarm_s, None, None, events, promise)
 
 
 async def _after_samples(monitor: Monitor, n_samples: int) -> None:
