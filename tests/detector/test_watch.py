@@ -62,6 +62,13 @@ def test_a_fault_is_found_and_named_in_time(watch, fault, within_s, kind, named_
     assert named[0].time_s <= ONSET + named_s
 
 
+def test_sensor_and_flow_remain_until_the_stem_has_moved_and_then_one_is_named(watch):
+    found, _ = alarms(watch, seen(ONSET + 40.0, Fault(2, 0.75, start_s=ONSET), seed=6))
+    assert found[0].began
+    assert {said.kind for said in found} <= {None, "flow"}
+    assert found[-1].kind == "flow" or found[-1].remaining == ("sensor", "flow")
+
+
 def test_after_the_fault_is_gone_the_alarm_is_cleared_and_the_next_one_found(watch):
     there_and_gone = Fault(11, 0.5, start_s=60.0, stop_s=90.0)
     again = Fault(11, 0.5, start_s=200.0)
