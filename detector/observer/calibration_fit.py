@@ -77,7 +77,7 @@ def _like(fitted: Calibration, calibration: Calibration) -> Calibration:
 
 def _with_threshold(calibration: Calibration, data: Measurements) -> Calibration:
     """With what the laws come to on the data, the alphas held."""
-    wide = Bounds(*[_WIDE] * 7)
+    wide = Bounds(_WIDE, _WIDE, _WIDE, _WIDE, _WIDE, _WIDE, _WIDE)
     gains = calibration.weight_gains(_GROWTH * calibration.observer.k2 / calibration.dt_s)
     still = replace(calibration.compiled, weight_gain=gains, alpha_gain=0.0, bounds=wide, least_speed=0.0, freeze=False)
     rows, state = calibration.scaled(data), still.initial()

@@ -60,8 +60,8 @@ class ObserverState:
     def with_estimates(self, other: ObserverState) -> ObserverState:
         """The same with the estimates and weights of another state of this observer."""
         core = self.core.copy()
-        for place in (*_ESTIMATES.values(), slice(kernel.WEIGHTS, None)):
-            core[place] = other.core[place]
+        places = list(_ESTIMATES.values())
+        core[places], core[kernel.WEIGHTS :] = other.core[places], other.core[kernel.WEIGHTS :]
         return replace(self, core=core)
 
     def as_dict(self) -> dict[str, Any]:
