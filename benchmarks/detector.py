@@ -52,7 +52,10 @@ LEARN_S = {0.1: 600.0, 1.0: 43200.0}
 def calibration(number: int = 0) -> Calibration:
     """A typical calibration; each number another."""
     a = 0.25 + 0.1 * (number % 7) / 7
-    return Calibration("setpoint", 0.0, 1.0, 0.0, 1.0, a, a, a, b1=1.2, noise=3e-3, jerk=0.03, dt_s=0.1, error=0.1)
+    return Calibration(
+        "setpoint", 0.0, 1.0, 0.0, 1.0, a, a, a, b1=1.0, noise=3e-3, jerk=0.03, dt_s=0.1, error=0.1, top_speed=0.1,
+        e1=0.1, w1=(0.02,) * 5, w2=(0.02,) * 5,
+    )  # fmt: skip
 
 
 def best(work: Callable[[], object], steps: int, rounds: int = 5) -> float:
@@ -71,7 +74,7 @@ def cost() -> None:
     t = 0.1 * np.arange(n)
     random = np.random.default_rng(0)
     x, u = 0.4 * np.sin(t / 5) + 3e-3 * random.normal(size=n), 0.4 * np.sin(t / 5)
-    observer = one.observer
+    observer = one.compiled
     observer.run(observer.initial(), t[:10], x[:10], u[:10])
     single = best(lambda: observer.run(observer.initial(), t, x, u), n)
     regular, jittered = (_fleet(x, u, jitter) for jitter in (0.0, 0.02))

@@ -8,7 +8,7 @@ from detector.measurements import WATCHED, Measurement, Measurements
 from detector.observer.alarm_rule import AlarmRule
 from detector.observer.approximators import Approximator, HighOrder, RadialBasis, ShiftedSigmoids, regressors
 from detector.observer.calibration import Calibration
-from detector.observer.calibration_fit import calibrate
+from detector.observer.calibration_fit import calibrate, healthy_residual
 from detector.observer.fleet import Fleet, FleetDecisions
 from detector.observer.observer import Bounds, Observer, Start
 from detector.observer.screening import SampleVerdict, Screening
@@ -59,6 +59,7 @@ __all__ = [
     "Watched",
     "calibrate",
     "described",
+    "healthy_residual",
     "learn",
     "learn_evidence",
     "learn_recordings",

@@ -118,6 +118,19 @@ def advance(running, limits, shares, counts, edges, numbers, limit_s, residual, 
         load[i] = max(evidence, CAP) if gross else evidence
 
 
+@native
+def advance_all(running, limits, shares, counts, edges, numbers, limit_s, residuals, load):  # type: ignore[no-untyped-def]
+    """`advance` of several residuals in one call, for a call costs more than a sample: all arguments have one dimension
+    more in front, n_channels; numbers (n_channels, n_numbers) : a row of `ResidualNumbers` each.
+    """
+    for i in range(running.shape[0]):
+        n = numbers[i]
+        one = ResidualNumbers(
+            n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7], n[8], n[9], n[10], n[11], n[12], n[13]
+        )  # fmt: skip
+        advance(running[i], limits[i], shares[i], counts[i], edges[i], one, limit_s, residuals[i], load[i])
+
+
 @inlined
 def _bet(running, z, numbers, limit_s):  # type: ignore[no-untyped-def]
     """Bets on the sign of a sample, up and down, with a narrow and with a wide dead zone."""

@@ -34,12 +34,12 @@ from detector.alarms.evidence import (
     ResidualNumbers,
     advance,
 )
+from detector.alarms.promise import DAY_S
 from recordings import Array, BadInput
 
 LEAST_BLOCKS = 20
 """Independent blocks that a residual is learned from at least."""
 
-DAY_S = 86400.0
 _VILLE = 0.05
 _RAISE, _MOST_RAISES = 1.15, 12
 _RELATIVE = 1.25

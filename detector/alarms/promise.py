@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-MONTH_S = 30 * 86400.0
+DAY_S = 86400.0
+MONTH_S = 30 * DAY_S
 
 REACH = 1000.0
 """One alarm in so many times the learned time is promised at most: as far as the declared margins were tried."""
@@ -58,6 +59,24 @@ class Promise:
         if self.kept:
             return f"{said}, as wished"
         return f"{said}; for one in {words(self.wish_s)} it needs about {words(self.wish_s / self.reach)}"
+
+    @property
+    def plain(self) -> str:
+        """For whoever runs the plant: what to expect, and what it takes to have better.
+
+        >>> Promise.of(80.0, MONTH_S).plain.partition(":")[0]
+        'While the valve is in good order, expect at most one false alarm in 22 hours on average'
+        """
+        often = words(self.interval_s)
+        said = f"While the valve is in good order, expect at most one false alarm in {often} on average"
+        if self.kept:
+            return f"{said}, as wished."
+        needed = self.wish_s / self.reach
+        later = "a day" if needed <= DAY_S else words(needed)
+        return (
+            f"{said}: {words(self.seconds)} of learning support no more. Learned from {words(needed)}, or after "
+            f"{later} of watching without an alarm, it is one in {words(self.wish_s)}."
+        )
 
     def as_dict(self) -> dict[str, Any]:
         """Plain numbers, for JSON."""

@@ -9,14 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from detector.alarms.evidence import N_BINS, N_RUNNING, N_SCALES, N_STATISTICS, STEP, advance
-from detector.alarms.healthy import DAY_S, LEAST_BLOCKS, Healthy, limits_of, share_bound
-from detector.alarms.promise import Promise
+from detector.alarms.evidence import N_BINS, N_RUNNING, N_SCALES, N_STATISTICS, STEP, advance_all
+from detector.alarms.healthy import LEAST_BLOCKS, Healthy, limits_of, share_bound
+from detector.alarms.promise import DAY_S, Promise
 from recordings import Array, BadInput
 
 PERIOD_S = 3600.0
@@ -81,6 +82,16 @@ class Evidence:
         """Sampling time [s]."""
         return self.healthy[0].dt_s
 
+    @cached_property
+    def _edges(self) -> Array:
+        """Lowest edges of the histograms (n_channels, n_scales, n_statistics)."""
+        return np.array([one.edges for one in self.healthy])
+
+    @cached_property
+    def _numbers(self) -> Array:
+        """A row of `ResidualNumbers` for each channel."""
+        return np.array([one.numbers(share) for one, share in zip(self.healthy, self.shares, strict=True)], float)
+
     def initial(self) -> EvidenceState:
         """No evidence, and nothing but what was learned."""
         n = len(self.healthy)
@@ -125,15 +136,12 @@ class Evidence:
     def _part(self, state: EvidenceState, residuals: Array, load: Array) -> EvidenceState:
         """Samples of one period."""
         running, counts = state.running.copy(), state.counts.copy()
-        limit_s = self.supported(state).interval_s
-        for i, (healthy, share) in enumerate(zip(self.healthy, self.shares, strict=True)):
-            found = np.empty(len(residuals))
-            values = np.ascontiguousarray(residuals[:, i])
-            advance(
-                running[i], state.limits[i], state.shares[i], counts[CURRENT, i], healthy.edges,
-                healthy.numbers(share), limit_s, values, found,
-            )  # fmt: skip
-            load[:, i] = found
+        found = np.empty((len(self.healthy), len(residuals)))
+        advance_all(
+            running, state.limits, state.shares, counts[CURRENT], self._edges, self._numbers,
+            self.supported(state).interval_s, np.ascontiguousarray(residuals.T), found,
+        )  # fmt: skip
+        load[:] = found.T
         samples = state.samples + (len(residuals) if self.learns else 0)
         alarmed = state.alarmed or bool((load >= 1.0).any())
         after = EvidenceState(

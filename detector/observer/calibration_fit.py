@@ -1,7 +1,8 @@
 """The calibration that fault-free data ask for: scaling, parameters, velocity filter, and threshold.
 
-alpha1, alpha4, alpha5 are the least squares of x2' = -alpha1 x2 - alpha5 x1 + alpha4 u + c on filtered data. b1(0) is
-what keeps the threshold above the residual of these data.
+alpha1, alpha4, alpha5 are the least squares of x2' = -alpha1 x2 - alpha5 x1 + alpha4 u + c on filtered data. The
+threshold is what the laws (4.20) come to: from a small b1 they run over the data again and again, until nowhere the
+residual leaves their dead zone. So the networks learn how large the model's error is at which speed.
 """
 
 from __future__ import annotations
@@ -13,17 +14,24 @@ from numpy.typing import NDArray
 
 from detector.measurements import INPUTS, Measurements
 from detector.observer.calibration import GAP_SAMPLES, SETTLE_SAMPLES, Calibration
+from detector.observer.observer import Bounds
+from detector.observer.state import ObserverState
 from detector.observer.velocity import SteadyKalman, negative_log_likelihood
 from recordings import Array, BadInput, white_noise
-
-MARGIN = 1.3
-"""A threshold is this many times what was seen at least."""
 
 NOISE_ORDER = 3
 """Of the difference that noise is estimated from: it removes what moves with a steady acceleration."""
 
+_MOST_ROUNDS = 200
+_GROWTH = 0.005
+"""What a sample beyond the dead zone adds to b1 while the threshold is learned, as a share of Phi."""
+
+_TOP = 0.995
+"""Quantile of a signal's size that counts as its largest."""
+
 _LEAST_SAMPLES = 200
 _LEAST_ALPHA = 1e-6
+_WIDE = 1e12
 _QUIET = 10.0
 """A valve moves when its position ranges over more than this many times its noise."""
 
@@ -42,12 +50,13 @@ def calibrate(data: Measurements) -> Calibration:
     candidates = [one for one in fits if one is not None]
     if not candidates:
         raise BadInput("calibration", "no input moves in the data", f"record one of {', '.join(INPUTS)} in motion")
-    return _above(min(candidates, key=lambda one: one.error), data)
+    return _with_threshold(min(candidates, key=lambda one: one.error), data)
 
 
 def healthy_residual(data: Measurements, calibration: Calibration) -> Array:
-    """The observer's residual on fault-free data (n_samples,) [m/s]: each half by a calibration to the other, for on
-    data that it was calibrated to an observer looks better than it is. Raises BadInput where a half has no motion.
+    """The observer's residual on fault-free data (n_samples,), in thresholds: each half by the parameters of the other,
+    for on data that it was calibrated to an observer looks better than it is. Raises BadInput where a half has no
+    motion.
     """
     dt_s, scaled = _prepared(data)
     half, found = len(data) // 2, list[Array]()
@@ -56,16 +65,35 @@ def healthy_residual(data: Measurements, calibration: Calibration) -> Array:
         fitted = _fitted(other, part, calibration.input, dt_s)
         if fitted is None:
             raise BadInput("calibration", "the input rests in a half of the data", "learn while the valve moves")
-        found.append(_above(fitted, other).residuals(seen))
+        found.append(_like(fitted, calibration).residuals(seen))
     return np.concatenate(found)
 
 
-def _above(calibration: Calibration, data: Measurements) -> Calibration:
-    """With a threshold above what was seen. It moves the residual itself, so that it takes a few rounds."""
-    for _ in range(3):
-        most = float(calibration.scores(data).max())
-        calibration = replace(calibration, b1=calibration.b1 * MARGIN * max(most, 1e-6))
-    return calibration
+def _like(fitted: Calibration, calibration: Calibration) -> Calibration:
+    """A calibration with the threshold and the sets of another one."""
+    names = ("b1", "e1", "w1", "w2", "top_speed", "top_position", "top_input")
+    return replace(fitted, **{name: getattr(calibration, name) for name in names})
+
+
+def _with_threshold(calibration: Calibration, data: Measurements) -> Calibration:
+    """With what the laws come to on the data, the alphas held."""
+    wide = Bounds(_WIDE, _WIDE, _WIDE, _WIDE, _WIDE, _WIDE, _WIDE)
+    gains = calibration.weight_gains(_GROWTH * calibration.observer.k2 / calibration.dt_s)
+    still = replace(calibration.compiled, weight_gain=gains, alpha_gain=0.0, bounds=wide, least_speed=0.0, freeze=False)
+    rows, state = calibration.scaled(data), still.initial()
+    for _ in range(_MOST_ROUNDS):
+        before = state
+        state = still.run(still.initial().with_estimates(state), *rows)[0]
+        if _same_estimates(before, state):
+            break
+    return replace(
+        calibration, b1=state.estimates["b1"], e1=state.estimates["e1"], w1=tuple(state.w1.tolist()),
+        w2=tuple(state.w2.tolist()),
+    )  # fmt: skip
+
+
+def _same_estimates(one: ObserverState, other: ObserverState) -> bool:
+    return one.estimates == other.estimates and np.array_equal(one.w1, other.w1) and np.array_equal(one.w2, other.w2)
 
 
 @dataclass(frozen=True)
@@ -114,13 +142,20 @@ def _fitted(data: Measurements, scaled: _Scaled, name: str, dt_s: float) -> Cali
     matrix = np.column_stack(columns)[good]
     found = lsq_linear(matrix, slope[good], bounds=([_LEAST_ALPHA] * 2 + [-np.inf] * 2, np.inf)).x
     error = float(np.std(slope[good] - matrix @ found))
+    seen = np.concatenate([[False], good]) & np.isfinite(u)
     sign = -1.0 if found[2] < 0 else 1.0  # alpha4 is positive by (4.20); an input that pushes back is turned round
     alpha4 = max(abs(float(found[2])), _LEAST_ALPHA)
     zero -= sign * span * float(found[3]) / alpha4
     return Calibration(
         name, scaled.zero, scaled.span, zero, sign * span, float(found[0]), alpha4, float(found[1]),
-        b1=max(3.0 * error, 1e-9), noise=scaled.noise, jerk=scaled.jerk, dt_s=dt_s, error=error,
+        b1=max(error, 1e-9), noise=scaled.noise, jerk=scaled.jerk, dt_s=dt_s, error=error,
+        top_speed=_top(x2[seen]), top_position=_top(x1[seen]), top_input=_top((u[seen] - zero) / span),
     )  # fmt: skip
+
+
+def _top(row: Array) -> float:
+    """The largest size of a signal (n_samples,)."""
+    return max(float(np.quantile(np.abs(row), _TOP)), 1e-6)
 
 
 def _filtered(data: Measurements, scaled: _Scaled, dt_s: float) -> tuple[Array, Array, NDArray[np.bool_]]:

@@ -1,36 +1,34 @@
 """Many calibrated observers at once, a sample of each at a time: the same numbers as one by one, several times faster.
 
 The state is a table with a row for each valve, and a step of all of them is one compiled loop over the rows. Screen,
-filter, step and law of b1 are the functions that one observer uses; what a calibrated observer does not have
-(networks, adapted alphas) is left out. What depends on the time step alone (decays, filter gain) is stored in the row,
-and computed again when the time step changes.
+velocity filter (the steady form), networks, step and laws are the functions that one observer uses. What depends on
+the time step alone (decays, filter gain) is stored in the row, and computed again when the time step changes.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import fabs
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from detector.arithmetic.native import native
-from detector.observer.alarm_rule import ABSOLUTE
+from detector.observer.approximators import evaluate
 from detector.observer.calibration import Calibration
-from detector.observer.kernel import adapts, decays, decided, next_b1
-from detector.observer.projection import RADIAL
+from detector.observer.kernel import A1, ALARM, RHO_LAST, XI2, Numbers, decays, step
 from detector.observer.screening import GAP, USED, screened
-from detector.observer.smooth_sign import SAT
 from detector.observer.velocity import steady_gain_at, track
 from recordings import Array, BadInput, Integers
 
-(XI1, XI2, X1, X2, U, B1, RHO, SETTLED, COUNT, ALARM, PUSH, TIME, LAST, RUNNING, OUTLIERS, STEP, DECAY1, MEAN1, DECAY2,
- MEAN2, PER_S, RAMP, GAIN0, GAIN1, GAIN2, WIDTH) = range(26)  # fmt: skip
-"""Columns of the state: the observer's; PUSH of the velocity filter; TIME to OUTLIERS of the screen; STEP
-and what was computed for it."""
+(POSITION, SPEED, PUSH, TIME, LAST, RUNNING, OUTLIERS, STEP, RATE, DECAY1, MEAN1, DECAY2, MEAN2, PER_S, RAMP, GAIN0,
+ GAIN1, GAIN2, CORE) = range(19)  # fmt: skip
+"""Columns of the state: of the velocity filter; of the screen; STEP and RATE, and what was computed for them; then the
+state of the observer."""
 
-(A1, A4, A5, K1, K2, DELTA, DEAD_ZONE, GAIN, MOST_B1, SETTLE, CONSECUTIVE, GAP_S, TOP_SPEED, NOMINAL) = range(14)
-"""Columns of the constants."""
+GAP_S, TOP_SPEED, NOMINAL, NUMBERS = range(4)
+"""Columns of the constants; the `Numbers` of the observer follow."""
 
 
 class FleetDecisions(NamedTuple):
@@ -43,7 +41,7 @@ class FleetDecisions(NamedTuple):
 
 
 class Fleet:
-    """Observers of many valves, each as `Calibration.observer` has it.
+    """Observers of many valves, each as `Calibration.compiled` has it.
 
     The samples come in the observer's units, as `Calibration.scaled` makes them. Raises BadInput for none.
     """
@@ -51,10 +49,14 @@ class Fleet:
     def __init__(self, calibrations: Sequence[Calibration]) -> None:
         if not calibrations:
             raise BadInput("fleet", "it has no valve", "give one calibration at least")
+        observers = [one.compiled for one in calibrations]
         self._constants = np.array([_constants(one) for one in calibrations])
         self._gains = np.array([one.velocity.gains for one in calibrations])
-        self._initial = np.zeros((len(calibrations), WIDTH))
-        self._initial[:, B1] = [one.b1 for one in calibrations]
+        self._centres = np.array([one.centre for one in observers])
+        self._bases = tuple(np.array([one.tables[k].base for one in observers]) for k in (0, 1))
+        self._powers = tuple(table.powers for table in observers[0].tables)
+        self._initial = np.zeros((len(calibrations), CORE + self._centres.shape[1]))
+        self._initial[:, CORE:] = [one.initial().core for one in observers]
 
     def initial(self) -> Array:
         """The state before the first sample, (n_valves, n_numbers)."""
@@ -62,51 +64,58 @@ class Fleet:
 
     def step(self, state: Array, time_s: Array, position: Array, input: Array) -> tuple[Array, FleetDecisions]:
         """One sample of each valve, each argument (n_valves,)."""
-        after, verdict = np.empty_like(state), np.empty(len(state), np.int64)
-        advance_fleet(state, after, self._constants, self._gains, time_s, position, input, verdict)
-        return after, FleetDecisions(after[:, XI2], after[:, RHO], after[:, ALARM] > 0.0, verdict)
+        after, verdict = state.copy(), np.empty(len(state), np.int64)
+        advance_fleet(
+            after, self._constants, self._centres, self._gains, *self._bases, *self._powers, time_s, position, input,
+            verdict,
+        )  # fmt: skip
+        core = after[:, CORE:]
+        return after, FleetDecisions(core[:, XI2], core[:, RHO_LAST], core[:, ALARM] > 0.0, verdict)
 
 
 def _constants(one: Calibration) -> tuple[float, ...]:
     """A row of the constants."""
-    n, screening = one.observer.numbers, one.observer.screening
-    return (
-        one.alpha1, one.alpha4, one.alpha5, n.k1, n.k2, n.delta, n.dead_zone,
-        n.weight_gain, n.bound_b1, n.settle_s, n.consecutive, screening.gap_s, screening.top_speed, one.dt_s,
-    )  # fmt: skip
+    observer = one.compiled
+    return observer.screening.gap_s, observer.screening.top_speed, one.dt_s, *observer.numbers
 
 
 @native
 def advance_fleet(
-    s: Array, new: Array, c: Array, gains: Array, time: Array, position: Array, u: Array, verdict: Integers
-) -> None:
-    """One sample of every valve. s, new (n_valves, WIDTH) : state before and after; c : constants."""
+    s: Array, c: Array, centres: Array, gains: Array, bases1: Array, bases2: Array, powers1: Integers,
+    powers2: Integers, time: Array, position: Array, u: Array, verdict: Integers,
+) -> None:  # fmt: skip
+    """One sample of every valve, changing the state s (n_valves, n_numbers) in place. c : constants."""
+    s1, s2 = np.empty(powers1.shape[0]), np.empty(powers2.shape[0])
+    values1, values2 = np.empty(bases1.shape[1]), np.empty(bases2.shape[1])
     for i in range(s.shape[0]):
-        x, v = position[i], u[i]
-        for row in range(WIDTH):
-            new[i, row] = s[i, row]
+        row = s[i]
         verdict[i], dt, seen = screened(
-            time[i], x, v, 0.0, USED, True, (s[i, TIME], s[i, LAST], s[i, RUNNING], s[i, OUTLIERS]),
+            time[i], position[i], u[i], 0.0, USED, True, (row[TIME], row[LAST], row[RUNNING], row[OUTLIERS]),
             c[i, GAP_S], c[i, TOP_SPEED],
         )  # fmt: skip
-        new[i, TIME], new[i, LAST], new[i, RUNNING], new[i, OUTLIERS] = seen
+        row[TIME], row[LAST], row[RUNNING], row[OUTLIERS] = seen
         if verdict[i] > GAP:
             continue
-        if dt != s[i, STEP]:
-            new[i, STEP] = dt
-            f = decays(dt, c[i, A1], c[i, K1], c[i, K2])
-            new[i, DECAY1], new[i, MEAN1], new[i, DECAY2], new[i, MEAN2], new[i, PER_S], new[i, RAMP] = f
-            new[i, GAIN0], new[i, GAIN1], new[i, GAIN2] = steady_gain_at(dt, c[i, NOMINAL], gains[i])
-        f = (new[i, DECAY1], new[i, MEAN1], new[i, DECAY2], new[i, MEAN2], new[i, PER_S], new[i, RAMP])
-        gain = (new[i, GAIN0], new[i, GAIN1], new[i, GAIN2])
-        x1, x2, push = track(s[i, X1], s[i, X2], s[i, PUSH], dt, x, gain)
-        phi = max(s[i, B1], 0.0)
-        xi1, xi2, rho, settled, count, alarm, _ = decided(
-            s[i, XI1], s[i, XI2], s[i, X1], s[i, X2], s[i, U], c[i, A1], c[i, A4], c[i, A5], x1, x2, v, phi,
-            s[i, SETTLED], s[i, COUNT], s[i, ALARM], dt, f,
-            c[i, K2], c[i, DELTA], SAT, ABSOLUTE, c[i, SETTLE], c[i, CONSECUTIVE], 0.0,
-        )  # fmt: skip
-        new[i, XI1], new[i, XI2], new[i, X1], new[i, X2], new[i, U], new[i, PUSH] = xi1, xi2, x1, x2, v, push
-        new[i, RHO], new[i, SETTLED], new[i, COUNT], new[i, ALARM] = rho, settled, count, alarm
-        if dt > 0.0 and adapts(xi2, rho, alarm, c[i, DEAD_ZONE], 1.0):
-            new[i, B1] = next_b1(s[i, B1], xi2, dt * c[i, GAIN], 0.0, c[i, MOST_B1], RADIAL)
+        p = _numbers(c[i, NUMBERS:])
+        core = row[CORE:]
+        if dt != row[STEP] or core[A1] != row[RATE]:
+            row[STEP], row[RATE] = dt, core[A1]
+            f = decays(dt, core[A1], p.k1, p.k2)
+            row[DECAY1], row[MEAN1], row[DECAY2], row[MEAN2], row[PER_S], row[RAMP] = f
+            row[GAIN0], row[GAIN1], row[GAIN2] = steady_gain_at(dt, c[i, NOMINAL], gains[i])
+        f = (row[DECAY1], row[MEAN1], row[DECAY2], row[MEAN2], row[PER_S], row[RAMP])
+        gain = (row[GAIN0], row[GAIN1], row[GAIN2])
+        row[POSITION], row[SPEED], row[PUSH] = track(row[POSITION], row[SPEED], row[PUSH], dt, position[i], gain)
+        speed = fabs(row[SPEED])
+        evaluate(bases1[i], powers1, row[SPEED], speed, values1, s1)
+        evaluate(bases2[i], powers2, speed, speed, values2, s2)
+        step(core, centres[i], dt, row[POSITION], row[SPEED], u[i], s1, s2, f, p)
+
+
+@native
+def _numbers(c: Array) -> Numbers:
+    """The constants of one observer from a row."""
+    return Numbers(
+        c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7], c[8], c[9], c[10], c[11], c[12], c[13], c[14], c[15], c[16],
+        c[17], c[18], c[19], c[20], c[21], c[22], c[23], c[24], c[25], c[26], c[27],
+    )  # fmt: skip

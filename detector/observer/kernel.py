@@ -9,7 +9,7 @@ linear over the step was tried: better up to 10 ms, worse at 30, and not needed.
 
 from __future__ import annotations
 
-from math import exp, expm1, fabs
+from math import exp, expm1, fabs, inf
 from typing import NamedTuple
 
 import numpy as np
@@ -41,8 +41,11 @@ class Numbers(NamedTuple):
     sigm: float
     printed_b1: float
     projection: float
-    weight_gain: float
-    alpha_gain: float
+    gain_moving: float
+    gain_resting: float
+    gain_alpha1: float
+    gain_alpha4: float
+    gain_alpha5: float
     bound_w1: float
     bound_w2: float
     bound_e1: float
@@ -51,6 +54,9 @@ class Numbers(NamedTuple):
     bound_alpha4: float
     bound_alpha5: float
     dead_zone: float
+    alpha_dead_zone: float
+    least_speed: float
+    adapt_after_s: float
     freeze: float
     least_phi: float
     consecutive: float
@@ -65,10 +71,10 @@ Decays = tuple[float, float, float, float, float, float]
 
 @native
 def advance(
-    core: Array, dt: Array, x1: Array, x2: Array, u: Array, p: Numbers,
+    core: Array, centre: Array, dt: Array, x1: Array, x2: Array, u: Array, p: Numbers,
     base1: Array, powers1: Integers, base2: Array, powers2: Integers, output: Array, history: Array,
 ) -> None:  # fmt: skip
-    """Run over samples, changing `core` (n_core,) in place.
+    """Run over samples, changing `core` (n_core,) in place. centre (n_core,) : middle of the sets of the laws.
 
     dt (n_samples) : time since the sample before [s]; 0 restarts at this sample, NaN skips it. output (n_samples, 5) :
     what each step gives; history (n_samples or 0, n_core) : the state after each sample.
@@ -81,7 +87,7 @@ def advance(
             speed = fabs(x2[i])
             evaluate(base1, powers1, x2[i], speed, values1, s1)
             evaluate(base2, powers2, speed, speed, values2, s2)
-            over = step(core, dt[i], x1[i], x2[i], u[i], s1, s2, decays(dt[i], core[A1], p.k1, p.k2), p)
+            over = step(core, centre, dt[i], x1[i], x2[i], u[i], s1, s2, decays(dt[i], core[A1], p.k1, p.k2), p)
         output[i, RESIDUAL], output[i, RHO], output[i, PHI] = core[XI2], core[RHO_LAST], core[PHI_LAST]
         output[i, OVER], output[i, ALARMED] = 1.0 if over else 0.0, core[ALARM]
         if history.shape[0] > 0:
@@ -89,7 +95,9 @@ def advance(
 
 
 @inlined
-def step(core: Array, dt: float, x1: float, x2: float, u: float, s1: Array, s2: Array, f: Decays, p: Numbers) -> bool:
+def step(
+    core: Array, centre: Array, dt: float, x1: float, x2: float, u: float, s1: Array, s2: Array, f: Decays, p: Numbers
+) -> bool:
     """One sample, changing `core` in place: threshold, errors, decision, adaptation. Whether xi2 exceeds rho.
 
     s1, s2 : regressors, used up as room for the adaptation; f : `decays` of dt.
@@ -103,9 +111,11 @@ def step(core: Array, dt: float, x1: float, x2: float, u: float, s1: Array, s2: 
         p.k2, p.delta, p.sigm, p.printed_residual, p.settle_s, p.consecutive, p.latch,
     )  # fmt: skip
     core[X1], core[X2], core[U] = x1, x2, u
-    if dt > 0.0 and adapts(core[XI2], core[RHO_LAST], core[ALARM], p.dead_zone, p.freeze):
-        _weights(core, dt, speed, s1, s2, p)
-        _alphas(core, dt, p)
+    if dt > 0.0 and adapts(core, speed, p):
+        if fabs(core[XI2]) >= p.dead_zone * core[RHO_LAST]:
+            _weights(core, centre, dt, speed, s1, s2, p)
+        if fabs(core[XI2]) >= p.alpha_dead_zone * core[RHO_LAST]:
+            _alphas(core, centre, dt, p)
     return over
 
 
@@ -179,38 +189,35 @@ def counted(count: float, over: bool, settled: float, settle_s: float, consecuti
 
 
 @inlined
-def adapts(xi2: float, rho: float, alarm: float, dead_zone: float, freeze: float) -> bool:
-    """Whether the laws (4.20) run: outside the relative dead zone, and not frozen by an alarm."""
-    return not (freeze > 0.0 and alarm > 0.0) and fabs(xi2) >= dead_zone * rho
+def adapts(core: Array, speed: float, p: Numbers) -> bool:
+    """Whether the laws (4.20) may run: in motion, some time after a start, and not frozen by an alarm."""
+    frozen = p.freeze > 0.0 and core[ALARM] > 0.0
+    return not frozen and core[SETTLED] >= p.adapt_after_s and speed >= p.least_speed
 
 
 @inlined
-def _weights(core: Array, dt: float, speed: float, s1: Array, s2: Array, p: Numbers) -> None:
+def _weights(core: Array, centre: Array, dt: float, speed: float, s1: Array, s2: Array, p: Numbers) -> None:
     """w1, w2, e1 and b1 of (4.20), which only grow what Phi counts, as b1 does not under the printed law."""
-    n1, n2 = s1.shape[0], s2.shape[0]
-    amount = dt * p.weight_gain * fabs(core[XI2])
-    for i in range(n1):
-        s1[i] *= amount * speed
-    for i in range(n2):
+    end1 = WEIGHTS + s1.shape[0]
+    end2 = end1 + s2.shape[0]
+    amount, moving = dt * p.gain_resting * fabs(core[XI2]), dt * p.gain_moving * fabs(core[XI2])
+    for i in range(s1.shape[0]):
+        s1[i] *= moving * speed
+    for i in range(s2.shape[0]):
         s2[i] *= amount
-    project_ball(core[WEIGHTS : WEIGHTS + n1], s1, p.bound_w1, p.projection)
-    project_ball(core[WEIGHTS + n1 : WEIGHTS + n1 + n2], s2, p.bound_w2, p.projection)
-    core[E1] = project_interval(core[E1], amount * speed, -p.bound_e1, p.bound_e1, p.projection)
-    core[B1] = next_b1(core[B1], core[XI2], dt * p.weight_gain, p.printed_b1, p.bound_b1, p.projection)
+    project_ball(core[WEIGHTS:end1], s1, centre[WEIGHTS:end1], p.bound_w1, p.projection)
+    project_ball(core[end1:end2], s2, centre[end1:end2], p.bound_w2, p.projection)
+    core[E1] = project_interval(core[E1], moving * speed, centre[E1], p.bound_e1, -inf, p.projection)
+    rise = dt * p.gain_resting * core[XI2] if p.printed_b1 > 0.0 else amount
+    core[B1] = project_interval(core[B1], rise, centre[B1], p.bound_b1, -inf, p.projection)
 
 
 @inlined
-def next_b1(b1: float, xi2: float, amount: float, printed: float, bound: float, projection: float) -> float:
-    """b1 of (4.20) after a step; amount : its length times the gain [s]."""
-    rise = xi2 if printed > 0.0 else fabs(xi2)
-    return project_interval(b1, amount * rise, -bound, bound, projection)
-
-
-@inlined
-def _alphas(core: Array, dt: float, p: Numbers) -> None:
+def _alphas(core: Array, centre: Array, dt: float, p: Numbers) -> None:
     """alpha1, alpha4 and alpha5 of (4.20); the law of alpha5 is -xi2 (xi1 + x1hat) = -xi2 x1."""
-    amount = dt * p.alpha_gain * core[XI2]
-    x2hat = core[X2] - core[XI2]
-    core[A1] = project_interval(core[A1], -amount * x2hat, LEAST_ALPHA, p.bound_alpha1, p.projection)
-    core[A4] = project_interval(core[A4], amount * core[U], LEAST_ALPHA, p.bound_alpha4, p.projection)
-    core[A5] = project_interval(core[A5], -amount * core[X1], LEAST_ALPHA, p.bound_alpha5, p.projection)
+    amount = dt * core[XI2]
+    steps = (-p.gain_alpha1 * amount * (core[X2] - core[XI2]), p.gain_alpha4 * amount * core[U],
+             -p.gain_alpha5 * amount * core[X1])  # fmt: skip
+    core[A1] = project_interval(core[A1], steps[0], centre[A1], p.bound_alpha1, LEAST_ALPHA, p.projection)
+    core[A4] = project_interval(core[A4], steps[1], centre[A4], p.bound_alpha4, LEAST_ALPHA, p.projection)
+    core[A5] = project_interval(core[A5], steps[2], centre[A5], p.bound_alpha5, LEAST_ALPHA, p.projection)

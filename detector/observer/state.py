@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -56,6 +56,13 @@ class ObserverState:
     def estimates(self) -> dict[str, float]:
         """e1, b1, alpha1, alpha4, alpha5."""
         return {name: float(self.core[place]) for name, place in _ESTIMATES.items()}
+
+    def with_estimates(self, other: ObserverState) -> ObserverState:
+        """The same with the estimates and weights of another state of this observer."""
+        core = self.core.copy()
+        places = list(_ESTIMATES.values())
+        core[places], core[kernel.WEIGHTS :] = other.core[places], other.core[kernel.WEIGHTS :]
+        return replace(self, core=core)
 
     def as_dict(self) -> dict[str, Any]:
         """Plain numbers and lists, for JSON; `ObserverState.from_dict` gives the same bits back."""

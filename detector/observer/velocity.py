@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from math import exp, expm1, log2
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -86,7 +86,8 @@ class Kalman:
     """Constant-acceleration Kalman filter driven by white jerk; filterpy does the arithmetic.
 
     noise : standard deviation of the position; jerk : intensity of the white jerk, in (unit/s^3)^2 s. Any sampling,
-    regular or not. Slow (about 50 us a sample): `SteadyKalman` is the same filter after its start, compiled.
+    regular or not, and after a start or a gap at once as sure as it can be: it is what runs where one valve is watched.
+    `SteadyKalman` is the same filter after its start, compiled, for fleets.
     """
 
     noise: float
@@ -98,24 +99,36 @@ class Kalman:
 
     def run(self, state: Array, dt: Array, position: Array, velocity: Array) -> tuple[Array, Array, Array]:
         """See `Velocity.run`; the position is the filtered one."""
+        after, x1, x2 = _prepared(state, dt)
+        filter = self._filter
+        filter.x, filter.P = after[:3].reshape(3, 1), after[3:].reshape(3, 3)
+        for i, step in enumerate(dt.tolist()):
+            if step == 0.0:
+                filter.x = np.array([[position[i]], [0.0], [0.0]])
+                filter.P = np.diag([self.noise**2, *[_UNSURE * self.jerk] * 2])
+            elif step > 0.0:
+                filter.predict(F=transition(step), Q=self.jerk * jerk_covariance(step))
+                filter.update(position[i])
+            if step >= 0.0:
+                x1[i], x2[i] = filter.x[0, 0], filter.x[1, 0]
+        return np.concatenate([filter.x.ravel(), filter.P.ravel()]), x1, x2
+
+    @cached_property
+    def _filter(self) -> Any:
+        """filterpy's object. Whatever it remembers is set before use, so that it holds no state of a valve."""
+        from filterpy.kalman import KalmanFilter
+
         _positive(self.noise, "noise")
         _positive(self.jerk, "jerk")
-        after, x1, x2 = _prepared(state, dt)
-        x, cov = after[:3], after[3:].reshape(3, 3)
-        for i, step in enumerate(dt):
-            if step == 0.0:
-                x[:], cov[:] = (position[i], 0.0, 0.0), np.diag([self.noise**2, *[_UNSURE * self.jerk] * 2])
-            elif step > 0.0:
-                x[:], cov[:] = self._update(x, cov, step, position[i])
-            if step >= 0.0:
-                x1[i], x2[i] = x[:2]
-        return after, x1, x2
+        filter = KalmanFilter(dim_x=3, dim_z=1)
+        filter.H, filter.R = np.array([[1.0, 0.0, 0.0]]), np.array([[self.noise**2]])
+        filter.inv = _reciprocal
+        return filter
 
-    def _update(self, x: Array, cov: Array, dt: float, position: float) -> tuple[Array, Array]:
-        from filterpy.kalman import predict, update
 
-        x, cov = predict(x, cov, transition(dt), self.jerk * jerk_covariance(dt))
-        return update(x, cov, np.array([position]), np.array([[self.noise**2]]), np.array([[1.0, 0.0, 0.0]]))
+def _reciprocal(matrix: Array) -> Array:
+    """The inverse of a matrix (1, 1), for which a general routine would take longer than all the rest."""
+    return np.asarray(1.0 / matrix)
 
 
 @dataclass(frozen=True)

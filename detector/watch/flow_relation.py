@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from math import isfinite, sqrt
+from itertools import pairwise
+from math import isfinite, nan, sqrt
 from typing import Any
 
 import numpy as np
@@ -42,12 +43,29 @@ class FlowRelation:
         values = moment.values
         flow, x = values[self.flow], values["position"]
         if not (isfinite(flow) and self.knots[0] <= x <= self.knots[-1]):
-            return float("nan")
+            return nan
         blind = flow >= self.full
-        if self.drop:
-            flow /= sqrt(max((values["upstream_pressure"] - values["downstream_pressure"]) / self.drop, 0.05))
+        flow = self._at_usual_drop(moment)
         away = float((flow - np.interp(x, self.knots, self.heights)) / self.spread)
         return max(away, 0.0) if blind else away
+
+    def position_error(self, moment: Measurement) -> float:
+        """How far the position is from the one that the flow belongs to [m]; NaN where the flow tells no position."""
+        rising = self.heights if self.heights[-1] > self.heights[0] else self.heights[::-1]
+        knots = self.knots if self.heights[-1] > self.heights[0] else self.knots[::-1]
+        flow = self._at_usual_drop(moment)
+        tells = all(low < high for low, high in pairwise(rising)) and moment.values[self.flow] < self.full
+        if not tells or not rising[0] <= flow <= rising[-1]:
+            return nan
+        return moment.values["position"] - float(np.interp(flow, rising, knots))
+
+    def _at_usual_drop(self, moment: Measurement) -> float:
+        """The flow as it would be at the usual pressure drop."""
+        values = moment.values
+        if not self.drop:
+            return values[self.flow]
+        drop = values["upstream_pressure"] - values["downstream_pressure"]
+        return values[self.flow] / sqrt(max(drop / self.drop, 0.05))
 
     def as_dict(self) -> dict[str, Any]:
         """Plain numbers, for JSON."""

@@ -4,12 +4,15 @@ While the stem slides, the force that the model does not explain is known sample
 more friction is against the motion in both directions, a weaker spring grows along the stroke with one sign, anything
 else that pushes has one sign and keeps it. Each kind alone is fitted to it, and the share that it explains is its
 evidence. Motion in one direction only does not tell friction from a push, and then no kind is named.
+
+A wrong position has evidence of its own: the flow says by how much it is wrong, and then the force that is left must be
+that of the spring over just this way. Nothing is fitted to it.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import copysign, exp
+from math import copysign, exp, isfinite, nan
 from typing import NamedTuple
 
 import numpy as np
@@ -35,7 +38,9 @@ ONE_WAY = 0.8
 
 class Balance(NamedTuple):
     """Means of position [m] and unexplained force [N], sums of squares and products of what each kind predicts, and
-    weight : how many samples in motion they stand for. information (n, n), score (n,).
+    weight : how many samples in motion they stand for. information (n, n), score (n,); wrong : mean of how far the
+    position is from that of the flow [m]; sensor (3,) : where that is known, sums of squares of what it leaves of the
+    force and of the force itself [N2], and the weight.
     """
 
     position: float
@@ -44,6 +49,8 @@ class Balance(NamedTuple):
     score: Array
     energy: float
     weight: float
+    wrong: float = 0.0
+    sensor: Array = np.zeros(3)
 
 
 @dataclass(frozen=True)
@@ -60,28 +67,34 @@ class BalanceTest:
         """Nothing known."""
         return Balance(moment.values["position"], _unexplained(filter, moment), np.zeros((N, N)), np.zeros(N), 0.0, 0.0)
 
-    def step(self, before: Balance, filter: ModelFilter, moment: Measurement, alarmed: bool) -> Balance:
-        """The sums after one sample."""
+    def step(
+        self, before: Balance, filter: ModelFilter, moment: Measurement, alarmed: bool, wrong: float = nan
+    ) -> Balance:
+        """The sums after one sample. wrong : how far the position is from that of the flow [m], NaN where unknown."""
         follow = 1.0 - exp(-self.dt_s / self.smoothing_s)
         x = moment.values["position"]
         position = before.position + follow * (x - before.position)
         force = before.force + follow * (_unexplained(filter, moment) - before.force)
+        known = isfinite(wrong)
+        wrong = before.wrong + follow * (wrong - before.wrong) if known else before.wrong
         keep = 1.0 if alarmed else 1.0 - 1.0 / MEMORY
         ahead = x - position
         if abs(ahead) < MOVING * filter.position_noise:
-            return before._replace(position=position, force=force)
+            return before._replace(position=position, force=force, wrong=wrong)
         way, level = copysign(1.0, ahead), filter.values["lugre.fc"]
         left = force - way * level - filter.values["lugre.sigma2"] * ahead * follow / self.dt_s
         kinds = np.array([way * level, filter.values["spring.K"] * position + filter.values["spring.F0"], 1.0])
+        missed = left + filter.values["spring.K"] * wrong
+        sensor = np.array([missed * missed, left * left, 1.0]) if known else np.zeros(3)
         return Balance(
             position, force, keep * before.information + np.outer(kinds, kinds), keep * before.score + kinds * left,
             keep * before.energy + left * left, keep * before.weight + 1.0,
+            wrong, keep * before.sensor + sensor,
         )  # fmt: skip
 
     def kind(self, filter: ModelFilter, balance: Balance) -> str | None:
         """The one of `DIRECTIONS` that explains the unexplained force; None when none does, or several do."""
-        least = max(2.0 * self.usual, (0.2 * filter.values["lugre.fc"]) ** 2)
-        if balance.weight < LEAST or balance.energy < least * balance.weight:
+        if balance.weight < LEAST or balance.energy < self._least(filter) * balance.weight:
             return None
         matrix = balance.information
         if abs(matrix[0, 2]) > ONE_WAY * np.sqrt(matrix[0, 0] * matrix[2, 2]):
@@ -91,6 +104,23 @@ class BalanceTest:
         best = int(np.argmax(found))
         rival = float(np.max(pushes)) if best == 0 else float(friction)
         return DIRECTIONS[best] if found[best] >= CLEAR and found[best] - rival >= AHEAD else None
+
+    def position_is_wrong(self, filter: ModelFilter, balance: Balance) -> bool | None:
+        """Whether the position sensor explains force and flow together; None while too little has moved to say.
+
+        It does when the way by which the flow says that the position is wrong explains the force that is left, and
+        does not when more is left with it than without.
+        """
+        missed, energy, weight = balance.sensor.tolist()
+        if weight < LEAST or energy < self._least(filter) * weight:
+            return None
+        if missed <= (1.0 - CLEAR) * energy:
+            return True
+        return False if missed >= energy else None
+
+    def _least(self, filter: ModelFilter) -> float:
+        """Mean square of a force that is worth a name [N2]."""
+        return max(2.0 * self.usual, (0.2 * filter.values["lugre.fc"]) ** 2)
 
 
 def shares(balance: Balance) -> Array:

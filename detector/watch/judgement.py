@@ -9,6 +9,9 @@ from detector.observer.screening import SampleVerdict
 KINDS = ("friction", "spring", "sensor", "supply", "flow")
 """What an alarm can be named; None stands for an unknown kind."""
 
+AT_THE_FLOW = ("sensor", "flow")
+"""What both the flow and the balance of forces feel, until the stem has moved enough to tell them apart."""
+
 
 @dataclass(frozen=True)
 class Judgement:
@@ -17,7 +20,7 @@ class Judgement:
     time_s [s] : of the measurement; alarm : whether there is an alarm now; began, ended, renamed : what happened to it
     here; kind : one of `KINDS`, or None; test : the one closest to its limit; residual, threshold : its score and
     limit; load : the largest of all scores, 1 at the limit; verdict : on the measurement; gap_s : the silence before it
-    [s], 0 where there was none.
+    [s], 0 where there was none; remaining : without a kind, those that the evidence leaves, where they are few.
     """
 
     time_s: float
@@ -32,6 +35,7 @@ class Judgement:
     load: float
     verdict: SampleVerdict
     gap_s: float = 0.0
+    remaining: tuple[str, ...] = ()
 
     @property
     def changed(self) -> bool:

@@ -15,7 +15,8 @@ from recordings import BadInput
 @dataclass(frozen=True)
 class WatchState:
     """What the detector remembers of a valve. evidence : of its residuals; levels : a sum for each pressure;
-    over_s : time of the last score above its limit [s]; kind : name of the alarm so far; last_s : last used time [s].
+    over_s : time of the last score above its limit [s]; kind : name of the alarm so far; last_s : last used time [s];
+    remaining : without a kind, those that the evidence leaves.
     """
 
     observer: ObserverState
@@ -26,11 +27,13 @@ class WatchState:
     over_s: float = 0.0
     kind: str | None = None
     last_s: float = 0.0
+    remaining: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """Plain numbers and lists, for JSON."""
         model = None if self.model is None else model_state_as_dict(self.model)
-        rest = {name: getattr(self, name) for name in ("alarm", "over_s", "kind", "last_s")}
+        rest: dict[str, Any] = {name: getattr(self, name) for name in ("alarm", "over_s", "kind", "last_s")}
+        rest["remaining"] = list(self.remaining)
         evidence, levels = self.evidence.as_dict(), list(self.levels)
         return {"observer": self.observer.as_dict(), "model": model, "evidence": evidence, "levels": levels} | rest
 
@@ -40,7 +43,8 @@ class WatchState:
         try:
             model = None if parts["model"] is None else model_state_from_dict(parts["model"])
             levels, evidence = tuple(map(float, parts["levels"])), EvidenceState.from_dict(parts["evidence"])
-            rest = {name: parts[name] for name in ("alarm", "over_s", "kind", "last_s")}
+            rest: dict[str, Any] = {name: parts[name] for name in ("alarm", "over_s", "kind", "last_s")}
+            rest["remaining"] = tuple(map(str, parts["remaining"]))
             observer = ObserverState.from_dict(parts["observer"])
         except (KeyError, TypeError, ValueError, AttributeError) as error:
             raise BadInput("state of the detector", f"it cannot be read ({error!r})", "learn anew") from None

@@ -16,7 +16,7 @@ from detector.observer.calibration import Calibration
 from detector.observer.screening import SampleVerdict
 from detector.observer.state import Decision
 from detector.watch.flow_relation import FlowRelation
-from detector.watch.judgement import KINDS, Judgement
+from detector.watch.judgement import AT_THE_FLOW, KINDS, Judgement
 from detector.watch.model.generator import BEYOND, TESTS, ModelWatch
 from detector.watch.pressure_level import PressureLevel
 from detector.watch.state import WatchState
@@ -93,17 +93,19 @@ class Watch:
 
     def step(self, state: WatchState, moment: Measurement) -> tuple[WatchState, Judgement]:
         """One measurement."""
-        observer, decision = self.calibration.step(state.observer, moment)
+        beyond = self._beyond(moment)
+        observer, decision = self.calibration.step(state.observer, moment, state.alarm or beyond)
         if not decision.verdict.used:
             return replace(state, observer=observer), Judgement(
                 moment.time_s, state.alarm, False, False, False, state.kind, OBSERVER, 0.0, 1.0, 0.0,
                 decision.verdict,
             )  # fmt: skip
         fresh = decision.verdict is not SampleVerdict.USED
-        residuals = {OBSERVER: self._observed(moment, self.calibration.residual(observer, decision))}
+        residuals = {OBSERVER: self._observed(beyond, self.calibration.residual(observer, decision))}
         model = state.model
         if self.model is not None:
-            model, said = self.model.step(state.model, moment, fresh, state.alarm)
+            wrong = nan if self.flow is None else self.flow.position_error(moment)
+            model, said = self.model.step(state.model, moment, fresh, state.alarm, wrong)
             residuals |= zip(TESTS, said.tolist(), strict=True)
         if self.flow is not None:
             residuals[FLOW] = self.flow.departure(moment)
@@ -115,11 +117,14 @@ class Watch:
         after = self._alarmed(seen, moment.time_s, scores)
         return after, self._judgement(state, after, scores, decision)
 
-    def _observed(self, moment: Measurement, residual: float) -> float:
-        """The observer's residual. Beyond the learned positions, on a stop above all, only a gross one counts."""
-        c = self.calibration
-        away = abs(moment.values["position"] - c.position_zero) / abs(c.position_span)
-        if away <= 0.5 + BEYOND or OBSERVER not in self.evidence.names:
+    def _beyond(self, moment: Measurement) -> bool:
+        """Whether the stem is beyond the learned positions, on a stop above all, where the balance is another one."""
+        away = abs(moment.values["position"] - self.calibration.position_zero) / abs(self.calibration.position_span)
+        return away > 0.5 + BEYOND
+
+    def _observed(self, beyond: bool, residual: float) -> float:
+        """The observer's residual; beyond the learned positions only a gross one counts."""
+        if not beyond or OBSERVER not in self.evidence.names:
             return residual
         return residual if self.evidence.healthy[self.evidence.names.index(OBSERVER)].is_gross(residual) else nan
 
@@ -132,31 +137,43 @@ class Watch:
         over = max(scores.values()) >= 1.0
         over_s = now if over else state.over_s
         alarm = over or (state.alarm and now - over_s < HOLD_S)
-        kind = (self._kind(state, scores) or state.kind) if alarm else None
-        return replace(state, alarm=alarm, over_s=over_s, kind=kind, last_s=now)
+        found = self._kinds(state, scores) if alarm else ()
+        kinds = (found or (state.kind,) if state.kind else found or state.remaining) if alarm else ()
+        kind, remaining = (kinds[0], ()) if len(kinds) == 1 else (None, kinds)
+        return replace(state, alarm=alarm, over_s=over_s, kind=kind, last_s=now, remaining=remaining)
 
-    def _kind(self, state: WatchState, scores: Mapping[str, float]) -> str | None:
-        """The name for what is above its limit. Pressures speak first: what they do to the valve is no fault of it."""
+    def _kinds(self, state: WatchState, scores: Mapping[str, float]) -> tuple[str, ...]:
+        """What remains of all kinds for what is above its limit: one is its name, none says nothing.
+
+        Pressures speak first: what they do to the valve is no fault of it.
+        """
         if scores.get("supply_pressure", 0.0) > 1.0:
-            return "supply"
+            return ("supply",)
         if max(scores.get("upstream_pressure", 0.0), scores.get("downstream_pressure", 0.0)) > 1.0:
-            return "flow"
+            return ("flow",)
         by_model = max((scores.get(name, 0.0) for name in TESTS), default=0.0) >= 1.0
         if scores.get(FLOW, 0.0) >= 1.0:
-            return "sensor" if by_model or state.kind == "sensor" else "flow"
+            both = by_model or state.kind == "sensor" or state.remaining == AT_THE_FLOW
+            return self._at_the_flow(state) if both else ("flow",)
         found = self.model.kind(state.model) if self.model and state.model and by_model else None
-        return found if found in KINDS else None
+        return (found,) if found in KINDS else ()
+
+    def _at_the_flow(self, state: WatchState) -> tuple[str, ...]:
+        """What remains where flow and forces are not usual: the position sensor, the flow, or either."""
+        wrong = self.model.position_is_wrong(state.model) if self.model and state.model else None
+        return AT_THE_FLOW if wrong is None else ("sensor",) if wrong else ("flow",)
 
     def _judgement(
         self, before: WatchState, after: WatchState, scores: Mapping[str, float], decision: Decision
     ) -> Judgement:
         test = max(scores, key=lambda name: scores[name])
         began, ended = after.alarm and not before.alarm, before.alarm and not after.alarm
-        renamed = after.alarm and before.alarm and after.kind != before.kind
+        same = (after.kind, after.remaining) == (before.kind, before.remaining)
+        renamed = after.alarm and before.alarm and not same
         gap = after.last_s - before.last_s if decision.verdict is SampleVerdict.GAP else 0.0
         return Judgement(
             after.last_s, after.alarm, began, ended, renamed, after.kind, test, scores[test], 1.0, scores[test],
-            decision.verdict, gap,
+            decision.verdict, gap, after.remaining,
         )  # fmt: skip
 
     def as_dict(self) -> dict[str, Any]:

@@ -162,13 +162,17 @@ class _Gathered:
 
 
 _WORDS = {
-    "friction": "the friction has changed", "spring": "the spring, or the area of the diaphragm, has changed",
+    "friction": "the friction has changed",
+    "spring": "the spring, the area of the diaphragm or the measured force has changed",
     "sensor": "position and flow do not fit each other: position sensor", "supply": "the supply pressure is not usual",
     "flow": "the flow, or the process pressures, are not what belongs to the opening", None: "unknown kind",
 }  # fmt: skip
 
 
 def _text(judgement: Judgement) -> str:
+    kind = _WORDS[judgement.kind]
+    if judgement.remaining:
+        kind += f": {', '.join(judgement.remaining[:-1])} or {judgement.remaining[-1]}"
     again = "now named: " if judgement.renamed else ""
     numbers = f"test '{judgement.test}' at {judgement.residual:.3g}, limit {judgement.threshold:.3g}"
-    return f"{again}{_WORDS[judgement.kind]}; {numbers}"
+    return f"{again}{kind}; {numbers}"

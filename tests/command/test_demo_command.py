@@ -73,6 +73,8 @@ def test_it_fits_records_traces_and_watches_and_leaves_nothing_running(console, 
     assert added["position_periodic_force.pitch"] == pytest.approx(6e-3, rel=0.05)
     kinds = [(event["kind"], event["fault"]) for event in map(json.loads, (out / "events.jsonl").open())]
     assert ("alarm", "friction") in kinds
+    last = " ".join(ending.out[ending.out.index("report.html") :].split())
+    assert "expect at most one false alarm in" in last
     said = ending.out[: ending.out.index("Now the friction")]
     assert "Alarm" not in said
     assert len(ports(ending.out)) == 2

@@ -36,7 +36,7 @@ def test_a_fleet_decides_as_each_observer_does_alone_bit_for_bit():
         state, one = fleet.step(state, np.full(n, time[k]), position[k], u[k])
         said.append(one)
     for i, calibration in enumerate(ones):
-        observer = calibration.observer
+        observer = calibration.compiled
         alone = observer.run(observer.initial(), time, position[:, i], u[:, i])[1]
         for name in ("xi2", "rho", "alarm", "verdict"):
             assert np.array_equal(getattr(alone, name), [getattr(one, name)[i] for one in said]), (i, name)

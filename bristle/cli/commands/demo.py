@@ -39,14 +39,14 @@ def command(
     def ending(watched: DemoWatch) -> None:
         console.rule()
         answer({
-            "alarm_s": watched.alarm_s, "fault": watched.fault, "false_alarms": watched.false_alarms,
+            "alarm_s": watched.alarm_s, "fault": watched.fault, "false_alarms": watched.false_alarms.plain,
             "files": {name: [out / file for file in files] for name, files in KINDS.items()}, "page": watched.page,
         })  # fmt: skip
         named = "not named" if watched.fault is None else f"named {watched.fault}"
         console.print(f"Alarm after {watched.alarm_s:.1f} s, {named}")
-        console.print(f"How often an alarm comes without a fault, {watched.false_alarms}.")
         for name, files in KINDS.items():
             console.print(f"{name:11} {', '.join(str(out / file) for file in files)}")
         console.print(f"{'page':11} {watched.page}{'' if keep else ' (it ends now; with --keep it stays)'}")
+        console.print(watched.false_alarms.plain)
 
     watch_stage(traced, out, console.print, ending, keep)

@@ -27,7 +27,7 @@ from bristle.cli.demo.valve import (
     served,
     terminable,
 )
-from detector import Watch
+from detector import Promise, Watch
 from hil import (
     LiveSource,
     Monitor,
@@ -68,7 +68,7 @@ FALSE_ALARMS = 1.0
 @dataclass(frozen=True)
 class DemoWatch:
     """What came of it. alarm_s : from the fault to the alarm [s of the clock]; named_s : to its name, None if it got
-    none in time; fault : the name; events : the file with all events; false_alarms : how often one comes, in words;
+    none in time; fault : the name; events : the file with all events; false_alarms : how often one is to be expected;
     page : where the live page is.
     """
 
@@ -76,7 +76,7 @@ class DemoWatch:
     named_s: float | None
     fault: str | None
     events: Path
-    false_alarms: str
+    false_alarms: Promise
     page: str
 
 
@@ -114,11 +114,11 @@ async def _watched(
     address: str, plant: LiveSource, model: ValveModel, events: Path, say: Say, ending: Ending, keep: bool
 ) -> None:
     say(f"The monitor learns the valve behind {address} for {LEARN_S / SPEED:.0f} s, at {SPEED:g} times real time.")
-    learned: asyncio.Future[str] = asyncio.get_running_loop().create_future()
+    learned: asyncio.Future[Promise] = asyncio.get_running_loop().create_future()
     news = asyncio.Queue[MonitorEvent]()
 
     def on_learned(valve: str, watch: Watch) -> None:
-        learned.set_result(watch.false_alarms.sentence)
+        learned.set_result(watch.false_alarms)
 
     source = Unhurried(ring(address))
     monitor = Monitor.with_model(source.signals, model, FALSE_ALARMS, LEARN_S, on_learned=on_learned)
@@ -151,12 +151,12 @@ async def _watched(
 
 
 async def _fault(
-    plant: LiveSource, monitor: Monitor, source: Unhurried, learned: asyncio.Future[str],
+    plant: LiveSource, monitor: Monitor, source: Unhurried, learned: asyncio.Future[Promise],
     news: asyncio.Queue[MonitorEvent], events: Path, page: str, say: Say,
 ) -> DemoWatch:  # fmt: skip
     """Inject the fault when the healthy valve was watched for a while, and wait for the alarm and its name."""
-    said = await learned
-    say(said)
+    promise = await learned
+    say(promise.sentence)
     while source.waiting > SAMPLES_BEHIND:  # what was read while the detector learned
         await asyncio.sleep(0.05)
     await _after_samples(monitor, round(BEFORE_S / (HUM_SAMPLES * STEP_S)))
@@ -179,11 +179,11 @@ async def _fault(
                 say(f"Alarm {passed:.1f} s after the fault: {event.text}")
                 alarm_s = passed if alarm_s is None else alarm_s
                 if event.fault == "friction":
-                    return DemoWatch(alarm_s, passed, event.fault, events, said, page)
+                    return DemoWatch(alarm_s, passed, event.fault, events, promise, page)
     except TimeoutError:
         if alarm_s is None:
             raise NegativeAnswer(f"no alarm came within {PATIENCE_S:.0f} s of the fault") from None
-        return DemoWatch(alarm_s, None, None, events, said, page)
+        return DemoWatch(alarm_s, None, None, events, promise, page)
 
 
 async def _after_samples(monitor: Monitor, n_samples: int) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
+from math import nan
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -45,10 +46,11 @@ class ModelWatch:
     high: float
 
     def step(
-        self, before: ModelState | None, moment: Measurement, fresh: bool, alarmed: bool
+        self, before: ModelState | None, moment: Measurement, fresh: bool, alarmed: bool, wrong: float = nan
     ) -> tuple[ModelState | None, Array]:
         """One sample, and the residuals of `TESTS`, NaN where they say nothing. fresh : restart the filter here, as
-        beyond the learned positions; the evidence for a kind stays. None until the force is known.
+        beyond the learned positions; the evidence for a kind stays; wrong : how far the position is from that of the
+        flow [m], NaN where unknown. None until the force is known.
         """
         if not np.isfinite(self.filter.force(moment)):
             return before, _SILENT
@@ -59,7 +61,7 @@ class ModelWatch:
         inner, seen = self.filter.step(before.filter, moment)
         count = min(before.n_samples + 1, SKIPPED + 1)
         shows = count > SKIPPED and not seen.resting
-        balance = self.balance.step(before.balance, self.filter, moment, alarmed)
+        balance = self.balance.step(before.balance, self.filter, moment, alarmed, wrong)
         slope = seen.slope[: len(DIRECTIONS)]
         said = evidence_of(np.array(seen.value), np.array(seen.variance), slope) if shows else _SILENT
         return ModelState(inner, balance, count), said
@@ -67,6 +69,10 @@ class ModelWatch:
     def kind(self, state: ModelState) -> str | None:
         """The direction of change that the balance of forces names."""
         return self.balance.kind(self.filter, state.balance)
+
+    def position_is_wrong(self, state: ModelState) -> bool | None:
+        """Whether the position sensor explains flow and force together; None while that is open."""
+        return self.balance.position_is_wrong(self.filter, state.balance)
 
     def as_dict(self) -> dict[str, Any]:
         """Plain numbers, for JSON."""

@@ -39,9 +39,7 @@ class KeptMovements(BaseModel):
     steps: Annotated[int, Field(ge=0)] = 0
     places_s: Annotated[list[Count], Field(min_length=len(PLACES) - 1, max_length=len(PLACES) - 1)]
     lengths: Annotated[list[Count], Field(min_length=len(LENGTHS) - 1, max_length=len(LENGTHS) - 1)]
-    history: dict[
-        str, Annotated[list[tuple[Bounded, Bounded, Bounded, Bounded]], Field(max_length=MOST)]
-    ] = {}
+    history: dict[str, Annotated[list[tuple[Bounded, Bounded, Bounded, Bounded]], Field(max_length=MOST)]] = {}
 
 
 class MovedValve(Protocol):
