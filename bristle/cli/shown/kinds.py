@@ -7,12 +7,10 @@ import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from bristle.cli.shown import recording, results, tables
+from bristle.cli.shown.results import Content
 from recordings.importers import is_recording
-
-Content = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
