@@ -18,7 +18,7 @@ from identification.loops.verdict import LoopVerdict
 from recordings import Array, save_json
 
 if TYPE_CHECKING:
-    from identification.report.opening import Opening
+    from identification.report.opening import ReportOpening
 
 
 @dataclass(frozen=True, repr=False)
@@ -105,9 +105,9 @@ class Assessment:
         heading = f"Control loop {Path(self.loop.name).name}"
         write_findings(path, Findings(heading, "Control loop", lines, (table,), curves, self._opening()))
 
-    def _opening(self) -> Opening:
+    def _opening(self) -> ReportOpening:
         """What the page opens with."""
-        from identification.report.opening import Opening
+        from identification.report.opening import ReportOpening
 
         sure = (
             "the data cannot carry one"
@@ -119,12 +119,12 @@ class Assessment:
             action = (
                 "put the loop in manual and step the output to confirm; then service packing, actuator and positioner"
             )
-            return Opening("repair", f"the valve sticks{size}", sure, action)
+            return ReportOpening("repair", f"the valve sticks{size}", sure, action)
         likely = next(iter(self.other_causes), None)
         if self.verdict == "no_stiction":
             action = f"look for {likely} instead" if likely else "nothing"
-            return Opening(
+            return ReportOpening(
                 "watch" if likely else "good", "the valve does not stick as far as these data show", sure, action
             )
         action = "record longer at full rate, without compression, while the loop oscillates"
-        return Opening("watch", f"these data cannot tell: {self.why}", sure, action)
+        return ReportOpening("watch", f"these data cannot tell: {self.why}", sure, action)

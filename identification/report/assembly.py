@@ -10,7 +10,7 @@ from pathlib import Path
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from identification.report.opening import Opening
+from identification.report.opening import ReportOpening
 from identification.report.section import Section
 from recordings import save_text
 
@@ -30,7 +30,7 @@ class Front:
     heading: str
     lines: tuple[str, ...]
     title: str
-    opening: Opening
+    opening: ReportOpening
 
 
 def assembled(front: Front, sections: Sequence[Section]) -> str:

@@ -11,7 +11,7 @@ from typing import Any
 from identification.report.assembly import Front, assembled, save_page
 from identification.report.canvas import INK, MEASURED, REFERENCE, canvas, finish_legend
 from identification.report.decimate import extremes
-from identification.report.opening import Opening
+from identification.report.opening import ReportOpening
 from identification.report.section import Section
 from recordings import Array
 
@@ -32,7 +32,7 @@ class Findings:
     sentences: tuple[str, ...]
     tables: Sequence[tuple[Sequence[str], Sequence[Sequence[str]]]]
     curves: Curves
-    opening: Opening
+    opening: ReportOpening
     lines: tuple[str, ...] = ()
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from datetime import UTC, datetime
 
 from identification.report.assembly import Front, assembled, save_page
-from identification.report.opening import Opening
+from identification.report.opening import ReportOpening
 from identification.report.openings import fit_opening
 from identification.report.section import Section
 from identification.report.sections.crosscheck import crosscheck
@@ -40,7 +40,7 @@ def page(identification: FitResult) -> str:
     )
 
 
-def front(kind: str, identification: FitResult, opening: Opening) -> Front:
+def front(kind: str, identification: FitResult, opening: ReportOpening) -> Front:
     """The front of the page of a fit or a trace: plant, recordings, date."""
     tag = identification.model.plant.get("tag")
     fitted, held = (", ".join(t.name for t in some) for some in (identification.trajectories, identification.holdout))

@@ -13,7 +13,7 @@ _SHAPES: Mapping[OpeningWord, str] = {"good": "●", "watch": "▲", "repair": "
 
 
 @dataclass(frozen=True)
-class Opening:
+class ReportOpening:
     """word : good (nothing to do), watch (look at it again, or measure more) or repair (plan work on the valve); why :
     in a sentence; sure : how sure it is and by what; action : what to do next.
     """

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from identification.comparison.result import ComparisonResult, Difference
 from identification.estimators.fitted import Outcome
-from identification.report.opening import Opening
+from identification.report.opening import ReportOpening
 from identification.report.trace.wording import Answer
 from identification.report.wording.fit_quality import fit_quality, page_mood
 from identification.report.wording.numbers import number, percent
@@ -17,7 +17,7 @@ LOST = 0.2
 """Change of the spring rate, as a share, from which it does: no wear of a whole spring is as much."""
 
 
-def fit_opening(found: FitResult) -> Opening:
+def fit_opening(found: FitResult) -> ReportOpening:
     """Of a fit. It judges the model: what is worn, only a comparison or a trace can tell."""
     quality, mood, check = fit_quality(found), page_mood(found), found.crosscheck
     judged = "recordings held out of the fit" if found.holdout else "no recording was held out"
@@ -26,37 +26,41 @@ def fit_opening(found: FitResult) -> Opening:
         sure += f"; the cross-check {'agrees' if check.agrees else 'disagrees'}"
     if found.fit.outcome is Outcome.NOT_EXPLAINED:
         why = "friction and spring alone do not explain these recordings: do not build on the values below"
-        return Opening("watch", why, sure, "find what is missing: bristle trace, with the same recordings")
+        return ReportOpening("watch", why, sure, "find what is missing: bristle trace, with the same recordings")
     if not found.converged:
         why = f"{found.fit.outcome.value}: the values below are not final"
-        return Opening("watch", why, sure, "record more varied motion, or hold what is known (--given), and fit again")
+        return ReportOpening(
+            "watch", why, sure, "record more varied motion, or hold what is known (--given), and fit again"
+        )
     if mood != "good":
         why = "the model follows the recordings, but not down to the noise" if quality.mood == "bad" else (
             "the model follows the recordings, and the cross-check does not confirm it"
         )  # fmt: skip
-        return Opening("watch", why, sure, "find what is missing: bristle trace, with the same recordings")
+        return ReportOpening("watch", why, sure, "find what is missing: bristle trace, with the same recordings")
     why = "friction and spring explain these recordings"
     action = "keep the model; compare a later test with this one (bristle compare), or watch with it (bristle monitor)"
-    return Opening("good", why, sure, action)
+    return ReportOpening("good", why, sure, action)
 
 
-def trace_opening(found: TraceResult, told: Answer) -> Opening:
+def trace_opening(found: TraceResult, told: Answer) -> ReportOpening:
     """Of a trace."""
     sure = f"{told.level}. {told.because}"
     if found.verdict == "none":
-        return Opening("good", told.lead, sure, "nothing; test again at the next inspection and compare")
+        return ReportOpening("good", told.lead, sure, "nothing; test again at the next inspection and compare")
     action = told.on_site[0] if told.on_site else told.next
-    return Opening("watch", told.lead, sure, f"check on site: {action}" if told.on_site else action or "record more")
+    return ReportOpening(
+        "watch", told.lead, sure, f"check on site: {action}" if told.on_site else action or "record more"
+    )
 
 
-def comparison_opening(found: ComparisonResult) -> Opening:
+def comparison_opening(found: ComparisonResult) -> ReportOpening:
     """Of a comparison."""
     sure = f"intervals hold together with {percent(1.0 - found.level)}"
     if not found.alike:
         sure += "; the tests are not alike, which may be the reason"
     if not found.changed:
         why = "nothing changed beyond noise and repeatability"
-        return Opening("good", why, sure, "nothing; test again at the next inspection")
+        return ReportOpening("good", why, sure, "nothing; test again at the next inspection")
     worst = [one for one in found.quantities if one.changed and _heavy(one)]
     why = f"changed: {', '.join(found.changed)}"
     if worst and found.alike:
@@ -64,9 +68,9 @@ def comparison_opening(found: ComparisonResult) -> Opening:
         action = (
             f"plan work: {name} changed by {percent(abs(_share(worst[0])))}; look at packing, stem and spring first"
         )
-        return Opening("repair", why, sure, action)
+        return ReportOpening("repair", why, sure, action)
     action = "test again soon, in the same way, and see whether it goes on"
-    return Opening("watch", why, sure, action)
+    return ReportOpening("watch", why, sure, action)
 
 
 def _heavy(one: Difference) -> bool:

@@ -12,7 +12,7 @@ from identification.standard_tests.interval import Interval
 from recordings import BadInput, read_small_json, save_json
 
 if TYPE_CHECKING:
-    from identification.report.opening import Opening
+    from identification.report.opening import ReportOpening
 
 FORMAT, VERSION = "valve-test", 1
 
@@ -74,25 +74,29 @@ class ValveTest:
             path, Findings(heading, "Valve test", tuple(words), (table,), self.curves, self._opening(), lines)
         )
 
-    def _opening(self) -> Opening:
+    def _opening(self) -> ReportOpening:
         """What the page opens with."""
-        from identification.report.opening import Opening
+        from identification.report.opening import ReportOpening
 
         limits = f"; {self.problems[0]}" if self.problems else ""
         sure = f"intervals of 95 % stand beside every value{limits}"
         if self.aborted:
             why = f"the partial stroke failed: {'; '.join(self.aborted)}"
-            return Opening("repair", why, sure, "look at supply, positioner and packing before the valve is relied on")
+            return ReportOpening(
+                "repair", why, sure, "look at supply, positioner and packing before the valve is relied on"
+            )
         if self.changed:
             why = "; ".join(changed_words(one) for one in self.changed)
-            return Opening("watch", why, sure, "test again in the same way; if it goes on, plan work on the valve")
+            return ReportOpening(
+                "watch", why, sure, "test again in the same way; if it goes on, plan work on the valve"
+            )
         if self.changed is None:
             why = (
                 "the test was carried out; with nothing to compare, it says how the valve is and not whether it changed"
             )
             action = "keep test.json, and give it with --reference to the next test"
-            return Opening("watch" if self.problems else "good", why, sure, action)
-        return Opening(
+            return ReportOpening("watch" if self.problems else "good", why, sure, action)
+        return ReportOpening(
             "good", "nothing changed beyond the noise of both tests", sure, "test again at the next inspection"
         )
 

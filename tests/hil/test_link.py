@@ -97,7 +97,7 @@ def test_the_way_back_is_short_after_an_outage_of_any_length():
     assert BackOff(0.5, 0.5).delay(7) == 0.5
 
 
-# Opening and losing
+# ReportOpening and losing
 
 
 def test_a_peer_that_is_absent_at_start_is_connected_to_when_it_comes():

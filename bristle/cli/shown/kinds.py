@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from bristle.cli.shown import recording, results, tables
+from bristle.cli.shown.results import FileContent
 from recordings import BadInput, read_small_json, read_small_toml
 from recordings.importers import is_recording
-
-Content = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
@@ -21,7 +19,7 @@ class Kind:
     """
 
     words: Callable[[Path], str]
-    facts: Callable[[Path], Content]
+    facts: Callable[[Path], FileContent]
     picture: Callable[[Path], str] | None = None
     instead: str = ""
 

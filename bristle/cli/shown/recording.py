@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from bristle.cli.output.manner import say
-from recordings import BadInput, describe, open_recording, validate
+from recordings import Array, BadInput, describe, open_recording, validate
 from recordings import picture as page
 
 
@@ -46,7 +46,7 @@ def facts(file: Path) -> Mapping[str, Any]:
     }  # fmt: skip
 
 
-def _range(values: np.ndarray[Any, np.dtype[np.float64]]) -> dict[str, float | int | None]:
+def _range(values: Array) -> dict[str, float | int | None]:
     there = values[np.isfinite(values)]
     low, high = (float(there.min()), float(there.max())) if len(there) else (None, None)
     return {"from": low, "to": high, "missing": int(len(values) - len(there))}

@@ -144,7 +144,8 @@ SHOWN = 20
 
 def events_facts(file: Path) -> FileContent:
     """The events of a file. Raises BadInput naming the line that is none."""
-    events, number = [], 0
+    events: list[dict[str, Any]] = []
+    number = 0
     try:
         with file.open(encoding="utf-8") as lines:
             for line in lines:

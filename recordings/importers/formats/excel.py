@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from recordings.arrays import Array
 from recordings.column_headers import named_columns
 from recordings.errors import BadInput
 from recordings.importers.file_format import FileFormat, Match
@@ -94,7 +95,9 @@ def _table(path: Path, layout: FileLayout, rows: list[SheetRow], wanted: set[str
     headers, units, first = _headers(layout, rows, top, width)
     names, said = named_columns(headers)
     body = [(number, [*cells[:width], *[None] * (width - len(cells))]) for number, cells in rows[first:]]
-    columns, bad, seconds = {}, {}, {}
+    columns: dict[str, Array] = {}
+    bad: dict[str, BadCell] = {}
+    seconds: dict[str, str] = {}
     for place, name in enumerate(names):
         cells = [(number, row[place]) for number, row in body]
         columns[name], wrong, dated = _numbers(cells, layout)
