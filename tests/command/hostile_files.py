@@ -474,7 +474,7 @@ WRONG_IN_POINT: dict[str, tuple[str, ...]] = {
     "byte_order": ('"AABB"', "7", '"abcd"'),
     "scale": ('"a"', "inf", "nan", "[]", "0"),
     "offset": ('"a"', "inf", "nan", "[]"),
-    "unit": ("5", "[]", '"furlong"'),
+    "unit": ("5", "[]"),
     "valid_range": ("[1]", "[2, 1]", '["a", "b"]', "5", "[1, 2, 3]"),
     "invalid": ('["x"]', "[inf]", "[1.5]"),
     "bit": ("16", "-1", '"a"', "true"),
