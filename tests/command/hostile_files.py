@@ -412,7 +412,10 @@ WRONG_IN_MODEL: dict[str, tuple[tuple[str, ...], object]] = {
     "a value is beyond all": (("parameters", "mass.m", "value"), 10**400),
     "a negative mass": (("parameters", "mass.m", "value"), -2.0),
     "a negative deviation": (("parameters", "mass.m", "std"), -1.0),
-    "bounds the wrong way round": (("parameters", "mass.m", "lower"), 1e9),
+    "bounds the wrong way round": (
+        ("parameters", "mass.m"),
+        {"value": 2.0, "std": 0.1, "unit": "kg", "lower": 3.0, "upper": 1.0, "status": "identified"},
+    ),
     "an unknown status": (("parameters", "mass.m", "status"), "guessed"),
     "a unit is a number": (("parameters", "mass.m", "unit"), 3),
     "a plant in words": (("plant", "stroke_m"), "long"), "a plant is a list": (("plant",), [1]),
