@@ -19,7 +19,7 @@ ColumnGroup = Literal["signals", "quality", "reply_times"]
 
 
 @dataclass(frozen=True)
-class Column:
+class StoredColumn:
     """One column. group, name : where it lies in the file."""
 
     group: ColumnGroup
@@ -53,14 +53,14 @@ class Column:
         return self.plain(np.frombuffer(data, self.dtype))
 
 
-def columns_of(header: Header) -> tuple[Column, ...]:
+def columns_of(header: Header) -> tuple[StoredColumn, ...]:
     """The columns in the order of a writer and its journal: the signals, then the quality and the times of all but the
     clock.
     """
     names = [spec.name for spec in header.signals]
     about = [name for name in names if name != "time"] if header.per_value else []
     return (
-        *(Column("signals", name) for name in names),
-        *(Column("quality", name) for name in about),
-        *(Column("reply_times", name) for name in about),
+        *(StoredColumn("signals", name) for name in names),
+        *(StoredColumn("quality", name) for name in about),
+        *(StoredColumn("reply_times", name) for name in about),
     )

@@ -33,7 +33,7 @@ import numpy as np
 from recordings.arrays import Array
 from recordings.atomic_files import appearing
 from recordings.errors import BadInput
-from recordings.hdf5.columns import Column, columns_of
+from recordings.hdf5.columns import StoredColumn, columns_of
 from recordings.hdf5.disk import check_same
 from recordings.hdf5.header import Header
 from recordings.hdf5.opening import journal_path
@@ -74,7 +74,7 @@ class Contents:
     damaged: bool = False
 
     @cached_property
-    def columns(self) -> tuple[Column, ...]:
+    def columns(self) -> tuple[StoredColumn, ...]:
         """What each row of an array is."""
         return columns_of(self.header)
 

@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from recordings.hdf5.columns import Column, columns_of
+from recordings.hdf5.columns import StoredColumn, columns_of
 from recordings.hdf5.header import Header
 from recordings.hdf5.layout_reader import FORMAT
 from recordings.plant import Event
@@ -49,7 +49,7 @@ def create_columns(file: h5py.File, header: Header, **storage: Any) -> list[h5py
     return [create_column(file, header, column, **storage) for column in columns_of(header)]
 
 
-def create_column(file: h5py.File, header: Header, column: Column, **storage: Any) -> h5py.Dataset:
+def create_column(file: h5py.File, header: Header, column: StoredColumn, **storage: Any) -> h5py.Dataset:
     """Make the dataset of one column."""
     if column.group == "signals":
         spec = next(spec for spec in header.signals if spec.name == column.name)

@@ -19,7 +19,7 @@ import numpy as np
 from recordings.arrays import Array
 from recordings.atomic_files import appearing, sync, writing
 from recordings.errors import BadInput
-from recordings.hdf5.columns import Column
+from recordings.hdf5.columns import StoredColumn
 from recordings.hdf5.disk import new_hdf5
 from recordings.hdf5.journal import Contents, read_journal
 from recordings.hdf5.layout_writer import append_events, append_samples, create_columns, create_events, write_header
@@ -189,7 +189,7 @@ def _journalled(path: Path, contents: Contents) -> Iterator[tuple[int, Array, li
         yield first_row, columns, []
 
 
-def _stored(file: BinaryIO, column: Column, place: tuple[int, int], rows: int) -> Array | None:
+def _stored(file: BinaryIO, column: StoredColumn, place: tuple[int, int], rows: int) -> Array | None:
     """One chunk from its bytes in the file; None when they are not those that were written."""
     offset, checksum = place
     file.seek(offset)

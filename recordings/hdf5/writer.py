@@ -11,7 +11,7 @@ import numpy as np
 from recordings.arrays import Array
 from recordings.atomic_files import appearing
 from recordings.errors import BadInput
-from recordings.hdf5.columns import Column, columns_of
+from recordings.hdf5.columns import StoredColumn, columns_of
 from recordings.hdf5.disk import new_hdf5
 from recordings.hdf5.items import member, raw_attribute
 from recordings.hdf5.layout_writer import append_events, create_column, create_events, write_header
@@ -68,7 +68,7 @@ def _fill(file: h5py.File, recording: Recording, truth: Truth | None) -> None:
         _write_truth(file.create_group("truth", track_order=True), truth)
 
 
-def _values(recording: Recording, column: Column) -> Array:
+def _values(recording: Recording, column: StoredColumn) -> Array:
     if column.group == "signals":
         return recording.signals[column.name].values
     found = recording.quality if column.group == "quality" else recording.reply_times
