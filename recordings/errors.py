@@ -16,6 +16,9 @@ from __future__ import annotations
 
 from typing import Any
 
+_LONGEST = 600
+"""Characters of each part of a message."""
+
 
 class BristleError(Exception):
     """The base of every error that is raised on purpose."""
@@ -42,7 +45,7 @@ class BadInput(BristleError, ValueError):
 
     def __init__(self, where: str, found: str, remedy: str, *, parameter: str | tuple[str, ...] | None = None) -> None:
         self.where, self.found, self.remedy, self.parameter = where, found, remedy, parameter
-        super().__init__(" ".join(f"{where}: {found}; {remedy}".split()))
+        super().__init__(" ".join(f"{_short(where)}: {_short(found)}; {_short(remedy)}".split()))
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -52,6 +55,11 @@ class BadInput(BristleError, ValueError):
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle by the parts, so that a worker process can send it home."""
         return _bad_input, (self.where, self.found, self.remedy, self.parameter)
+
+
+def _short(text: str) -> str:
+    """A text without its middle where it is immense: a file may name anything anything."""
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST // 2]} ... {text[-_LONGEST // 4 :]}"
 
 
 class BadParameter(BadInput):

@@ -22,6 +22,9 @@ LARGEST = 1e30
 SHORTEST_STEP_S, LATEST_S = 1e-9, 1e11
 """Nothing is sampled faster than that; a clock beyond 3000 years counts milliseconds or less."""
 
+ALL_MISSING = "every sample is missing (NaN)"
+"""Found of an input or output without one number: nothing can be computed with it, but it can be kept and looked at."""
+
 TIME_REMEDY = "time is finite and strictly increasing; sort the rows and drop repeated ones"
 
 
@@ -66,7 +69,7 @@ def value_problem(role: Role, values: Array) -> tuple[str, str] | None:
         return None if fault is None else (fault[1], TIME_REMEDY)
     if role in {"input", "output"} and not holds_number(values):
         remedy = f"an {role} holds at least one number; give it the role 'extra' or leave it out"
-        return "every sample is missing (NaN)", remedy
+        return ALL_MISSING, remedy
     return None
 
 

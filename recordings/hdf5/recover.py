@@ -27,6 +27,7 @@ from recordings.hdf5.opening import journal_path
 from recordings.hdf5.reader import open_recording, validate
 from recordings.hdf5.recorded_file import RecordedFile, recorded_file
 from recordings.plant import Event
+from recordings.sample_checks import ALL_MISSING
 
 _FORGED = "delete it if the recording beside it can be read without"
 
@@ -105,9 +106,14 @@ def _finished(path: Path, contents: Contents, stored: RecordedFile | None) -> in
     """
     if stored is None or stored.mark not in {f"closed {contents.run}", f"merged {contents.run}"}:
         return None
-    if validate(path) or (stored.mark.startswith("closed") and not _agree(path, contents, stored)):
+    if _problems(path) or (stored.mark.startswith("closed") and not _agree(path, contents, stored)):
         return None
     return len(stored)
+
+
+def _problems(path: Path) -> list[BadInput]:
+    """What no recorder writes. One whose map did not fit its device has written nothing but missing samples."""
+    return [problem for problem in validate(path) if problem.found != ALL_MISSING]
 
 
 def _agree(path: Path, contents: Contents, stored: RecordedFile) -> bool:
@@ -135,7 +141,7 @@ def _rebuild(path: Path, contents: Contents, stored: RecordedFile | None) -> tup
             create_events(file)
             append_events(file, [*contents.events, *_gaps(losses, datasets[clock])])
             n_samples = len(datasets[clock])
-        problems = validate(draft) if n_samples > 1 else []
+        problems = _problems(draft) if n_samples > 1 else []
         if problems:  # a journal that was made up, not damaged
             raise BadInput(str(path), f"what its journal says makes no recording ({problems[0].found})", _FORGED)
         if losses:

@@ -58,7 +58,7 @@ def complaint(reader: Callable[[Path], object], path: Path) -> str:
         reader(path)
     except BadInput as error:
         words = str(error)
-        return "" if "\n" not in words and len(words) < 1000 and str(path.parent) in words else f"said {words[:2000]!r}"
+        return "" if "\n" not in words and len(words) < 2000 and str(path.parent) in words else f"said {words[:2000]!r}"
     except Exception as error:  # a defect: it would be a traceback
         return f"raised {error!r:.300}"
     return "it was read"

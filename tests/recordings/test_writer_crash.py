@@ -18,7 +18,7 @@ import pytest
 from dying_writer import ROW_S, values
 from recording_samples import SPECS
 
-from recordings import BadInput, Event, Recording, RecordingWriter, read, recover, validate
+from recordings import BadInput, Event, Recording, RecordingWriter, describe, read, recover, validate
 
 BATCH = 1000
 SCRIPT = Path(__file__).with_name("dying_writer.py")
@@ -270,3 +270,18 @@ def test_a_living_recording_is_not_touched(tmp_path: Path) -> None:
 def test_nothing_to_recover_and_nothing_there(tmp_path: Path) -> None:
     with pytest.raises(BadInput, match="there is no such file"):
         recover(tmp_path / "nowhere.h5")
+
+
+def test_a_recording_without_one_number_is_put_right_too(tmp_path: Path) -> None:
+    """A map that does not fit the device: all that there is to keep is why."""
+    path = tmp_path / "run.h5"
+    writer = RecordingWriter(path, SPECS)
+    writer.append(values(10) | {"position": np.full(10, np.nan)})
+    writer.event(Event(0.0, "bad_value", "position: not valid: exception 2"))
+    data, journal = path.read_bytes(), journal_of(path).read_bytes()
+    writer.close()
+    path.write_bytes(data)
+    journal_of(path).write_bytes(journal)
+    assert recover(path).n_samples == 10
+    assert "every sample of position is missing" in describe(path)
+    assert "exception 2" in describe(path)

@@ -40,7 +40,7 @@ _MOST_OTHERS = 5
 """Texts of a column that are told of besides the first."""
 _LONGEST_LINE = 1 << 20
 """Checked before a line is held: a file of a few MB can unpack into gigabytes without a line's end."""
-_ALWAYS_CHARACTERS, _MOST_PACKED = 2_000_000, 20
+_ALWAYS_CHARACTERS, _MOST_PACKED = 500_000, 20
 """Text may be so long, and longer by so many times its file: packed measurements are a third or a tenth of theirs."""
 _MISSING = frozenset({"", "-", "--", "?", "na", "n/a", "#n/a", "nan", "null", "none", "nil", "missing"})
 
