@@ -16,7 +16,7 @@ HALF_95 = 1.96
 
 
 @dataclass(frozen=True)
-class Quantity:
+class FleetQuantity:
     """One quantity of n rows. values, errors : shape (n,), NaN where there is none; error 0 where it is not known.
 
     logarithmic : whether all values are positive, so that they are compared, pooled and followed as logarithms.
@@ -44,13 +44,13 @@ class Quantity:
         return float(np.exp(scaled)) if self.logarithmic else scaled
 
 
-def quantities(rows: Sequence[Row]) -> list[Quantity]:
+def quantities(rows: Sequence[Row]) -> list[FleetQuantity]:
     """What can be compared over rows: columns with a standard deviation or an interval beside them, by name."""
     columns = dict.fromkeys(name for row in rows for name in row)
     found = []
     for name in columns:
         if f"{name}.std" in columns:
-            found.append(Quantity(name, _column(rows, name), np.nan_to_num(_column(rows, f"{name}.std"))))
+            found.append(FleetQuantity(name, _column(rows, name), np.nan_to_num(_column(rows, f"{name}.std"))))
         elif name.endswith(".value") and f"{name.removesuffix('.value')}.lower" in columns:
             found.append(
                 _with_interval(rows, name, *(f"{name.removesuffix('.value')}.{e}" for e in ("lower", "upper")))
@@ -69,9 +69,9 @@ def moment(row: Row) -> float:
     return (at if at.tzinfo else at.replace(tzinfo=UTC)).timestamp()
 
 
-def _with_interval(rows: Sequence[Row], name: str, low: str, high: str) -> Quantity:
+def _with_interval(rows: Sequence[Row], name: str, low: str, high: str) -> FleetQuantity:
     width = _column(rows, high) - _column(rows, low)
-    return Quantity(name, _column(rows, name), np.nan_to_num(width / (2.0 * HALF_95)))
+    return FleetQuantity(name, _column(rows, name), np.nan_to_num(width / (2.0 * HALF_95)))
 
 
 def _column(rows: Sequence[Row], name: str) -> Array:

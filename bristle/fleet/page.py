@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bristle.fleet.estimates import Quantity
+from bristle.fleet.estimates import FleetQuantity
 from bristle.fleet.ranking import RATE, RankedValve, TypeOfValve, ranked, types_of_valves
 from bristle.fleet.work import Row
 from identification.population import Outlyingness
@@ -42,10 +42,10 @@ def write_fleet_page(path: Path, what: str, rows: Sequence[Row], pages: Path | N
     write_fleet_report(path, f"Fleet {what}: {len(valves)} valves", sections)
 
 
-Link = Callable[[Row], Cell]
+RowLink = Callable[[Row], Cell]
 
 
-def _links(path: Path, pages: Path | None) -> Link:
+def _links(path: Path, pages: Path | None) -> RowLink:
     """The tag of a row's valve, leading to its page where there is one."""
 
     def link(row: Row) -> Cell:
@@ -66,7 +66,7 @@ def _overview(what: str, rows: Sequence[Row], valves: Sequence[RankedValve]) -> 
     return FleetSection(f"Fleet {what}", sentences)
 
 
-def _friction(valves: Sequence[RankedValve], link: Link) -> Iterator[FleetSection]:
+def _friction(valves: Sequence[RankedValve], link: RowLink) -> Iterator[FleetSection]:
     found = [(one, one.friction) for one in valves if one.friction is not None]
     found.sort(key=lambda pair: -pair[1].slope / pair[1].std)
     rows = [
@@ -79,7 +79,7 @@ def _friction(valves: Sequence[RankedValve], link: Link) -> Iterator[FleetSectio
         yield FleetSection("Friction trend", [said], FleetTable(head, rows))
 
 
-def _spring(valves: Sequence[RankedValve], link: Link) -> Iterator[FleetSection]:
+def _spring(valves: Sequence[RankedValve], link: RowLink) -> Iterator[FleetSection]:
     found = [(one, one.spring) for one in valves if one.spring is not None]
     found.sort(key=lambda pair: pair[1].p)
     rows = [
@@ -92,7 +92,7 @@ def _spring(valves: Sequence[RankedValve], link: Link) -> Iterator[FleetSection]
         yield FleetSection("Change of spring rate", [said], FleetTable(head, rows))
 
 
-def _evidence(valves: Sequence[RankedValve], link: Link) -> Iterator[FleetSection]:
+def _evidence(valves: Sequence[RankedValve], link: RowLink) -> Iterator[FleetSection]:
     """Valves without an answer first, then by the parameter that is known worst."""
     ordered = sorted(valves, key=_doubt, reverse=True)
     rows = []
@@ -108,7 +108,7 @@ def _doubt(one: RankedValve) -> tuple[float, float]:
     return (one.last["state"] != "done", one.weakest[1] if one.weakest else 0.0)
 
 
-def _stiction(valves: Sequence[RankedValve], link: Link) -> Iterator[FleetSection]:
+def _stiction(valves: Sequence[RankedValve], link: RowLink) -> Iterator[FleetSection]:
     found = [one for one in valves if one.last.get("probability") is not None]
     found.sort(key=lambda one: -one.last["probability"])
     rows = [
@@ -120,7 +120,7 @@ def _stiction(valves: Sequence[RankedValve], link: Link) -> Iterator[FleetSectio
         yield FleetSection("Stiction", ["The most probable first."], table)
 
 
-def _type(one: TypeOfValve, link: Link, rate: float) -> Iterator[FleetSection]:
+def _type(one: TypeOfValve, link: RowLink, rate: float) -> Iterator[FleetSection]:
     name = f"type {one.kind}" if one.kind else "all types"
     drawn = [
         Distribution(q.name, q.values, one.outliers[q.name].told, q.logarithmic)
@@ -142,7 +142,7 @@ def _type(one: TypeOfValve, link: Link, rate: float) -> Iterator[FleetSection]:
     yield from _pooling(one, name, link)
 
 
-def _against(quantity: Quantity, found: Outlyingness, place: int) -> Iterator[Cell]:
+def _against(quantity: FleetQuantity, found: Outlyingness, place: int) -> Iterator[Cell]:
     """A valve against the others: quantity, its value, the middle of all, how far away in spreads, and q."""
     yield Cell(quantity.name)
     yield Cell(f"{quantity.values[place]:.4g}")
@@ -151,7 +151,7 @@ def _against(quantity: Quantity, found: Outlyingness, place: int) -> Iterator[Ce
     yield Cell(f"{found.q[place]:.2g}")
 
 
-def _pooling(one: TypeOfValve, name: str, link: Link) -> Iterator[FleetSection]:
+def _pooling(one: TypeOfValve, name: str, link: RowLink) -> Iterator[FleetSection]:
     """Pooled estimates that are narrower than the valve's own, and a prior for the next valve of the type."""
     rows, priors = [], []
     for q in one.quantities:
@@ -179,7 +179,7 @@ def _pooling(one: TypeOfValve, name: str, link: Link) -> Iterator[FleetSection]:
         yield FleetSection(f"Pooled, {name}", said, FleetTable(head, rows[: 4 * SHOWN]) if rows else None)
 
 
-def _all(rows: Sequence[Row], link: Link) -> FleetSection:
+def _all(rows: Sequence[Row], link: RowLink) -> FleetSection:
     cells = [[link(row), *(Cell(str(row[n] or "")) for n in ("type", "date", "state", "sentence"))] for row in rows]
     return FleetSection("All recordings", (), FleetTable(("valve", "type", "date", "state", "what was found"), cells))
 

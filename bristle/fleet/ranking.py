@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from bristle.fleet.estimates import Quantity, moment, quantities
+from bristle.fleet.estimates import FleetQuantity, moment, quantities
 from bristle.fleet.work import Row
-from identification.population import Change, Outlyingness, Pooled, Trend, change, outliers, pooled, trend
+from identification.population import EstimateChange, Outlyingness, Pooled, Trend, change, outliers, pooled, trend
 
 FRICTION, SPRING = "lugre.fc", "spring.K"
 
@@ -29,7 +29,7 @@ class RankedValve:
     last: Row
     recordings: int
     friction: Trend | None
-    spring: Change | None
+    spring: EstimateChange | None
     weakest: tuple[str, float] | None
 
 
@@ -39,7 +39,7 @@ class TypeOfValve:
 
     kind: str
     rows: Sequence[Row]
-    quantities: Sequence[Quantity]
+    quantities: Sequence[FleetQuantity]
     outliers: Mapping[str, Outlyingness] = field(default_factory=dict)
     pooled: Mapping[str, Pooled] = field(default_factory=dict)
 
@@ -64,7 +64,7 @@ def _type(kind: str, rows: Sequence[Row], rate: float) -> TypeOfValve:
     return TypeOfValve(kind, rows, found, odd, dict(_pooled(found)))
 
 
-def _pooled(found: Sequence[Quantity]) -> Iterator[tuple[str, Pooled]]:
+def _pooled(found: Sequence[FleetQuantity]) -> Iterator[tuple[str, Pooled]]:
     """Pooled estimates of the quantities that every valve of the type has, with an error."""
     for one in found:
         together = pooled(*one.scaled)
@@ -90,11 +90,11 @@ def _valve(valve: str, history: Sequence[Row]) -> RankedValve:
     )
 
 
-def _usable(quantity: Quantity) -> np.ndarray:
+def _usable(quantity: FleetQuantity) -> np.ndarray:
     return np.isfinite(quantity.values) & (quantity.errors > 0.0)
 
 
-def _trend(friction: Quantity | None, at: np.ndarray) -> Trend | None:
+def _trend(friction: FleetQuantity | None, at: np.ndarray) -> Trend | None:
     if friction is None or not friction.logarithmic:
         return None
     values, errors = friction.scaled
@@ -102,7 +102,7 @@ def _trend(friction: Quantity | None, at: np.ndarray) -> Trend | None:
     return trend(at[kept], values[kept], errors[kept])
 
 
-def _change(spring: Quantity | None) -> Change | None:
+def _change(spring: FleetQuantity | None) -> EstimateChange | None:
     if spring is None or not spring.logarithmic:
         return None
     values, errors = spring.scaled

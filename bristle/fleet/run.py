@@ -14,7 +14,7 @@ from bristle.fleet.rows import WORK
 from bristle.fleet.work import Row
 from recordings import BadInput, BadParameter, Progress, silent
 
-Tell = Callable[[Row], None]
+TellRow = Callable[[Row], None]
 """Told of every result as it comes."""
 
 
@@ -32,7 +32,7 @@ def run_fleet(
     workers: int | None = None,
     pages: Path | None = None,
     progress: Progress = silent,
-    tell: Tell = _nobody,
+    tell: TellRow = _nobody,
 ) -> list[Row]:
     """Do the same work to every recording set of a folder or a table; returns all rows, old and new.
 
