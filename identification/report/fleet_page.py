@@ -72,7 +72,9 @@ def _drawn(what: Distribution) -> Any:
     options = {"x_axis_type": "log"} if what.logarithmic else {}
     plot = canvas(what.label, "valves", 200, **options)
     scale = np.log10(values) if what.logarithmic else values
-    edges = np.histogram_bin_edges(scale, bins=min(max(round(np.sqrt(len(scale))), 4), 40))
+    margin = 0.01 * np.ptp(scale) or 0.01 * max(float(np.abs(scale).max()), 1e-9)  # values may all be equal
+    bins = min(max(round(np.sqrt(len(scale))), 4), 40)
+    edges = np.linspace(scale.min() - margin, scale.max() + margin, bins + 1)
     ends = 10.0**edges if what.logarithmic else edges
     sound, odd = (np.histogram(scale[chosen], edges)[0] for chosen in (~told, told))
     plot.quad(left=ends[:-1], right=ends[1:], bottom=0, top=sound, fill_color=MEASURED, line_color="white")
