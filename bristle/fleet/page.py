@@ -14,7 +14,7 @@ from bristle.fleet.estimates import FleetQuantity
 from bristle.fleet.ranking import RATE, RankedValve, TypeOfValve, ranked, types_of_valves
 from bristle.fleet.work import Row
 from identification.population import Outlyingness
-from identification.report import Cell, Distribution, FleetSection, FleetTable, Opening, write_fleet_report
+from identification.report import Cell, Distribution, FleetSection, FleetTable, ReportOpening, write_fleet_report
 
 SHOWN = 25
 """Valves of a ranking."""
@@ -42,7 +42,7 @@ def write_fleet_page(path: Path, what: str, rows: Sequence[Row], pages: Path | N
     write_fleet_report(path, f"Fleet {what}: {len(valves)} valves", _opening(rows, types, rate), sections)
 
 
-def _opening(rows: Sequence[Row], types: Sequence[TypeOfValve], rate: float) -> Opening:
+def _opening(rows: Sequence[Row], types: Sequence[TypeOfValve], rate: float) -> ReportOpening:
     """What to do first: look at what stands out, or record again what gave no answer."""
     odd = {
         str(one.rows[k]["valve"])
@@ -54,18 +54,22 @@ def _opening(rows: Sequence[Row], types: Sequence[TypeOfValve], rate: float) -> 
     sure = f"{len(rows) - open_} of {len(rows)} recording sets gave an answer; false-discovery rate {100 * rate:.0f} %"
     if odd:
         why = f"{len(odd)} valves stand out from the others of their type"
-        return Opening(
+        return ReportOpening(
             "watch", why, sure, f"look at {', '.join(sorted(odd)[:5])}{' and others' if len(odd) > 5 else ''}"
         )
     if open_:
-        return Opening("watch", f"{open_} recording sets gave no answer", sure, "see why of each, and record again")
-    return Opening("good", "no valve stands out from the others of its type", sure, "nothing; look again in a year")
+        return ReportOpening(
+            "watch", f"{open_} recording sets gave no answer", sure, "see why of each, and record again"
+        )
+    return ReportOpening(
+        "good", "no valve stands out from the others of its type", sure, "nothing; look again in a year"
+    )
 
 
-PageLink = Callable[[Row], Cell]
+RowLink = Callable[[Row], Cell]
 
 
-def _links(path: Path, pages: Path | None) -> PageLink:
+def _links(path: Path, pages: Path | None) -> RowLink:
     """The tag of a row's valve, leading to its page where there is one."""
 
     def link(row: Row) -> Cell:
@@ -86,7 +90,7 @@ def _overview(what: str, rows: Sequence[Row], valves: Sequence[RankedValve]) -> 
     return FleetSection(f"Fleet {what}", sentences)
 
 
-def _friction(valves: Sequence[RankedValve], link: PageLink) -> Iterator[FleetSection]:
+def _friction(valves: Sequence[RankedValve], link: RowLink) -> Iterator[FleetSection]:
     found = [(one, one.friction) for one in valves if one.friction is not None]
     found.sort(key=lambda pair: -pair[1].slope / pair[1].std)
     rows = [
@@ -99,7 +103,7 @@ def _friction(valves: Sequence[RankedValve], link: PageLink) -> Iterator[FleetSe
         yield FleetSection("Friction trend", [said], FleetTable(head, rows))
 
 
-def _spring(valves: Sequence[RankedValve], link: PageLink) -> Iterator[FleetSection]:
+def _spring(valves: Sequence[RankedValve], link: RowLink) -> Iterator[FleetSection]:
     found = [(one, one.spring) for one in valves if one.spring is not None]
     found.sort(key=lambda pair: pair[1].p)
     rows = [
@@ -112,7 +116,7 @@ def _spring(valves: Sequence[RankedValve], link: PageLink) -> Iterator[FleetSect
         yield FleetSection("Change of spring rate", [said], FleetTable(head, rows))
 
 
-def _evidence(valves: Sequence[RankedValve], link: PageLink) -> Iterator[FleetSection]:
+def _evidence(valves: Sequence[RankedValve], link: RowLink) -> Iterator[FleetSection]:
     """Valves without an answer first, then by the parameter that is known worst."""
     ordered = sorted(valves, key=_doubt, reverse=True)
     rows = []
@@ -128,7 +132,7 @@ def _doubt(one: RankedValve) -> tuple[float, float]:
     return (one.last["state"] != "done", one.weakest[1] if one.weakest else 0.0)
 
 
-def _stiction(valves: Sequence[RankedValve], link: PageLink) -> Iterator[FleetSection]:
+def _stiction(valves: Sequence[RankedValve], link: RowLink) -> Iterator[FleetSection]:
     found = [one for one in valves if one.last.get("probability") is not None]
     found.sort(key=lambda one: -one.last["probability"])
     rows = [
@@ -140,7 +144,7 @@ def _stiction(valves: Sequence[RankedValve], link: PageLink) -> Iterator[FleetSe
         yield FleetSection("Stiction", ["The most probable first."], table)
 
 
-def _type(one: TypeOfValve, link: PageLink, rate: float) -> Iterator[FleetSection]:
+def _type(one: TypeOfValve, link: RowLink, rate: float) -> Iterator[FleetSection]:
     name = f"type {one.kind}" if one.kind else "all types"
     drawn = [
         Distribution(q.name, q.values, one.outliers[q.name].told, q.logarithmic)
@@ -171,7 +175,7 @@ def _against(quantity: FleetQuantity, found: Outlyingness, place: int) -> Iterat
     yield Cell(f"{found.q[place]:.2g}")
 
 
-def _pooling(one: TypeOfValve, name: str, link: PageLink) -> Iterator[FleetSection]:
+def _pooling(one: TypeOfValve, name: str, link: RowLink) -> Iterator[FleetSection]:
     """Pooled estimates that are narrower than the valve's own, and a prior for the next valve of the type."""
     rows, priors = [], []
     for q in one.quantities:
@@ -199,7 +203,7 @@ def _pooling(one: TypeOfValve, name: str, link: PageLink) -> Iterator[FleetSecti
         yield FleetSection(f"Pooled, {name}", said, FleetTable(head, rows[: 4 * SHOWN]) if rows else None)
 
 
-def _all(rows: Sequence[Row], link: PageLink) -> FleetSection:
+def _all(rows: Sequence[Row], link: RowLink) -> FleetSection:
     cells = [[link(row), *(Cell(str(row[n] or "")) for n in ("type", "date", "state", "sentence"))] for row in rows]
     return FleetSection("All recordings", (), FleetTable(("valve", "type", "date", "state", "what was found"), cells))
 

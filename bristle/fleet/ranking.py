@@ -9,7 +9,7 @@ import numpy as np
 
 from bristle.fleet.estimates import FleetQuantity, moment, quantities
 from bristle.fleet.work import Row
-from identification.population import Change, Outlyingness, Pooled, Trend, change, outliers, pooled, trend
+from identification.population import EstimateChange, Outlyingness, Pooled, Trend, change, outliers, pooled, trend
 
 FRICTION, SPRING = "lugre.fc", "spring.K"
 
@@ -29,7 +29,7 @@ class RankedValve:
     last: Row
     recordings: int
     friction: Trend | None
-    spring: Change | None
+    spring: EstimateChange | None
     weakest: tuple[str, float] | None
 
 
@@ -102,7 +102,7 @@ def _trend(friction: FleetQuantity | None, at: np.ndarray) -> Trend | None:
     return trend(at[kept], values[kept], errors[kept])
 
 
-def _change(spring: FleetQuantity | None) -> Change | None:
+def _change(spring: FleetQuantity | None) -> EstimateChange | None:
     if spring is None or not spring.logarithmic:
         return None
     values, errors = spring.scaled

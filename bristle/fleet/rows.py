@@ -10,19 +10,19 @@ import bristle as br
 from recordings import BadInput
 from simulator import ValveModel
 
-FleetValues = dict[str, Any]
-FleetAnswer = tuple[Any, FleetValues, str]
+RowValues = dict[str, Any]
+RowAnswer = tuple[Any, RowValues, str]
 """What was found, its values by column, and a sentence."""
 
 
-def _fit(paths: Sequence[Path], options: Mapping[str, Any]) -> FleetAnswer:
+def _fit(paths: Sequence[Path], options: Mapping[str, Any]) -> RowAnswer:
     found = br.fit(paths, crosscheck=False, **_of(options, "area", "without", "given", "estimator", "order"))
     values = _model(found.model) | {"converged": found.converged}
     ending = "" if found.converged else f"; {found.fit.outcome.value}"
     return found, values, f"{_friction(found.model)}{ending}"
 
 
-def _trace(paths: Sequence[Path], options: Mapping[str, Any]) -> FleetAnswer:
+def _trace(paths: Sequence[Path], options: Mapping[str, Any]) -> RowAnswer:
     found = br.trace(paths, **_of(options, "area", "without", "given", "budget"))
     added = [effect for effect in found.model.effects if effect not in found.base.model.effects]
     values = _model(found.model) | {
@@ -34,24 +34,24 @@ def _trace(paths: Sequence[Path], options: Mapping[str, Any]) -> FleetAnswer:
     return found, values, f"{lacks.get(found.verdict, f'it shows {found.verdict}')}; {_friction(found.model)}"
 
 
-def _assess(paths: Sequence[Path], options: Mapping[str, Any]) -> FleetAnswer:
+def _assess(paths: Sequence[Path], options: Mapping[str, Any]) -> RowAnswer:
     found = br.assess(_only(paths, "assess"), **_of(options, "loop", "columns"))
-    values: FleetValues = {"verdict": found.verdict, "probability": found.probability}
+    values: RowValues = {"verdict": found.verdict, "probability": found.probability}
     for name, one in (("S", found.amount.s), ("J", found.amount.j)) if found.amount else ():
         values |= {f"{name}_percent": one.value, f"{name}_percent.low": one.lower, f"{name}_percent.high": one.upper}
     return found, values, f"{found.verdict}: {found.why}"
 
 
-def _test(paths: Sequence[Path], options: Mapping[str, Any]) -> FleetAnswer:
+def _test(paths: Sequence[Path], options: Mapping[str, Any]) -> RowAnswer:
     kind = str(options.get("kind") or "")
     found = br.test(list(paths), kind)
-    values: FleetValues = {"kind": kind, "aborted": bool(found.aborted)}
+    values: RowValues = {"kind": kind, "aborted": bool(found.aborted)}
     values |= _flat(found.as_json()["values"])
     told = "; ".join((*found.aborted, *found.lines()[:2])) or "nothing to tell"
     return found, values, told
 
 
-WORK: Mapping[str, Callable[[Sequence[Path], Mapping[str, Any]], FleetAnswer]] = {
+WORK: Mapping[str, Callable[[Sequence[Path], Mapping[str, Any]], RowAnswer]] = {
     "fit": _fit,
     "trace": _trace,
     "assess": _assess,
@@ -80,9 +80,9 @@ def _only(paths: Sequence[Path], what: str) -> Path:
     return paths[0]
 
 
-def _model(model: ValveModel) -> FleetValues:
+def _model(model: ValveModel) -> RowValues:
     """Value, standard deviation and status of every parameter, the errors of the free run, and the noise."""
-    values: FleetValues = {}
+    values: RowValues = {}
     for name, one in model.parameters.items():
         values |= {name: one.value, f"{name}.std": one.std, f"{name}.status": one.status}
     for name, value in (model.error.get("fit") or {}).items():
@@ -106,9 +106,9 @@ def _friction(model: ValveModel) -> str:
     return ", ".join(told)
 
 
-def _flat(values: Mapping[str, Any], before: str = "") -> FleetValues:
+def _flat(values: Mapping[str, Any], before: str = "") -> RowValues:
     """Numbers and texts of nested values, with their path as the name; lists of steps and the like are left out."""
-    flat: FleetValues = {}
+    flat: RowValues = {}
     for name, value in values.items():
         if isinstance(value, Mapping):
             flat |= _flat(value, f"{before}{name}.")

@@ -15,7 +15,7 @@ from identification.following.limit_crossing import LimitCrossing
 from recordings import save_json
 
 if TYPE_CHECKING:
-    from identification.report.opening import Opening
+    from identification.report.opening import ReportOpening
 
 MONTH = 30.44
 """Days."""
@@ -133,20 +133,20 @@ class FollowedValve:
         findings = Findings("A valve over time", "Valve", tuple(self.lines()), (table,), curves, self._opening())
         write_findings(path, findings)
 
-    def _opening(self) -> Opening:
+    def _opening(self) -> ReportOpening:
         """What to do first: repair what is beyond its limit, look again before the first date that may cross one."""
-        from identification.report.opening import Opening
+        from identification.report.opening import ReportOpening
 
         sure = f"{len(self.recordings)} recordings; intervals of 95 %"
         beyond = [name for name, one in self.quantities.items() if one.crossing is not None and one.crossing.crossed]
         if beyond:
-            return Opening("repair", f"beyond the limit: {', '.join(beyond)}", sure, "plan work on the valve")
+            return ReportOpening("repair", f"beyond the limit: {', '.join(beyond)}", sure, "plan work on the valve")
         first = min((one.crossing_dates[1] for one in self.quantities.values() if one.crossing_dates[1]), default=None)
         if first is not None:
-            return Opening("watch", "a limit may be crossed", sure, f"test again before {first:%Y-%m-%d}")
+            return ReportOpening("watch", "a limit may be crossed", sure, f"test again before {first:%Y-%m-%d}")
         if self.problems:
-            return Opening("watch", "not every limit can be judged", sure, "record what is missing")
-        return Opening("good", "no limit is near", sure, "nothing; go on recording")
+            return ReportOpening("watch", "not every limit can be judged", sure, "record what is missing")
+        return ReportOpening("good", "no limit is near", sure, "nothing; go on recording")
 
 
 def _plain(one: FollowedQuantity) -> dict[str, Any]:

@@ -18,7 +18,7 @@ from identification.next_test.knowledge import KnownValve
 from recordings import Array, save_text
 
 if TYPE_CHECKING:
-    from identification.report.opening import Opening
+    from identification.report.opening import ReportOpening
 
 INTERVAL = 1.96
 """Half width of a 95 % interval, in standard deviations."""
@@ -99,14 +99,16 @@ class NextTest:
         heading, lines = f"Next test: {self.family}", tuple(self.lines())
         write_findings(path, Findings(heading, "Next test", lines, (self._table(),), curves, self._opening()))
 
-    def _opening(self) -> Opening:
+    def _opening(self) -> ReportOpening:
         """Whether the test is worth running."""
-        from identification.report.opening import Opening
+        from identification.report.opening import ReportOpening
 
         sure = "expected by simulation of the models, on the noise of their recordings"
         if self.settles:
-            return Opening("good", "the test is expected to tell", sure, "run the sequence, and fit or trace again")
-        return Opening("watch", "the test is not expected to tell", sure, "allow more travel, rate or time")
+            return ReportOpening(
+                "good", "the test is expected to tell", sure, "run the sequence, and fit or trace again"
+            )
+        return ReportOpening("watch", "the test is not expected to tell", sure, "allow more travel, rate or time")
 
     def _travel(self) -> tuple[float, float]:
         """Lowest and highest expected position of any model, % of the stroke."""

@@ -2,6 +2,6 @@
 
 from identification.population.outlyingness import Outlyingness, outliers
 from identification.population.pooling import Pooled, pooled
-from identification.population.trends import Change, Trend, change, trend
+from identification.population.trends import EstimateChange, Trend, change, trend
 
-__all__ = ["Change", "Outlyingness", "Pooled", "Trend", "change", "outliers", "pooled", "trend"]
+__all__ = ["EstimateChange", "Outlyingness", "Pooled", "Trend", "change", "outliers", "pooled", "trend"]

@@ -22,7 +22,7 @@ class Trend:
 
 
 @dataclass(frozen=True)
-class Change:
+class EstimateChange:
     """From the first to the last estimate. value; std : its standard error; p : of no change at all."""
 
     value: float
@@ -48,8 +48,8 @@ def trend(at_s: Array, values: Array, errors: Array) -> Trend | None:
     return Trend(slope, std, float(2.0 * stats.t.sf(abs(slope) / std, len(values) - 2)))
 
 
-def change(first: float, first_std: float, last: float, last_std: float) -> Change:
+def change(first: float, first_std: float, last: float, last_std: float) -> EstimateChange:
     """The change between two estimates."""
     std = float(np.hypot(first_std, last_std))
     score = abs(last - first) / std if std else float("inf")
-    return Change(last - first, std, float(2.0 * stats.norm.sf(score)))
+    return EstimateChange(last - first, std, float(2.0 * stats.norm.sf(score)))

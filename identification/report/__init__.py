@@ -4,7 +4,7 @@ from identification.report.comparison_page import write_comparison_report
 from identification.report.fit_page import page, write_report
 from identification.report.fleet_page import Cell, Distribution, FleetSection, FleetTable, write_fleet_report
 from identification.report.notebook import figures, stacked
-from identification.report.opening import Opening
+from identification.report.opening import ReportOpening
 from identification.report.trace_page import write_trace_report
 
 __all__ = [
@@ -12,7 +12,7 @@ __all__ = [
     "Distribution",
     "FleetSection",
     "FleetTable",
-    "Opening",
+    "ReportOpening",
     "figures",
     "page",
     "stacked",

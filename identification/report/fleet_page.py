@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from identification.report.assembly import Front, assembled, save_page
 from identification.report.canvas import ALARM, MEASURED, canvas
-from identification.report.opening import Opening
+from identification.report.opening import ReportOpening
 from identification.report.section import Section
 from recordings import Array
 
@@ -55,7 +55,7 @@ class FleetSection:
 
 
 def write_fleet_report(
-    path: str | os.PathLike[str], heading: str, opening: Opening, sections: Sequence[FleetSection]
+    path: str | os.PathLike[str], heading: str, opening: ReportOpening, sections: Sequence[FleetSection]
 ) -> None:
     """Write the page as one HTML file that needs no network. Raises BadInput when the path cannot be written."""
     front = Front("Fleet", heading, (f"Report of {datetime.now(UTC):%Y-%m-%d}",), heading, opening)
@@ -75,7 +75,9 @@ def _drawn(what: Distribution) -> Any:
     options = {"x_axis_type": "log"} if what.logarithmic else {}
     plot = canvas(what.label, "valves", 200, **options)
     scale = np.log10(values) if what.logarithmic else values
-    edges = np.histogram_bin_edges(scale, bins=min(max(round(np.sqrt(len(scale))), 4), 40))
+    margin = 0.01 * np.ptp(scale) or 0.01 * max(float(np.abs(scale).max()), 1e-9)  # values may all be equal
+    bins = min(max(round(np.sqrt(len(scale))), 4), 40)
+    edges = np.linspace(scale.min() - margin, scale.max() + margin, bins + 1)
     ends = 10.0**edges if what.logarithmic else edges
     sound, odd = (np.histogram(scale[chosen], edges)[0] for chosen in (~told, told))
     plot.quad(left=ends[:-1], right=ends[1:], bottom=0, top=sound, fill_color=MEASURED, line_color="white")

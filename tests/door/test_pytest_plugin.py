@@ -190,7 +190,7 @@ def test_the_example_of_the_page_passes(pytester, inner, page):
     ("right", "wrong", "test"),
     [
         (
-            "gain=0.004, reset_s=2.0",
+            "gain=0.002, reset_s=2.0",
             "gain=0.006, reset_s=1.0",
             "test_a_valve_that_sticks",
         ),

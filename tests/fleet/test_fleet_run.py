@@ -241,7 +241,7 @@ def dask_process(command):
 
 def scheduler_of(file, process):
     """The address in a scheduler's file, once it is there."""
-    deadline = time.monotonic() + 120.0
+    deadline = time.monotonic() + 600.0
     while not file.exists() or not file.read_text().strip():
         assert process.poll() is None
         assert time.monotonic() < deadline

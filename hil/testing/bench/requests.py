@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 from hil.testing.bench.bench import Bench
 from recordings import drawn, save_text, write
 
-FiniteSetting = Annotated[float, Field(allow_inf_nan=False)]
+FiniteNumber = Annotated[float, Field(allow_inf_nan=False)]
 UnitId = Annotated[int, Field(ge=1, le=247, strict=True)]
 
 
@@ -39,7 +39,7 @@ class Advance(_Request):
     """Let plant time go by [s], for every valve."""
 
     do: Literal["advance"]
-    seconds: FiniteSetting
+    seconds: FiniteNumber
 
     async def carry_out(self, bench: Bench) -> Mapping[str, Any]:
         """Answers when it has gone by."""
@@ -52,10 +52,10 @@ class Inject(_Request):
 
     do: Literal["inject"]
     fault: int | str
-    strength: FiniteSetting = 1.0
-    at: FiniteSetting | None = None
-    develop: FiniteSetting = 0.0
-    until: FiniteSetting | None = None
+    strength: FiniteNumber = 1.0
+    at: FiniteNumber | None = None
+    develop: FiniteNumber = 0.0
+    until: FiniteNumber | None = None
     direction: Literal[-1, 1] | None = None
 
     async def carry_out(self, bench: Bench) -> Mapping[str, Any]:
@@ -66,12 +66,12 @@ class Inject(_Request):
         return await super().carry_out(bench)
 
 
-class OrderCommand(_Request):
+class OrderRequest(_Request):
     """Settings of a valve, now or at a plant time [s]."""
 
     do: Literal["order"]
-    set: dict[str, FiniteSetting]
-    at: FiniteSetting | None = None
+    set: dict[str, FiniteNumber]
+    at: FiniteNumber | None = None
 
     async def carry_out(self, bench: Bench) -> Mapping[str, Any]:
         """As `Bench.order`."""
@@ -84,8 +84,8 @@ class Harm(_Request):
 
     do: Literal["harm"]
     kind: str
-    share: FiniteSetting = 1.0
-    how: dict[str, FiniteSetting] = {}
+    share: FiniteNumber = 1.0
+    how: dict[str, FiniteNumber] = {}
 
     async def carry_out(self, bench: Bench) -> Mapping[str, Any]:
         """As `Bench.harm`."""
@@ -104,7 +104,7 @@ class Heal(_Request):
         return await super().carry_out(bench)
 
 
-class TellCommand(_Request):
+class TellSignals(_Request):
     """The signals of a valve now."""
 
     do: Literal["signals"]
@@ -143,7 +143,7 @@ class End(_Request):
     do: Literal["stop"]
 
 
-ControlRequest = Hello | Advance | Inject | OrderCommand | Harm | Heal | TellCommand | TellEvents | Save | End
+ControlRequest = Hello | Advance | Inject | OrderRequest | Harm | Heal | TellSignals | TellEvents | Save | End
 
 _READER: TypeAdapter[ControlRequest] = TypeAdapter(Annotated[ControlRequest, Field(discriminator="do")])
 

@@ -16,7 +16,7 @@ from hil.testing.bench.device import Device
 from recordings import Event, Recording, drawn, save_text, write
 from simulator.damadics import Fault
 
-ValveCondition = Callable[[Mapping[str, float]], bool]
+SignalCondition = Callable[[Mapping[str, float]], bool]
 """What is waited for: given the signals of the valve, whether it is so."""
 
 
@@ -109,7 +109,7 @@ class SimulatedValve:
         """Let that much plant time go by [s], as fast as the machine can; with a speed, wait until it has."""
         self._thread.run(self._bench.advance(seconds))
 
-    def wait_until(self, condition: ValveCondition, within: float = 60.0, every: float = 0.01) -> float:
+    def wait_until(self, condition: SignalCondition, within: float = 60.0, every: float = 0.01) -> float:
         """Let time go by until a condition on the signals is true; returns the plant time then [s].
 
         condition : called with `now`; within : longest plant time to wait [s]; every : how often to look [s].
