@@ -5,8 +5,9 @@
 A case is a seeded valve after a short step: even seeds where a parameter is weak after it, odd seeds where a rival
 effect explains it as well. Then three tests are run on the true valve, with noise, and both recordings are fitted. A
 weak parameter is told when its standard deviation is below 30 % and its value within 30 %; a case is settled when all
-of them are, or when the rival fits worse by five sigmas. The fit is a local
-one from values that are off by some percent, and fails where it ends in another minimum. Development seeds are 0 to 20.
+of them are, or when the rival fits worse by five sigmas. The fit is a
+local one from values that are off by some percent, and fails where it ends in another minimum. Development seeds are 0
+to 20.
 """
 
 from __future__ import annotations
