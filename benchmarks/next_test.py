@@ -4,8 +4,10 @@
 
 A case is a seeded valve after a short step: even seeds where a parameter is weak after it, odd seeds where a rival
 effect explains it as well. Then three tests are run on the true valve, with noise, and both recordings are fitted. A
-weak parameter is settled when its standard deviation is below 30 % and its value within 30 %, a class when the rival
-fits worse by five sigmas. Development seeds are 0 to 20.
+weak parameter is told when its standard deviation is below 30 % and its value within 30 %; a case is settled when all
+of them are, or when the rival fits worse by five sigmas. The fit is a
+local one from values that are off by some percent, and fails where it ends in another minimum. Development seeds are 0
+to 20.
 """
 
 from __future__ import annotations
@@ -22,7 +24,7 @@ from identification.next_test import REFERENCES, DesignBounds, DrivenTest, Known
 from recordings import Array, BristleError
 from simulator import BASE, CATALOGUE, Value, ValveModel, random_valve
 
-NOISE, RATE, SECONDS, SUB_STEP = 1e-5, 50.0, 8.0, 1e-3
+NOISE, RATE, SECONDS, SUB_STEP = 1e-5, 100.0, 8.0, 1e-3
 WEAK, SIGMAS = 0.3, 5.0
 PAIRS = (
     ("backlash", "hardening_spring"), ("asymmetric_coulomb", "position_dependent_friction"),
@@ -91,7 +93,7 @@ def measured_on(valve: KnownValve, test: DrivenTest, rng: np.random.Generator) -
 def short_step(valve: KnownValve) -> DrivenTest:
     """A step up and down of four seconds, after which much is not known."""
     t = np.arange(round(4 * RATE) + 1) / RATE
-    drive = drive_of(valve, "force", DesignBounds(travel=(30.0, 60.0), rate=200.0, duration=4.0))
+    drive = drive_of(valve, "force", DesignBounds(travel=(20.0, 80.0), rate=200.0, duration=4.0))
     return drive.test(t, drive.asked(t, ((t > 0.5) & (t < 2.5)).astype(float)), SUB_STEP)
 
 
@@ -128,7 +130,7 @@ def settled(
     weak = [n for one in models.values() for n, p in one.parameters.items() if p.status == "weak"]
     if not weak and not pair:
         return None
-    bounds = DesignBounds(travel=(20.0, 80.0), rate=50.0, duration=SECONDS)
+    bounds = DesignBounds(travel=(10.0, 90.0), rate=50.0, duration=SECONDS)
     proposed = next_test(models, bounds, drive="force", sampling=RATE)
     drive = drive_of(known_valve("first", next(iter(models.values()))), "force", bounds)
     t = proposed.t
@@ -139,18 +141,21 @@ def settled(
         seen = measured_on(truth, test, rng)
         ends = {} if seen is None else {key: estimated(one, test, seen) for key, one in models.items()}
         known = {key: one for key, one in ends.items() if one is not None}
-        if len(known) == len(models) and _is_settled(known, truth, pair, weak):
-            found[name] += 1
+        if len(known) < len(models):
+            continue
+        if pair:
+            found[name] += known[pair[1]].square - known[pair[0]].square > SIGMAS**2
+            continue
+        told = [n for n in weak if _is_told(n, known["valve"], truth)]
+        found[name] += len(told) == len(weak)
+        found[f"{name}, parameters"] += len(told)
+    found["weak parameters"] += 0 if pair else len(weak)
     return found
 
 
-def _is_settled(ends: dict[str, Estimated], truth: KnownValve, pair: tuple[str, ...], weak: list[str]) -> bool:
-    if pair:
-        return ends[pair[1]].square - ends[pair[0]].square > SIGMAS**2
-    parameters, true = ends["valve"].model.parameters, truth.values
-    return all(
-        parameters[n].status == "identified" and abs(parameters[n].value - true[n]) < WEAK * abs(true[n]) for n in weak
-    )
+def _is_told(name: str, end: Estimated, truth: KnownValve) -> bool:
+    one, true = end.model.parameters[name], truth.values[name]
+    return one.status == "identified" and abs(one.value - true) < WEAK * abs(true)
 
 
 def cases(first: int, wanted: int) -> Iterator[tuple[int, Counter[str]]]:
@@ -179,6 +184,8 @@ def main() -> None:
         total += found
         kind = "class" if seed % 2 else "weak"
         print(f"seed {seed} ({kind}): settled by {', '.join(n for n in TESTS if found[n]) or 'none'}", flush=True)
+    told = ", ".join(f"{n} tells {total[f'{n}, parameters']}" for n in TESTS)
+    print(f"{total['weak parameters']} weak parameters: {told}")
     print(f"{total['cases']} cases from seed {given.first}: " + ", ".join(f"{n} settles {total[n]}" for n in TESTS))
 
 

@@ -136,10 +136,11 @@ def main() -> None:
     parser.add_argument("--judge", nargs=2, type=int)
     parser.add_argument("--kept", action="store_true", help="loops as historians keep them")
     given = parser.parse_args()
+    loops = kept if given.kept else simulated_loop
     if given.fit:
-        print(module(*given.fit, kept if given.kept else simulated_loop), end="")
+        print(module(given.fit[0], given.fit[1], loops), end="")
     if given.judge:
-        print(judged(*given.judge, kept if given.kept else simulated_loop))
+        print(judged(given.judge[0], given.judge[1], loops))
 
 
 if __name__ == "__main__":

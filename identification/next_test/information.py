@@ -48,7 +48,7 @@ def apart(one: ExpectedPath, rival: KnownValve, path: ExpectedPath) -> float:
     r: Array = np.clip((one.y - path.y) / noise, -CLIPPED, CLIPPED)
     towards = (path.by / noise[:, None]).T @ r
     explained = towards @ _covariance(rival, path) @ towards
-    return float(np.sqrt(max(float(r @ r - explained), 0.0)))
+    return float(np.sqrt(max(float(r @ r) - float(explained), 0.0)))
 
 
 def fitted_apart(one: ExpectedPath, rival: KnownValve, test: DrivenTest) -> float:
