@@ -159,14 +159,23 @@ class Calibration:
         return after.with_estimates(state) if frozen else after, decision
 
     def residual(self, state: ObserverState, decision: Decision) -> float:
-        """xi2 / rho; NaN while settling and where the sample was skipped."""
+        """xi2 + Phi sigm(xi2) / k2 in m/s: what is left of the balance, with what Phi takes of it at speed given back.
+
+        NaN while settling and where the sample was skipped. Not a share of rho: a fault that makes the stem fast would
+        raise its own limit.
+        """
         used = decision.verdict.used and state.core[kernel.SETTLED] >= self.settle_s
-        return decision.xi2 / decision.rho if used else math.nan
+        return float(self.left(decision.xi2, decision.phi)) if used else math.nan
+
+    def left(self, xi2: Array | float, phi: Array | float) -> Array:
+        """The residual [m/s] from xi2 and Phi."""
+        o = self.observer
+        return np.asarray((xi2 + phi * np.clip(xi2 / o.delta, -1.0, 1.0) / o.k2) * abs(self.position_span))
 
     def residuals(self, data: Measurements) -> Array:
-        """xi2 / rho of a run (n_samples,), as `step` has it; NaN while settling and where a sample was skipped."""
+        """The residual [m/s] of a run (n_samples,); NaN while settling and where a sample was skipped."""
         decisions = self.observer.run(self.observer.initial(), *self.scaled(data))[1]
-        return np.where(_used(decisions, self.settle_s), decisions.xi2 / decisions.rho, np.nan)
+        return np.where(_used(decisions, self.settle_s), self.left(decisions.xi2, decisions.phi), np.nan)
 
     def as_dict(self) -> dict[str, Any]:
         """Plain numbers, for JSON."""

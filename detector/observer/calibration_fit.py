@@ -54,9 +54,8 @@ def calibrate(data: Measurements) -> Calibration:
 
 
 def healthy_residual(data: Measurements, calibration: Calibration) -> Array:
-    """The observer's residual on fault-free data (n_samples,), in thresholds: each half by the parameters of the other,
-    for on data that it was calibrated to an observer looks better than it is. Raises BadInput where a half has no
-    motion.
+    """The observer's residual on fault-free data (n_samples,) [m/s]: each half by the parameters of the other, for on
+    data that it was calibrated to an observer looks better than it is. Raises BadInput where a half has no motion.
     """
     dt_s, scaled = _prepared(data)
     half, found = len(data) // 2, list[Array]()

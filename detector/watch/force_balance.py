@@ -32,6 +32,9 @@ MEMORY = 10.0
 CLEAR, AHEAD, LEAST = 0.6, 0.15, 12.0
 """A kind is named when it explains so much, so much more than any other kind, with so many samples in motion."""
 
+AGREED = 0.1
+"""Flow and forces agree on a wrong position when no more of the force is left than this share: nothing is fitted."""
+
 ONE_WAY = 0.8
 """Motion is in one direction only when the two differ by this share of all of it; then nothing is named."""
 
@@ -114,7 +117,7 @@ class BalanceTest:
         missed, energy, weight = balance.sensor.tolist()
         if weight < LEAST or energy < self._least(filter) * weight:
             return None
-        if missed <= (1.0 - CLEAR) * energy:
+        if missed <= AGREED * energy:
             return True
         return False if missed >= energy else None
 
