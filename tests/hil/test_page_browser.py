@@ -83,8 +83,8 @@ def test_all_valves_the_worst_first_each_by_letter_shape_and_words(opened):
     assert len({badge[1] for badge in badges}) == len({badge[2] for badge in badges}) == 5
     text = opened.run("return document.body.innerText;")
     assert "Unit 7 <b>" in text
-    assert "the supply pressure is not usual" in text
-    assert "since 2026-11-23 08:01:10 UTC" in text or "since 08:01:10 UTC" in text
+    assert "The supply pressure is not usual." in text
+    assert "Since 2026-11-23 08:01:10 UTC" in text or "Since 08:01:10 UTC" in text
     assert "19.12" in text
     assert opened.console() == []
 
@@ -149,7 +149,7 @@ def test_a_valve_is_drawn_as_it_moves_and_an_alarm_comes_by_itself(opened, page,
     shown.put(alarmed("FV-102"))
     opened.wait("document.querySelector('#head .badge b')?.textContent === 'M'")
     text = opened.run("return document.body.innerText;")
-    assert "the friction has changed" in text
+    assert "The friction has changed." in text
     assert "packing: too tight, dry or worn" in text
     assert "test 'fc' at 2.5, limit 1" in opened.run("return document.getElementById('events').innerText;")
     assert "240 to 263" in opened.run("return document.getElementById('figures').innerText;")
