@@ -39,6 +39,7 @@ bench: install
 	$(BIN)/python -m benchmarks.simulator
 	$(BIN)/python -m benchmarks.catalogue
 	$(BIN)/python -m benchmarks.link
+	$(BIN)/python -m benchmarks.monitor
 	$(BIN)/python -m benchmarks.detector
 
 clean:

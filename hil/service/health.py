@@ -19,7 +19,7 @@ UNSETTLED_S = 60.0
 
 
 @dataclass(frozen=True)
-class Facts:
+class ValveFacts:
     """What is known of a valve at a moment. age_s : of the last good position [s]; stale_s : from when on it is stale
     [s]; down : why there is no connection, empty while there is one; bad : signals without a usable value in the newest
     sample, with the reason; unsettled : what happened to the link in the last minute; detector_error : why detection
@@ -41,7 +41,7 @@ class Facts:
 
 
 @dataclass(frozen=True)
-class Cause:
+class HealthCause:
     """One reason for a state. key : the same for as long as it is the same trouble."""
 
     key: str
@@ -51,7 +51,7 @@ class Cause:
     check: tuple[str, ...] = ()
 
 
-FINE = Cause("good", Health.GOOD, "it behaves as it was learned")
+FINE = HealthCause("good", Health.GOOD, "it behaves as it was learned")
 
 _CABLE = (
     "power of the device and of the gateway", "cable and plugs", "address, device id and baud rate in the plant file",
@@ -90,61 +90,61 @@ _ALARMS: Mapping[str | None, tuple[Health, str, tuple[str, ...]]] = {
 }  # fmt: skip
 
 
-def causes(facts: Facts) -> Iterator[Cause]:
+def causes(facts: ValveFacts) -> Iterator[HealthCause]:
     """Every cause that the facts give."""
     yield from _communication(facts)
     if facts.detector_error:
         where = ("the log of the service",)
         text = "detection does not run; it is begun again"
-        yield Cause("detector", Health.CHECK, text, (facts.detector_error,), where)
+        yield HealthCause("detector", Health.CHECK, text, (facts.detector_error,), where)
     if facts.phase == "learning":
         move = ("let the valve move over its usual range", "or give recordings of it in good order: calibrate = [..]")
-        yield Cause(
+        yield HealthCause(
             "learning", Health.CHECK, "it is still being learned, nothing is judged yet", (facts.learned,), move
         )
     elif facts.phase == "alarm":
         health, reason, check = _ALARMS.get(facts.kind, _ALARMS[None])
         score = f"largest score {facts.load:.3g}, limit 1"
-        yield Cause(f"alarm {facts.kind}", health, reason, tuple(filter(None, (facts.alarm_text, score))), check)
+        yield HealthCause(f"alarm {facts.kind}", health, reason, tuple(filter(None, (facts.alarm_text, score))), check)
 
 
-def _communication(facts: Facts) -> Iterator[Cause]:
+def _communication(facts: ValveFacts) -> Iterator[HealthCause]:
     position = dict(facts.bad).get("position")
     age = f"last good position {facts.age_s:.1f} s ago" if facts.age_s < float("inf") else "no good position so far"
     if not facts.connected:
         said = facts.down or "the device has not answered yet"
         reason = "no communication: nothing is known of the valve at the moment"
-        yield Cause("link", Health.CHECK, reason, (said, age), _CABLE)
+        yield HealthCause("link", Health.CHECK, reason, (said, age), _CABLE)
     elif position is not None:
         look = ("the transmitter's own diagnosis", "valid range and type of 'position' in the map: bristle probe")
-        yield Cause("position", Health.CHECK, "the position comes, but cannot be used", (position, age), look)
+        yield HealthCause("position", Health.CHECK, "the position comes, but cannot be used", (position, age), look)
     elif facts.age_s > facts.stale_s:
         reason = "the values are stale: the device answers, but nothing new comes"
-        yield Cause("stale", Health.CHECK, reason, (age,), ("whether the device is in service", *_CABLE[:1]))
+        yield HealthCause("stale", Health.CHECK, reason, (age,), ("whether the device is in service", *_CABLE[:1]))
     else:
         others = tuple(f"{name}: {why}" for name, why in facts.bad)
         if others:
             look = ("the transmitters of these signals", "their type and valid range in the map: bristle probe")
-            yield Cause("values", Health.OUT_OF_SPEC, "some values cannot be used", others, look)
+            yield HealthCause("values", Health.OUT_OF_SPEC, "some values cannot be used", others, look)
         elif facts.unsettled:
             reason = "values come irregularly; the valve is watched with what comes"
-            yield Cause("irregular", Health.OUT_OF_SPEC, reason, facts.unsettled, _CABLE[1:2])
+            yield HealthCause("irregular", Health.OUT_OF_SPEC, reason, facts.unsettled, _CABLE[1:2])
 
 
 @dataclass(frozen=True)
 class Standing:
     """The worst cause, and since when it has been: UTC."""
 
-    cause: Cause
+    cause: HealthCause
     since: datetime
 
     @classmethod
     def first(cls) -> Standing:
         """Before anything is known."""
-        unknown = Cause("link", Health.CHECK, "no communication: nothing is known of the valve at the moment")
+        unknown = HealthCause("link", Health.CHECK, "no communication: nothing is known of the valve at the moment")
         return cls(unknown, datetime.now(UTC))
 
-    def after(self, facts: Facts, now: datetime) -> Standing:
+    def after(self, facts: ValveFacts, now: datetime) -> Standing:
         """The standing now: the first of the worst causes; `since` stays while the cause is the same."""
         worst = max(causes(facts), key=lambda one: one.health.rank, default=FINE)
         return Standing(worst, self.since if worst.key == self.cause.key else now)

@@ -11,7 +11,7 @@ from typing import Annotated, Literal, TypeVar
 from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, ValidationError
 
 from hil.monitor.state import load_state, save_state
-from hil.service.health import Cause, Standing
+from hil.service.health import HealthCause, Standing
 from hil.service.in_service.movements import KeptMovements
 from hil.service.lane import ValveLane
 from hil.service.status import Health
@@ -69,7 +69,7 @@ class StateFolder:
         """Give a lane what an earlier service knew; returns whether its detector was among it."""
         standing = _usable(self.service_file(lane.tag), _standing)
         if standing is not None:
-            cause = Cause(standing.key, standing.health, standing.reason)
+            cause = HealthCause(standing.key, standing.health, standing.reason)
             lane.standing = Standing(cause, standing.since.astimezone(UTC))
             lane.movements.resume(standing.movements)
         key = lane.plan.model_key

@@ -15,7 +15,7 @@ from hil.monitor.event import MonitorEvent
 from hil.monitor.monitor import Monitor
 from hil.monitor.valve import ValveWatch
 from hil.service.acquisition import ItemQueue, ValveLink
-from hil.service.health import UNSETTLED_S, Facts, Standing
+from hil.service.health import UNSETTLED_S, Standing, ValveFacts
 from hil.service.in_service.figures import InServiceFigures
 from hil.service.in_service.movements import Movements
 from hil.service.plan import ValvePlan
@@ -137,12 +137,12 @@ class ValveLane:
         """Look at the valve as a whole: how it stands now."""
         self.standing = self.standing.after(self._facts(monotonic_s), now)
 
-    def _facts(self, now: float) -> Facts:
+    def _facts(self, now: float) -> ValveFacts:
         link, status = self.link, self.watch.status
         learned = f"{status.strokes} of {LEAST_STROKES} reversals, {status.gathered_s:.0f} s"
         if self.plan.entry.learn_s:
             learned += f" of {self.plan.entry.learn_s:.0f} s"
-        return Facts(
+        return ValveFacts(
             link.age_s(now), link.stale_s, link.connected, link.down, link.bad, link.unsettled(now, UNSETTLED_S),
             self.error, status.phase, learned, status.load, status.fault, self._alarm_text,
         )  # fmt: skip

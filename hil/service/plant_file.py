@@ -20,8 +20,8 @@ from recordings import BadInput
 LARGEST_FILE = 1_000_000
 MOST_VALVES = 500
 
-Text = Annotated[str, Field(min_length=1, max_length=500)]
-Listen = Annotated[str, Field(pattern=r"^(\[[0-9a-fA-F:.]+\]|[A-Za-z0-9.-]+):[0-9]{1,5}$")]
+_Text = Annotated[str, Field(min_length=1, max_length=500)]
+_Listen = Annotated[str, Field(pattern=r"^(\[[0-9a-fA-F:.]+\]|[A-Za-z0-9.-]+):[0-9]{1,5}$")]
 
 
 class _Entry(BaseModel):
@@ -35,11 +35,11 @@ class ValveEntry(_Entry):
     """
 
     tag: Annotated[str, Field(min_length=1, max_length=80, pattern=r"^[A-Za-z0-9_+()-][A-Za-z0-9_+().\- ]*$")]
-    model: Text
-    map: Text | None = None
+    model: _Text
+    map: _Text | None = None
     unit: Annotated[int, Field(ge=1, le=247)] | None = None
     learn_s: Annotated[float, Field(ge=1.0, le=1e8)] = 3600.0
-    calibrate: tuple[Text, ...] = ()
+    calibrate: tuple[_Text, ...] = ()
 
 
 class SourceEntry(_Entry):
@@ -47,18 +47,18 @@ class SourceEntry(_Entry):
     heartbeat : point that must change, instead of the map's own, within heartbeat_s [s].
     """
 
-    address: Text
+    address: _Text
     valve: Annotated[tuple[ValveEntry, ...], Field(min_length=1)]
     rate_hz: Annotated[float, Field(ge=1e-4, le=1e4)] = 10.0
     ring: bool = False
-    heartbeat: Text | None = None
+    heartbeat: _Text | None = None
     heartbeat_s: Annotated[float, Field(ge=1e-3, le=1e6)] = 2.0
 
 
 class RecordingEntry(_Entry):
     """Where everything is recorded. rotate_hours, rotate_mb : when a new file is begun."""
 
-    folder: Text
+    folder: _Text
     rotate_hours: Annotated[float, Field(ge=1e-3, le=1e5)] = 24.0
     rotate_mb: Annotated[float, Field(ge=0.01, le=1e6)] | None = None
 
@@ -66,36 +66,36 @@ class RecordingEntry(_Entry):
 class MqttEntry(_Entry):
     """A broker that events go to, under ``topic/TAG``. password_file : its first line; ca : for TLS (PEM)."""
 
-    host: Text
+    host: _Text
     port: Annotated[int, Field(ge=1, le=65535)] = 1883
     topic: Annotated[str, Field(pattern=r"^[^#+\x00]{1,200}$")] = "bristle"
-    username: Text | None = None
-    password_file: Text | None = None
-    ca: Text | None = None
+    username: _Text | None = None
+    password_file: _Text | None = None
+    ca: _Text | None = None
 
 
 class EventsEntry(_Entry):
     """Where events go. file : JSON lines are appended to it."""
 
-    file: Text | None = None
+    file: _Text | None = None
     mqtt: MqttEntry | None = None
 
 
 class MetricsEntry(_Entry):
     """Where Prometheus finds the metrics. expose : whether other machines may reach it."""
 
-    listen: Listen = "127.0.0.1:9108"
+    listen: _Listen = "127.0.0.1:9108"
     expose: bool = False
 
 
 class PageEntry(_Entry):
     """Where the live page is. expose : whether other machines may reach it, with a token and TLS then."""
 
-    listen: Listen = "127.0.0.1:8050"
+    listen: _Listen = "127.0.0.1:8050"
     expose: bool = False
-    token_file: Text | None = None
-    certificate: Text | None = None
-    key: Text | None = None
+    token_file: _Text | None = None
+    certificate: _Text | None = None
+    key: _Text | None = None
 
     @model_validator(mode="after")
     def _guarded(self) -> Self:
@@ -113,9 +113,9 @@ class PlantFile(_Entry):
     recordings.errors.BadInput: plant.toml: sources: unknown key; did you mean 'source'? (and 1 more mistake)
     """
 
-    name: Text
+    name: _Text
     source: Annotated[tuple[SourceEntry, ...], Field(min_length=1)]
-    state: Text = "state"
+    state: _Text = "state"
     false_alarms: Annotated[float, Field(ge=1e-3, le=1e4)] = 1.0
     figures_every_s: Annotated[float, Field(ge=1.0, le=1e6)] = 600.0
     recordings: RecordingEntry | None = None

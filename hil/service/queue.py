@@ -6,10 +6,10 @@ import threading
 from collections import deque
 from typing import Generic, TypeVar
 
-Item = TypeVar("Item")
+Queued = TypeVar("Queued")
 
 
-class BoundedQueue(Generic[Item]):
+class BoundedQueue(Generic[Queued]):
     """From one thread to another. The giver never waits: when the taker is too slow, the oldest item goes.
 
     >>> queue = BoundedQueue[int](2)
@@ -21,7 +21,7 @@ class BoundedQueue(Generic[Item]):
 
     def __init__(self, capacity: int) -> None:
         self.capacity, self.dropped = capacity, 0
-        self._items: deque[Item] = deque()
+        self._items: deque[Queued] = deque()
         self._lock = threading.Lock()
 
     def __len__(self) -> int:
@@ -32,7 +32,7 @@ class BoundedQueue(Generic[Item]):
         """Whether the next item would drop another."""
         return len(self._items) >= self.capacity
 
-    def put(self, item: Item) -> None:
+    def put(self, item: Queued) -> None:
         """Add an item, at once."""
         with self._lock:
             if len(self._items) >= self.capacity:
@@ -40,7 +40,7 @@ class BoundedQueue(Generic[Item]):
                 self.dropped += 1
             self._items.append(item)
 
-    def take(self, most: int | None = None) -> list[Item]:
+    def take(self, most: int | None = None) -> list[Queued]:
         """All that waits, oldest first, or the `most` oldest of it."""
         with self._lock:
             if most is None or most >= len(self._items):

@@ -37,7 +37,8 @@ type = "float32"
 unit = "1"
 """
 
-PATIENCE = 60.0
+PATIENCE = 300.0
+"""Longest time anything may take [s]; it only ends what hangs."""
 
 
 def position_mm(counter: float | np.ndarray) -> float | np.ndarray:

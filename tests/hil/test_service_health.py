@@ -11,13 +11,13 @@ import pytest
 
 from detector import KINDS
 from hil import Health
-from hil.service.health import FINE, Facts, Standing
+from hil.service.health import FINE, Standing, ValveFacts
 
-GOOD = Facts(0.1, 2.0, True, phase="watching")
+GOOD = ValveFacts(0.1, 2.0, True, phase="watching")
 NOW = datetime(2026, 11, 23, 12, 0, tzinfo=UTC)
 
 
-def cause(facts: Facts):
+def cause(facts: ValveFacts):
     return Standing.first().after(facts, NOW).cause
 
 

@@ -13,10 +13,10 @@ from service_rig import plan_of, plant_file, until
 from detector import Measurement
 from hil import BackOff, Health
 from hil.service.acquisition import ValveLink
-from hil.service.health import Cause, Standing
+from hil.service.health import HealthCause, Standing
 from hil.service.in_service.movements import KeptMovements, Movements
 from hil.service.in_service.travel import Travel
-from hil.service.in_service.trend import MOST, Seen, trended, with_value
+from hil.service.in_service.trend import MOST, FigureValue, trended, with_value
 from hil.service.in_service.window import SIGNALS, looked_at
 from hil.service.keeping import StateFolder
 from hil.service.lane import ValveLane, utc_now
@@ -108,7 +108,7 @@ def test_a_trend_covers_its_truth_and_old_values_are_thinned(seed):
     random, history = np.random.default_rng(seed), ()
     for day in range(MOST + 50):
         value = 130.0 + 0.05 * day + random.normal(0.0, 3.0)
-        history = with_value(history, Seen(86400.0 * day, value, value - 6.0, value + 6.0))
+        history = with_value(history, FigureValue(86400.0 * day, value, value - 6.0, value + 6.0))
     assert len(history) <= MOST
     found = trended(history, "N")
     assert found.per_day.lower < 0.05 < found.per_day.upper
@@ -191,7 +191,7 @@ def lane(tmp_path) -> ValveLane:
 
 def test_how_a_valve_stood_is_kept_over_a_restart(tmp_path, lane):
     folder, since = StateFolder(tmp_path / "state"), utc_now()
-    lane.standing = Standing(Cause("alarm friction", Health.MAINTENANCE, "the friction has changed"), since)
+    lane.standing = Standing(HealthCause("alarm friction", Health.MAINTENANCE, "the friction has changed"), since)
     folder.save(lane)
     lane.standing = Standing.first()
     folder.resume(lane)

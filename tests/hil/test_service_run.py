@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import logging
 import os
 import re
 import signal
@@ -15,9 +16,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from link_peers import TcpPeer
+from prometheus_client import generate_latest
 from service_rig import PATIENCE, Swinging, plan_of, plant_file, position_mm, running, until
+from test_monitor_command import broken_file
 
 from hil import Health, Service, ServiceOutlets
+from hil.service.outlets.metrics import registry_of
 from hil.testing import FaultSchedule, TcpFaultInjector
 from recordings import read, recover
 
@@ -114,6 +118,56 @@ def test_a_disk_and_a_sink_that_fail_or_hang_do_not_hold_up_the_others(tmp_path)
                 await until(lambda: (service.recorded("V1") or 0) > 10, "recording is back")
 
     asyncio.run(story())
+
+
+class Gathering:
+    """A sink that keeps everything."""
+
+    name = "gathering"
+
+    def __init__(self) -> None:
+        self.events = []
+
+    def send(self, events):
+        self.events += events
+
+    def close(self):
+        pass
+
+
+def test_a_fault_is_told_everywhere_and_what_was_learned_is_resumed(model, healthy, tmp_path, caplog):
+    caplog.set_level(logging.INFO, "bristle.monitor")
+    broken = broken_file(healthy, tmp_path / "broken.h5")
+    lines = ['name = "Played"', "[[source]]", 'address = "replay:broken.h5"', "[[source.valve]]", 'tag = "X"']
+    (tmp_path / "plant.toml").write_text("\n".join([*lines, f'model = "{model}"', f'calibrate = ["{healthy}"]']))
+
+    def played() -> tuple[Service, Gathering]:
+        sink = Gathering()
+        service = Service(plan_of(tmp_path / "plant.toml"), ServiceOutlets([sink]))
+        asyncio.run(service.run(asyncio.Event()))
+        return service, sink
+
+    service, sink = played()
+    alarms = [event for event in sink.events if event.kind == "alarm"]
+    assert 30.0 < alarms[0].t_s - float(read(broken).time[0]) < 32.0
+    assert service.alarms == service.counts("X")["alarm"] == len(alarms)
+    found = valve(service, "X")
+    assert found.events[-1] in sink.events
+    assert found.phase == "alarm"
+    assert found.health is not Health.GOOD
+    recent = service.recent("X")
+    assert np.nanmax(recent.residual / recent.threshold) >= 1.0
+    assert recent.force_N is not None
+    assert f'bristle_valve_events_total{{kind="alarm",valve="X"}} {len(alarms)}.0' in exported(service)
+    assert "resumed from" not in caplog.text
+    (tmp_path / "plant.toml").write_text("\n".join([*lines, f'model = "{model}"']))
+    again, _ = played()
+    assert "X: resumed from" in caplog.text
+    assert valve(again, "X").phase != "learning"
+
+
+def exported(service: Service) -> str:
+    return generate_latest(registry_of(service)).decode()
 
 
 async def chaos(folder: Path, seconds: float, seed: int) -> Service:

@@ -14,7 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from detector import Measurement
 from hil.service.in_service.figures import InServiceFigures, SignatureCurve
 from hil.service.in_service.travel import LENGTHS, PLACES, Travel
-from hil.service.in_service.trend import MOST, Seen, trended, with_value
+from hil.service.in_service.trend import MOST, FigureValue, trended, with_value
 from hil.service.in_service.window import QUANTITIES, SIGNALS, WindowResult, looked_at
 from recordings import Array, Plant, SignalSpec
 
@@ -65,7 +65,7 @@ class Movements:
         self._rows = np.full((WINDOW, 1 + len(SIGNALS)), np.nan)
         self._n, self._steps = 0, 0
         self._travel = Travel()
-        self._history: dict[str, tuple[Seen, ...]] = {}
+        self._history: dict[str, tuple[FigureValue, ...]] = {}
         self._friction_unit = "N"
         self._curve: SignatureCurve | None = None
         self._notes: tuple[str, ...] = ()
@@ -108,7 +108,7 @@ class Movements:
 
     def _learn(self, result: WindowResult, at: float) -> None:
         for name, found in result.values.items():
-            seen = Seen(at, found.value, found.lower, found.upper)
+            seen = FigureValue(at, found.value, found.lower, found.upper)
             self._history[name] = with_value(self._history.get(name, ()), seen)
         self._steps += result.steps
         self._friction_unit, self._notes = result.friction_unit, result.notes
@@ -131,5 +131,5 @@ class Movements:
         self._history = _histories(kept.history)
 
 
-def _histories(kept: Mapping[str, list[tuple[float, float, float, float]]]) -> dict[str, tuple[Seen, ...]]:
-    return {name: tuple(Seen(*one) for one in seen) for name, seen in kept.items() if name in QUANTITIES}
+def _histories(kept: Mapping[str, list[tuple[float, float, float, float]]]) -> dict[str, tuple[FigureValue, ...]]:
+    return {name: tuple(FigureValue(*one) for one in seen) for name, seen in kept.items() if name in QUANTITIES}

@@ -22,7 +22,7 @@ FEWEST = 6
 DAY_S = 86400.0
 
 
-class Seen(NamedTuple):
+class FigureValue(NamedTuple):
     """One value with its interval. at : POSIX [s]."""
 
     at: float
@@ -31,7 +31,7 @@ class Seen(NamedTuple):
     upper: float
 
 
-def with_value(history: Sequence[Seen], new: Seen) -> tuple[Seen, ...]:
+def with_value(history: Sequence[FigureValue], new: FigureValue) -> tuple[FigureValue, ...]:
     """The history with one more value, thinned where it is old."""
     both = (*history, new)
     if len(both) <= MOST:
@@ -40,7 +40,7 @@ def with_value(history: Sequence[Seen], new: Seen) -> tuple[Seen, ...]:
     return (*both[:half:2], *both[half:])
 
 
-def trended(history: Sequence[Seen], unit: str) -> Trended | None:
+def trended(history: Sequence[FigureValue], unit: str) -> Trended | None:
     """The quantity as its history tells it; None for no history.
 
     The slope is that of ordinary least squares. Its interval comes from the scatter of the values about the line, so
@@ -55,7 +55,7 @@ def trended(history: Sequence[Seen], unit: str) -> Trended | None:
     return Trended(now, unit, _slope(history), len(history), datetime.fromtimestamp(last.at, UTC))
 
 
-def _slope(history: Sequence[Seen]) -> Interval | None:
+def _slope(history: Sequence[FigureValue]) -> Interval | None:
     from scipy.stats import t as student
 
     from identification.standard_tests import Interval
