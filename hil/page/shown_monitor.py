@@ -13,7 +13,7 @@ from detector import LEAST_STROKES
 from hil.monitor.event import MonitorEvent
 from hil.monitor.monitor import Monitor
 from hil.service.acquisition import ValveLink
-from hil.service.health import Facts, Standing
+from hil.service.health import ValveFacts, Standing
 from hil.service.recent import RecentRing
 from hil.service.status import PlantStatus, RecentSamples, ValveStatus
 from hil.source.sample import LinkEvent, Sample
@@ -81,7 +81,7 @@ class _ShownValve:
     def status(self, now: datetime, late: int) -> ValveStatus:
         clock, watch = time.monotonic(), self._monitor.valves[self._tag].status
         learned = f"{watch.strokes} of {LEAST_STROKES} reversals, {watch.gathered_s:.0f} s"
-        facts = Facts(
+        facts = ValveFacts(
             self._link.age_s(clock), self._link.stale_s, self._link.connected, self._link.down, self._link.bad,
             (), "", watch.phase, learned, watch.load, watch.fault,
             self._alarm_text,
@@ -93,7 +93,7 @@ class _ShownValve:
             self._link.status(clock, late), None, self._latest(facts), tuple(self._events), watch.phase, watch.load,
         )  # fmt: skip
 
-    def _latest(self, facts: Facts) -> Mapping[str, float]:
+    def _latest(self, facts: ValveFacts) -> Mapping[str, float]:
         """The newest values; none once they are stale, so that nobody takes them for fresh."""
         measured = self._monitor.valves[self._tag].measured
         if measured is None or not facts.connected or facts.age_s > facts.stale_s:
