@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from _browser import Browser, is_this_machine
-from page_rig import Shown, alarmed, link, served, valve
+from page_rig import BEGAN, Shown, alarmed, link, served, valve
 
 from hil.page import Page
 from hil.service.status import Health, TaskStatus
@@ -41,9 +41,7 @@ def recorded(tmp_path_factory) -> Path:
     """A folder with a recording of one valve and one of another."""
     folder = tmp_path_factory.mktemp("recorded")
     t = np.arange(0.0, 60.0, 0.1)
-    signals = [Signal("time", t, "s", "time"), Signal("position", 0.02 + 0.01 * np.sin(t), "m", "response")]
-    from page_rig import BEGAN
-
+    signals = [Signal("time", t, "s", "time"), Signal("position", 0.02 + 0.01 * np.sin(t), "m", "output")]
     made = replace(Recording.of(signals), created=BEGAN)
     for tag in ("FV-101", "FV-101-B"):
         write(folder / f"{tag}-20261123T080000Z-001.h5", made)
