@@ -13,7 +13,7 @@ from detector import LEAST_STROKES
 from hil.monitor.event import MonitorEvent
 from hil.monitor.monitor import Monitor
 from hil.service.acquisition import ValveLink
-from hil.service.health import ValveFacts, Standing
+from hil.service.health import Standing, ValveFacts
 from hil.service.recent import RecentRing
 from hil.service.status import PlantStatus, RecentSamples, ValveStatus
 from hil.source.sample import LinkEvent, Sample
