@@ -59,6 +59,11 @@ async def monitor(plant: Path) -> MonitorProcess:
     return MonitorProcess(await asyncio.create_subprocess_exec(*command, stdout=DEVNULL, stderr=PIPE))
 
 
+def alive(url: str) -> None:
+    """Wait until the process of the page answers."""
+    urllib.request.urlopen(f"{url}alive", timeout=120.0).close()
+
+
 def metrics(address: str) -> dict[str, float]:
     """Everything that Prometheus would read, by name and labels."""
     with urllib.request.urlopen(address, timeout=60.0) as answer:
@@ -76,6 +81,7 @@ def test_a_fault_is_on_the_page_in_events_metrics_and_recording_and_lost_data_ar
             url = (await watching.said("live page: ")).split()[-1]
             measured = (await watching.said("metrics at ")).split()[-1]
             async with moved(served.addresses[0]) as plant:
+                await asyncio.to_thread(alive, url)
                 await asyncio.to_thread(browser.open, url)
                 await shows(f"{BEATING} && {BADGE} === 'good'")
                 browser.run(NOTED)
