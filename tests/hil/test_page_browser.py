@@ -193,9 +193,9 @@ def test_when_the_data_of_a_valve_stop_it_says_so_and_when_a_task_stops(opened, 
     usual = shown.valves["LC74_20"]
     said = "[...document.querySelectorAll('li')].find(li => li.innerText.includes('LC74_20')).innerText"
     shown.put(replace(usual, link=link(connected=False, age_s=3.2), latest={}))
-    opened.wait(f"/No data for 3 s: the link is down/.test({said})")
+    opened.wait(f"/No data for 3\\ss: the link is down/.test({said})")
     shown.put(replace(usual, link=link(age_s=2.9), latest={}))
-    opened.wait(f"/No data for 3 s: no good value comes/.test({said})")
+    opened.wait(f"/No data for 3\\ss: no good value comes/.test({said})")
     shown.put(usual)
     opened.wait(f"!/No data/.test({said})")
     shown.tasks.append(TaskStatus("recording", False, 3, "OSError: No space left on device", 0))
