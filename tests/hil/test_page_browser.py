@@ -140,6 +140,7 @@ def test_wide_and_narrow_nothing_overlaps_or_is_cut_off(width, path, opened, pag
 
 def test_a_valve_is_drawn_as_it_moves_and_an_alarm_comes_by_itself(opened, page, shown):
     shown.put(valve("FV-102"))
+    opened.wait("document.body.innerText.includes('FV-102')")
     opened.open(f"{page.url}valve?tag=FV-102")
     position, loop = FIGURE.format("position"), FIGURE.format("force")
     opened.wait(f"{BEATING} && {position}.renderers[0].data_source.get_length() > 300")
