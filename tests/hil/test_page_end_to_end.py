@@ -8,7 +8,7 @@ import re
 import signal
 import sys
 import urllib.request
-from asyncio.subprocess import DEVNULL, PIPE
+from asyncio.subprocess import PIPE
 from pathlib import Path
 
 import pytest
@@ -55,7 +55,7 @@ def plant_file(folder: Path, address: str, model: Path, healthy: Path) -> Path:
 
 async def monitor(plant: Path) -> MonitorProcess:
     command = (sys.executable, "-m", "bristle", "monitor", "--plant", str(plant))
-    return MonitorProcess(await asyncio.create_subprocess_exec(*command, stdout=DEVNULL, stderr=PIPE))
+    return MonitorProcess(await asyncio.create_subprocess_exec(*command, stdout=PIPE, stderr=PIPE))
 
 
 def alive(url: str) -> None:
@@ -74,6 +74,7 @@ def test_a_fault_is_on_the_page_in_events_metrics_and_recording_and_lost_data_ar
     browser, model, healthy, tmp_path
 ):
     async def story() -> None:
+        watching: MonitorProcess | None = None
         served = await serve(["tcp://127.0.0.1:0"])
         try:
             watching = await monitor(plant_file(tmp_path, served.addresses[0], model, healthy))
@@ -95,6 +96,8 @@ def test_a_fault_is_on_the_page_in_events_metrics_and_recording_and_lost_data_ar
             assert await watching.end(signal.SIGTERM) == 1
             await shows("!document.getElementById('alarm').hidden")
         finally:
+            if watching is not None and watching.process.returncode is None:
+                watching.process.kill()
             await served.end()
 
     async def shows(condition: str) -> None:
