@@ -96,7 +96,11 @@ def asked(after: Mapping[str, float]) -> bytes:
 
 @cache
 def _answers() -> TypeAdapter[PageAnswer]:
-    return TypeAdapter(PageAnswer)
+    from identification.standard_tests import Interval  # who asks needs it, and who answers does not
+
+    adapter = TypeAdapter(PageAnswer)
+    adapter.rebuild(_types_namespace={"Interval": Interval})
+    return adapter
 
 
 def _newer(recent: RecentSamples, after: float) -> RecentColumns:

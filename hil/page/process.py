@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 import os
 import signal
 import socket
@@ -33,6 +34,7 @@ async def _main(questions: RawIOBase) -> None:
         documents = {"/": partial(plant_document, feed), "/valve": partial(valve_document, feed, start.recordings)}
         with page_server(start.access, listening, documents):
             await feed.run()
+            os._exit(0)  # the monitor has gone: nothing is left to save, and pages that are open would only complain
 
 
 def main() -> None:
@@ -40,6 +42,7 @@ def main() -> None:
     questions = FileIO(os.dup(1), "wb")
     os.dup2(2, 1)  # whatever is printed must not stand among the questions
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the monitor hears it, and closes the pipe
+    logging.getLogger("tornado.access").setLevel(logging.ERROR)  # who asks for nonsense shall not fill the journal
     os.nice(NICENESS)
     with suppress(ConnectionError):  # the monitor has gone
         asyncio.run(_main(questions))

@@ -40,7 +40,7 @@ def live_plots() -> LivePlots:
     position.line(
         "t", "setpoint", source=samples, color=WANTED, line_width=1.5, line_dash="dashed", legend_label="set point"
     )
-    evidence = _over_time("evidence [share of the limit]", 220, "evidence", x_range=position.x_range)
+    evidence = _over_time("evidence / limit [1]", 220, "evidence", x_range=position.x_range)
     evidence.y_range = DataRange1d(start=0.0, min_interval=1.25, only_visible=True)
     evidence.line("t", "residual", source=samples, color=TRACE, line_width=2, legend_label="closest test")
     evidence.line(
@@ -64,7 +64,7 @@ def history_plot() -> HistoryPlot:
     """An empty drawing of a recording."""
     samples = ColumnDataSource(data={"t": [], "position": []})
     wanted = ColumnDataSource(data={"t": [], "setpoint": []})
-    plot = _figure("time [UTC]", "position [mm]", 240, "recorded", x_axis_type="datetime")
+    plot = _figure("time [UTC]", "position [mm]", 240, "recorded", x_axis_type="datetime", visible=False)
     plot.line("t", "position", source=samples, color=MEASURED, line_width=2, legend_label="position")
     plot.line("t", "setpoint", source=wanted, color=WANTED, line_dash="dashed", legend_label="set point")
     return HistoryPlot(samples, wanted, _dressed(plot))
@@ -97,7 +97,7 @@ def _dressed(plot: Any) -> Any:
                 milliseconds="%H:%M:%S.%3N", seconds="%H:%M:%S", minsec="%H:%M:%S", minutes="%H:%M", hourmin="%H:%M",
                 hours="%d %b %H:%M", days="%d %b", months="%b %Y",
             )  # fmt: skip
-            axis.ticker.desired_num_ticks = 5
+            axis.ticker.desired_num_ticks = 3
     if plot.legend:
         legend = plot.legend[0]
         legend.orientation, legend.location, legend.label_text_font_size = "horizontal", "left", "12px"

@@ -106,6 +106,7 @@ class ValvePage:
         self._said = about(found)
         self._history.samples.data = dict(found.samples)
         self._history.wanted.data = dict(found.wanted)
+        self._history.plot.visible = True
 
 
 def valve_document(feed: Feed, recordings: Path | None, doc: Document) -> None:
