@@ -82,7 +82,8 @@ def assemble(table: ForeignTable, mapping: ImportMapping, **about: Any) -> Impor
     signals = [Signal("time", time, "s", "time")]
     for name, source in sources.items():
         role = source.role or _usual_role(name, set(sources))
-        wild = size_problem(raw[name].values[rows])
+        values = raw[name].values[rows]
+        wild = size_problem(np.where(np.isinf(values), np.nan, values))  # what is infinite is missing
         if wild:
             raise BadInput(f"{table.where}: '{name}'", wild[0], "correct it, or say that it means no value")
         signals.append(_signal(name, source, raw[name], raw[name].values[rows], role, plant, table.where))
