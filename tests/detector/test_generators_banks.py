@@ -132,7 +132,8 @@ def test_memberships_are_a_partition_of_unity(centres, place):
 
 def curved(n, seed):
     rng = np.random.default_rng(seed)
-    u, y = np.repeat(rng.uniform(-1, 1, (n // 20, 1)), 20, axis=0), np.zeros((n, 1))
+    u, y = 0.9 * np.sin(2 * np.pi * np.arange(n)[:, None] / 300 + seed), np.zeros((n, 1))
+    u += 0.1 * rng.normal(size=u.shape)
     for k in range(1, n):
         y[k] = (0.6 + 0.3 * u[k]) * y[k - 1] + np.tanh(2 * u[k]) + 0.01 * rng.normal()
     return u, y
