@@ -202,7 +202,7 @@ def test_settled_gain_solves_the_riccati_equation(plant, noisy):
     from scipy.linalg import solve_discrete_are
 
     P = solve_discrete_are(A.T, C.T, 0.01 * np.eye(3), 0.05 * np.eye(2))
-    assert noisy[0].gain == pytest.approx(P @ C.T @ np.linalg.inv(C @ P @ C.T + 0.05 * np.eye(2)), abs=1e-8)
+    assert noisy[0].gain == pytest.approx(A @ P @ C.T @ np.linalg.inv(C @ P @ C.T + 0.05 * np.eye(2)), abs=1e-8)
 
 
 def test_filterpy_gives_the_same_innovations(plant, noisy):

@@ -11,7 +11,7 @@ from detector.generators.innovation_form import observer_form, regressors
 from detector.generators.luenberger import Luenberger, full_order
 from recordings import Array, BadInput
 
-_PULL = 1e-3
+_PULL = 1e-2
 """Weight of the model of all readings in that of a region: where a region has hardly any, it says nothing else."""
 
 

@@ -70,7 +70,7 @@ def filtered(state: Array, u: Array, x: Array, dt: float, corner: float) -> tupl
     force, motion = np.empty((len(u), _ORDER)), np.empty((len(u), _ORDER))
     signs = np.empty(len(u))
     u, x = np.ascontiguousarray(u), np.ascontiguousarray(x)
-    _run(state, *matrices, dt, _SETTLED / corner, u, x, force, motion, signs)
+    _run(state, *matrices, dt, _SETTLED / corner, 2 * _ORDER / corner, u, x, force, motion, signs)
     rows = np.column_stack([motion[:, 2], motion[:, 0], motion[:, 1], signs, np.ones(len(u))])
     rows[signs == 0] = np.nan
     return state, rows, force[:, 0]
@@ -109,8 +109,8 @@ def _first_order_hold(dt: float, corner: float) -> tuple[Array, Array, Array]:
 
 @native
 def _run(
-    state: Array, own: Array, before: Array, change: Array, dt: float, settled: float, u: Array, x: Array,
-    force: Array, motion: Array, signs: Array,
+    state: Array, own: Array, before: Array, change: Array, dt: float, settled: float, ahead: float, u: Array,
+    x: Array, force: Array, motion: Array, signs: Array,
 ) -> None:  # fmt: skip
     """Both filters over readings, changing `state` in place; signs : of the velocity where it slides, 0 elsewhere."""
     n = own.shape[0]
@@ -130,7 +130,8 @@ def _run(
                 else:
                     motion[k, i] = after[i]
             state[2 * n + which] = now
-        sign = np.sign(motion[k, 1])
+        # The filters are late: near a reversal the friction has turned before their velocity has.
+        sign = np.sign(motion[k, 1]) if motion[k, 1] * (motion[k, 1] + ahead * motion[k, 2]) > 0.0 else 0.0
         state[2 * n + 3] = state[2 * n + 3] + dt if sign == state[2 * n + 2] else 0.0
         state[2 * n + 2] = sign
         signs[k] = sign if state[2 * n + 3] >= settled else 0.0
