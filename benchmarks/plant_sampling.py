@@ -1,11 +1,11 @@
 """How well `fit` identifies stiff valves at the sampling rates of plants.
 
-    python -m benchmarks.plant_sampling --valves 25 --first 7200 --rates 20 50 100 200
+    python -m benchmarks.plant_sampling --valves 25 --first 7400 --rates 20 50 100 200
 
 Random valves of `simulator.random_valve` with bristles of 3e6 to 1e8 N/m; staircase 40 s and sine 90 s, simulated at
 1 kHz and kept at the rate; position noise 1e-4 to 4e-4 of the stroke, force noise 0.02 to 0.1 % of the force that the
 spring needs over the stroke. Seeds 5000 to 5039, 7000 to 7019 and 7100 to
-7109 were used to develop the method, and are not for judging it.
+7109 were used to develop the method, 7300 to 7305 have been looked at: they are not for judging it.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ def main() -> None:
     """Print the tables."""
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     options.add_argument("--valves", type=int, default=25)
-    options.add_argument("--first", type=int, default=7200, help="seed of the first valve")
+    options.add_argument("--first", type=int, default=7400, help="seed of the first valve")
     options.add_argument("--rates", type=float, nargs="+", default=[20.0, 50.0, 100.0, 200.0])
     asked = options.parse_args()
     print(machine("casadi", "numpy"))
