@@ -44,7 +44,7 @@ def fit_opening(found: FitResult) -> ReportOpening:
 
 def trace_opening(found: TraceResult, told: Answer) -> ReportOpening:
     """Of a trace."""
-    sure = f"{told.level}. {told.because}"
+    sure = told.level
     if found.verdict == "none":
         return ReportOpening("good", told.lead, sure, "nothing; test again at the next inspection and compare")
     action = told.on_site[0] if told.on_site else told.next

@@ -115,7 +115,7 @@ def test_interrupted_it_ends_with_130_and_takes_the_served_valve_with_it(tmp_pat
         demo.kill()
         demo.wait()
     assert demo.returncode == 130
-    assert complaint.splitlines() == ["bristle: interrupted"]
+    assert complaint.splitlines()[-1] == "bristle: interrupted"
     assert refuses(ports(line)[0])
 
 

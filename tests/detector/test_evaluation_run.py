@@ -129,7 +129,7 @@ def test_command_refuses_in_one_line(capsys, tmp_path):
     assert run(["evaluate", "--out", str(tmp_path), "--detectors", "oracle"]) == 2
     said = capsys.readouterr().err
     assert said.count("\n") == 1
-    assert "there are bank" in said
+    assert "near to it are" in said
     assert run(["evaluate", "--out", str(tmp_path), "--smoke", "--plant", str(tmp_path / "none.mat")]) == 2
 
 
@@ -143,7 +143,7 @@ def test_an_interrupted_command_says_so_in_a_word_and_goes_on(tmp_path, capsys):
             running.wait(0.05)
     running.send_signal(signal.SIGINT)
     _, said = running.communicate(timeout=60)
-    assert (running.returncode, said) == (130, "bristle: interrupted\n")
+    assert (running.returncode, said.splitlines()[-1]) == (130, "bristle: interrupted")
     assert run(command[3:]) == 0
     assert "wrote" in capsys.readouterr().out
     assert (tmp_path / "evaluation.md").exists()
