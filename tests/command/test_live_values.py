@@ -40,7 +40,7 @@ def _usual():
 
 def test_what_a_reader_looks_for_stands_first_in_handy_units():
     words = values_of(Sample(1.0, 0.0, "V", READINGS))
-    assert words == "position 12.3 mm  pressure 180 kPa  temperature 21 degC  status bad  (1 of 4 not good)"
+    assert words == "position 12.3 mm  pressure 180 kPa  temperature 21 degC  status not valid  (1 of 4 not good)"
 
 
 def test_the_last_sample_is_kept_while_it_passes():
