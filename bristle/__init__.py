@@ -8,7 +8,7 @@ Arrays in, arrays out; a path or ``bundled:NAME`` stands for a recording whereve
 >>> round(found.values["spring.K"], -2)  # the rate of the spring [N/m]
 60900.0
 
-======================  ================================================================================
+======================= ================================================================================
 `read`, `Recording`     a recording from a file, from arrays, or from a data frame
 `simulate`              a recording of a simulated valve
 `fit`                   friction and spring of a valve, from recordings
@@ -24,7 +24,7 @@ Arrays in, arrays out; a path or ``bundled:NAME`` stands for a recording whereve
 `simulated_valve`       a simulated valve whose time, faults and line are in the hands of a test
 `Fault`                 a fault of the DAMADICS benchmark, for `serve`
 `CATALOGUE`, `Effect`   the effects that can be simulated, fitted and traced, and how to write one
-======================  ================================================================================
+======================= ================================================================================
 
 The command line, ``bristle``, has the same functions as commands. Every error that is raised on purpose is a
 `BristleError`; catch the level that you can handle::
