@@ -43,7 +43,7 @@ def test_the_check_says_what_would_be_polled_and_sends_nothing(tmp_path, capsys)
         ('tag = "V2"', 'tag = "V1"', "the tag 'V1' is there twice; give each valve its own"),
         ('tag = "V2"', 'tag = "../../etc/x"', "source[0].valve[1].tag"),
         ('map = "map.toml"\nmodel = "model.json"\nunit = 2', 'model = "model.json"', "(V2): map: it is missing"),
-        ('model = "model.json"\nunit = 2', 'model = "none.json"', "none.json: cannot be read"),
+        ('model = "model.json"\nunit = 2', 'model = "none.json"', "none.json: there is no such file"),
         ("tcp://", "carrier-pigeon://", "'carrier-pigeon' is not a kind of source; write "),
         ('map = "map.toml"', 'map = "nowhere.toml"', "nowhere.toml: there is no such file"),
         ("unit = 2", "unit = 900", "less than or equal to 247"),

@@ -49,7 +49,7 @@ def found(force_noise: float, estimator: Estimator = "auto") -> Identification:
     ("share", "estimator", "order", "chosen"),
     [
         (0.0, "auto", "full", "output-error"),
-        (3e-4, "auto", "damped", "output-error"),
+        (3e-4, "auto", "damped", "noise-aware"),
         (3e-4, "noise-aware", "full", "noise-aware"),
     ],
     ids=["exact force", "noisy force", "noise-aware"],

@@ -203,7 +203,7 @@ def test_values_are_judged_beside_the_declarations(tmp_path: Path) -> None:
         for name in ("time stands", "no position", "no force", "tag a number"):
             VIOLATIONS[name][0](file)
     places = [problem.where.rsplit("/", 1)[-1] for problem in validate(path)]
-    assert places == ["force", "position", "time", "plant: tag"]
+    assert places == ["time", "force", "position", "plant: tag"]
 
 
 def test_many_equal_values_may_take_next_to_no_room(tmp_path: Path) -> None:

@@ -188,7 +188,7 @@ def test_show_lists_everything_that_is_wrong_and_ends_with_2(tmp_path: Path, cap
     [
         ("a.csv", "t,x\n0,1\n", "it is not a file of Bristle; see what is in it: bristle import"),
         ("a.json", '{"format": "recipe"}', "a file of the kind 'recipe' cannot be shown; kinds: recording"),
-        ("a.json", "{", "it is not an HDF5 file"),
+        ("a.json", "{", "it is not JSON"),
     ],
 )
 def test_show_refuses_what_it_does_not_know(

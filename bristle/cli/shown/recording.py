@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from bristle.cli.output.manner import say
-from recordings import Array, BadInput, describe, open_recording, validate
+from recordings import Array, BadInput, RecordingFile, describe, open_recording, validate
 from recordings import picture as page
 
 
@@ -34,7 +34,7 @@ def facts(file: Path) -> Mapping[str, Any]:
     with open_recording(file) as opened:
         header, time = opened.header, opened.signal("time").values
         signals = [
-            {"name": spec.name, "role": spec.role, "unit": spec.unit, **_range(opened.signal(spec.name).values)}
+            {"name": spec.name, "role": spec.role, "unit": spec.unit, **_range(_values(opened, spec.name, len(time)))}
             for spec in header.signals
         ]
         events = [{"time_s": one.time, "kind": one.kind, "text": one.text} for one in opened.events]
@@ -44,6 +44,14 @@ def facts(file: Path) -> Mapping[str, Any]:
         "created": created, "samples": len(time), "seconds": time[-1] - time[0], "signals": signals,
         "plant": header.plant.known(), "events": events, "attributes": dict(header.attributes),
     }  # fmt: skip
+
+
+def _values(opened: RecordingFile, name: str, samples: int) -> Array:
+    """The values of a signal, all missing where it has none that is good: what a wrong map recorded is shown, too."""
+    try:
+        return opened.signal(name).values
+    except BadInput:
+        return np.full(samples, np.nan)
 
 
 def _range(values: Array) -> dict[str, float | int | None]:
