@@ -7,6 +7,7 @@ import re
 import resource
 import socket
 import tempfile
+import threading
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -14,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import fsspec
+from threadpoolctl import threadpool_limits
 
 import bristle as br
 from bristle.fleet.items import FleetItem
@@ -40,7 +42,7 @@ def analysed(what: str, item: FleetItem, options: Mapping[str, Any], key: str, p
     row: Row = {"valve": item.valve, "type": item.kind, "date": item.date, "recordings": ";".join(item.recordings)}
     row |= {"key": key, "state": "done", "sentence": "", "page": None}
     try:
-        with _one_thread(), _here(item.recordings) as paths:
+        with _ONE_THREAD, threadpool_limits(limits=1), _here(item.recordings) as paths:
             found, values, sentence = WORK[what](paths, {**options, **item.own})
             row |= values | {"date": item.date or _dated(paths), "sentence": sentence}
             if pages is not None:
@@ -57,21 +59,32 @@ def analysed(what: str, item: FleetItem, options: Mapping[str, Any], key: str, p
     return row | {"worker_memory_MB": memory}
 
 
-@contextmanager
-def _one_thread() -> Iterator[None]:
-    """Libraries for linear algebra and our own work use one thread, also in workers that somebody else has started."""
-    from threadpoolctl import threadpool_limits
+class _OneThread:
+    """Libraries for linear algebra and our own work use one thread, also in workers that somebody else has started.
 
-    before = os.environ.get(THREADS)
-    os.environ[THREADS] = "1"
-    try:
-        with threadpool_limits(limits=1):
-            yield
-    finally:
-        if before is None:
-            os.environ.pop(THREADS, None)
-        else:
-            os.environ[THREADS] = before
+    Several items may be worked on in one process at a time: the first sets the limit, the last takes it away.
+    """
+
+    def __init__(self) -> None:
+        self._lock, self._inside, self._before = threading.Lock(), 0, os.environ.get(THREADS)
+
+    def __enter__(self) -> None:
+        with self._lock:
+            if self._inside == 0:
+                self._before = os.environ.get(THREADS)
+                os.environ[THREADS] = "1"
+            self._inside += 1
+
+    def __exit__(self, *_: object) -> None:
+        with self._lock:
+            self._inside -= 1
+            if self._inside == 0 and self._before is None:
+                os.environ.pop(THREADS, None)
+            elif self._inside == 0:
+                os.environ[THREADS] = str(self._before)
+
+
+_ONE_THREAD = _OneThread()
 
 
 @contextmanager

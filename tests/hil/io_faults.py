@@ -40,8 +40,7 @@ from hil import (
 )
 from recordings import BadInput, BristleError, RecordingWriter, SignalSpec, read, recover
 
-SHIM = ctypes.CDLL(None)
-SHIM.failing_calls_arm.argtypes = [ctypes.c_char_p, ctypes.c_int, ctypes.c_long, ctypes.c_int, ctypes.c_int]
+SHIM = ctypes.CDLL(None)  # with failing_calls.so before everything else, else it has none of its functions
 KINDS = {"open": 1, "write": 2, "short write": 3, "fsync": 4, "rename": 5, "close": 6, "unlink": 7, "truncate": 8}
 ERRORS = {"open": errno.EMFILE, "write": errno.ENOSPC, "truncate": errno.ENOSPC, "unlink": errno.EACCES}
 STEP, N_SAMPLES, BATCH = 0.01, 60, 10
@@ -257,6 +256,9 @@ def calls_failing(
     for kind, for_good, numbers in cases(stride):
         for number in numbers:
             error = ERRORS.get(kind, errno.EIO)
+            SHIM.failing_calls_arm.argtypes = [
+                ctypes.c_char_p, ctypes.c_int, ctypes.c_long, ctypes.c_int, ctypes.c_int
+            ]  # fmt: skip
             arm = partial(SHIM.failing_calls_arm, str(folder).encode(), KINDS[kind], number, error, for_good)
             found = run_case(partial(work, folder), folder, arm)
             if found.get("calls", number) < number:

@@ -47,7 +47,7 @@ SPEED = 4.0
 LEARN_S, BEFORE_S = 80.0, 8.0
 """Plant time of learning, and of watching before the fault [s]."""
 
-PATIENCE_S = 40.0
+PATIENCE_S = 90.0
 """Seconds of the clock until the alarm has to be there and named. On a busy machine samples are lost, and after each
 loss the detector waits for a second of plant time.
 """
