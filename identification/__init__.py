@@ -12,6 +12,7 @@ from identification.friction.comparison import FrictionComparison, compare_frict
 from identification.friction.models import MODELS as FRICTION_MODELS
 from identification.given import free_parameters, with_area, without_effects
 from identification.identified import Identification
+from identification.parallel import one_thread
 from identification.procedure import identify
 from identification.result import Trajectory
 from identification.sparse_regression.crosscheck import ComparedQuantity, Crosscheck, crosscheck
@@ -49,6 +50,7 @@ __all__ = [
     "free_parameters",
     "identify",
     "noise_std",
+    "one_thread",
     "profile",
     "trace",
     "uncertainty_of",

@@ -5,8 +5,10 @@ from __future__ import annotations
 import functools
 import os
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
+from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import TypeVar
 
 T = TypeVar("T")
@@ -15,8 +17,7 @@ S = TypeVar("S")
 WORKERS = 2
 """Threads at most."""
 
-THREADS = "BRISTLE_THREADS"
-"""The variable of the environment that allows fewer: 1 where a process for each core works on a valve of its own."""
+_ALONE = ContextVar("alone", default=False)
 
 NAME = "segment"
 """What the names of the threads begin with."""
@@ -27,7 +28,7 @@ def each(work: Callable[[S], T], items: Sequence[S]) -> list[T]:
 
     Work that asks for the same is done by its own thread: all others may be waiting for it.
     """
-    if len(items) <= 1 or os.environ.get(THREADS) == "1" or threading.current_thread().name.startswith(NAME):
+    if len(items) <= 1 or _ALONE.get() or threading.current_thread().name.startswith(NAME):
         return [work(item) for item in items]
     pool = _pool(os.getpid())
     futures = [pool.submit(work, item) for item in items]
@@ -37,6 +38,16 @@ def each(work: Callable[[S], T], items: Sequence[S]) -> list[T]:
         for future in futures:
             future.cancel()
     return [future.result() for future in futures]
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Inside, the thread that entered does all its work itself: other cores have valves of their own."""
+    token = _ALONE.set(True)
+    try:
+        yield
+    finally:
+        _ALONE.reset(token)
 
 
 @functools.cache

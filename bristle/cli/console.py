@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bristle.cli.output.tables import words_table
-from recordings import BadInput
+from recordings import BadInput, BadParameter
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -32,6 +32,17 @@ def assignments(items: Sequence[str], option: str) -> dict[str, float]:
             or found[name.strip()] != found[name.strip()]
         ):
             raise BadInput(f"{option} {item}", "it is not NAME=NUMBER", f"write for example {option} mass.m=2.1")
+    return found
+
+
+def named_columns(text: str | None) -> dict[str, str]:
+    """``SP=a,PV=b`` as a dictionary. Raises BadInput for anything else."""
+    found = {}
+    for item in (text or "").split(",") if text else ():
+        name, equals, column = item.partition("=")
+        if not equals or not column.strip():
+            raise BadParameter("columns", item, "it is not NAME=COLUMN", "write for example SP=set,PV=flow,OP=valve")
+        found[name.strip()] = column.strip()
     return found
 
 

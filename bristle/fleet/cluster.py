@@ -40,7 +40,7 @@ def opened(scheduler: str | None, workers: int | None) -> Iterator[Any]:
                 yield client
             return
         with (
-            dask.config.set({"distributed.nanny.pre-spawn-environ": LIMITS | {"BRISTLE_THREADS": "1"}}),
+            dask.config.set({"distributed.nanny.pre-spawn-environ": LIMITS}),
             distributed.LocalCluster(
                 n_workers=workers or os.cpu_count() or 1, threads_per_worker=1, processes=True, host="127.0.0.1",
                 dashboard_address=None, security=True, silence_logs=50, memory_limit=0,

@@ -7,7 +7,6 @@ import re
 import resource
 import socket
 import tempfile
-import threading
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -20,13 +19,11 @@ from threadpoolctl import threadpool_limits
 import bristle as br
 from bristle.fleet.items import FleetItem
 from bristle.fleet.rows import WORK
+from identification import one_thread
 from recordings import BadInput, BristleError
 
 Row = dict[str, Any]
 """A row of results: numbers, texts and truth values by name of the column, None for what is not known."""
-
-THREADS = "BRISTLE_THREADS"
-"""The variable of the environment by which a fit is told to use one thread."""
 
 SETTLED = ("done", "negative", "refused")
 """States that the same content would give again; ``failed`` is tried again."""
@@ -42,7 +39,7 @@ def analysed(what: str, item: FleetItem, options: Mapping[str, Any], key: str, p
     row: Row = {"valve": item.valve, "type": item.kind, "date": item.date, "recordings": ";".join(item.recordings)}
     row |= {"key": key, "state": "done", "sentence": "", "page": None}
     try:
-        with _ONE_THREAD, threadpool_limits(limits=1), _here(item.recordings) as paths:
+        with one_thread(), threadpool_limits(limits=1), _here(item.recordings) as paths:
             found, values, sentence = WORK[what](paths, {**options, **item.own})
             row |= values | {"date": item.date or _dated(paths), "sentence": sentence}
             if pages is not None:
@@ -57,34 +54,6 @@ def analysed(what: str, item: FleetItem, options: Mapping[str, Any], key: str, p
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
     row |= {"seconds": time.perf_counter() - started, "worker": f"{socket.gethostname()}:{os.getpid()}"}
     return row | {"worker_memory_MB": memory}
-
-
-class _OneThread:
-    """Libraries for linear algebra and our own work use one thread, also in workers that somebody else has started.
-
-    Several items may be worked on in one process at a time: the first sets the limit, the last takes it away.
-    """
-
-    def __init__(self) -> None:
-        self._lock, self._inside, self._before = threading.Lock(), 0, os.environ.get(THREADS)
-
-    def __enter__(self) -> None:
-        with self._lock:
-            if self._inside == 0:
-                self._before = os.environ.get(THREADS)
-                os.environ[THREADS] = "1"
-            self._inside += 1
-
-    def __exit__(self, *_: object) -> None:
-        with self._lock:
-            self._inside -= 1
-            if self._inside == 0 and self._before is None:
-                os.environ.pop(THREADS, None)
-            elif self._inside == 0:
-                os.environ[THREADS] = str(self._before)
-
-
-_ONE_THREAD = _OneThread()
 
 
 @contextmanager

@@ -46,9 +46,9 @@ def fit_damped(
     if search is None:
         return Fit(Outcome.TOO_SHORT, valve, coordinates)
     ends = search.ends(progress)
-    starts = [end.theta[: coordinates.n_free] for end in ends[:FOLLOWED]]
     heaviest = {"spring.K": search.loop.K, "mass.m": RANGES["mass.m"][1]}
     if segment_grids and order == "damped" and slip_is_seen(heaviest, search.whole.spacing):
+        starts = [end.theta[: coordinates.n_free] for end in ends[:FOLLOWED]]
         found = _noise_aware(valve, coordinates, smooth, segment_grids, starts, progress)
         if found is not None and found.outcome is Outcome.CONVERGED:
             return found

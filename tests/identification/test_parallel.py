@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import multiprocessing
 import threading
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
+from identification import one_thread
 from identification.parallel import WORKERS, each
 
 
@@ -27,6 +29,17 @@ def test_items_are_worked_on_at_the_same_time():
 def test_all_threads_are_kept_for_the_next_call():
     names = {name for _ in range(20) for name in each(lambda _: threading.current_thread().name, range(4))}
     assert len(names) <= WORKERS
+
+
+def test_who_asks_for_one_thread_does_all_work_alone_and_nobody_else_does():
+    def names(_: int) -> set[str]:
+        return set(each(lambda _: threading.current_thread().name, range(4)))
+
+    with one_thread():
+        assert names(0) == {threading.current_thread().name}
+        with ThreadPoolExecutor(1) as other:
+            assert threading.current_thread().name not in other.submit(names, 0).result()
+    assert threading.current_thread().name not in names(0)
 
 
 def test_the_first_error_is_raised_when_all_work_has_ended():

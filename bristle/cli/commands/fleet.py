@@ -37,8 +37,7 @@ def command(
 
     Example: bristle fleet fit recordings --out results.parquet --report fleet.html
     """
-    from bristle.cli.commands.plant_data.assess import named_columns
-    from bristle.cli.console import assignments, writable
+    from bristle.cli.console import assignments, named_columns, writable
     from bristle.cli.fleets import needed, summary, told
     from bristle.cli.output.manner import answer, say
     from bristle.cli.output.working import working

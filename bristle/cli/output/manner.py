@@ -9,7 +9,8 @@ import sys
 from collections.abc import Mapping, Sequence
 from contextvars import ContextVar
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
 
 from bristle.cli.output.terminal import plain_text
 
@@ -94,6 +95,28 @@ def note(*lines: str) -> None:
 def answer(content: Mapping[str, Any]) -> None:
     """The result as it would stand in a file. ``--json`` prints it when the command has ended."""
     manner().result = content
+
+
+class Reported(Protocol):
+    """A result that is told in lines, written to a file and shown on a page."""
+
+    def lines(self) -> list[str]: ...
+
+    def as_json(self) -> dict[str, Any]: ...
+
+    def write(self, path: Path) -> None: ...
+
+    def report(self, path: Path) -> None: ...
+
+
+def present(found: Reported, out: Path | None, report: Path | None) -> None:
+    """A result in lines, as the answer of the command, and in the files that were asked for. Raises BadInput."""
+    say(*found.lines())
+    answer(found.as_json())
+    if out:
+        found.write(out)
+    if report:
+        found.report(report)
 
 
 def stdout() -> Console:

@@ -7,7 +7,7 @@ import json
 import signal
 import sys
 from collections import deque
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Coroutine, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -85,22 +85,27 @@ def watch(source: Source, options: MonitorOptions) -> None:
         session = MonitorSession(
             sinks, options.duration_s, options.state, model.model_dump_json(), options.record, show
         )
-        end = _run(live, monitor, session) if options.page is None else _shown(live, monitor, session, options)
+        if options.page is None:
+            end = _ended(monitor_session(live, monitor, session))
+        else:
+            end = _shown(live, monitor, session, options, model)
     line.end()
     answer(_result(end, monitor, kept))
     _finish(end, monitor)
 
 
-def _run(source: Source, monitor: Monitor, session: MonitorSession) -> MonitorEnd:
+def _ended(session: Coroutine[Any, Any, MonitorEnd]) -> MonitorEnd:
     try:
-        return asyncio.run(monitor_session(source, monitor, session))
+        return asyncio.run(session)
     except PollingStopped as stopped:
         raise NegativeAnswer(str(stopped)) from stopped
 
 
-def _shown(source: Source, monitor: Monitor, session: MonitorSession, options: MonitorOptions) -> MonitorEnd:
+def _shown(
+    source: Source, monitor: Monitor, session: MonitorSession, options: MonitorOptions, model: ValveModel
+) -> MonitorEnd:
     """The same with a live page, which ends with it. Raises BadInput when the page cannot be served."""
-    address, model = options.address.partition("?")[0], ValveModel.read(options.model)
+    address = options.address.partition("?")[0]
     shown = ShownMonitor(address, address, options.rate_hz, monitor, model, lambda: source.statistics.missed)
     folder = None if options.record is None else options.record.to
     with Page(options.page or PageSettings(), shown, folder) as page:
@@ -115,10 +120,7 @@ def _shown(source: Source, monitor: Monitor, session: MonitorSession, options: M
                 serving.cancel()
                 await asyncio.gather(serving, return_exceptions=True)
 
-        try:
-            return asyncio.run(both())
-        except PollingStopped as stopped:
-            raise NegativeAnswer(str(stopped)) from stopped
+        return _ended(both())
 
 
 def _resume(monitor: Monitor, options: MonitorOptions, model: ValveModel) -> None:

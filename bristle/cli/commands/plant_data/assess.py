@@ -25,8 +25,8 @@ def command(
     Example: bristle assess loop.csv --loop flow --columns SP=FC7.SP,PV=FC7.PV,OP=FC7.OP:% --out assessment.json
     """
     import bristle as br
-    from bristle.cli.console import assignments, writable
-    from bristle.cli.output.manner import answer, stdout
+    from bristle.cli.console import assignments, named_columns, writable
+    from bristle.cli.output.manner import present
     from bristle.cli.output.working import working
 
     for path in (out, report):
@@ -34,24 +34,4 @@ def command(
     known = assignments(valve.split(","), "--valve") if valve else None
     with working("assessing"):
         found = br.assess(file, loop=loop, columns=named_columns(columns), valve=known)
-    answer(found.as_json())
-    console = stdout()
-    for line in found.lines():
-        console.print(line, markup=False)
-    if out:
-        found.write(out)
-    if report:
-        found.report(report)
-
-
-def named_columns(text: str | None) -> dict[str, str]:
-    """``SP=a,PV=b`` as a dictionary. Raises BadInput for anything else."""
-    from recordings import BadParameter
-
-    found = {}
-    for item in (text or "").split(",") if text else ():
-        name, equals, column = item.partition("=")
-        if not equals or not column.strip():
-            raise BadParameter("columns", item, "it is not NAME=COLUMN", "write for example SP=set,PV=flow,OP=valve")
-        found[name.strip()] = column.strip()
-    return found
+    present(found, out, report)

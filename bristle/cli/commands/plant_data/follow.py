@@ -24,7 +24,7 @@ def command(
     """
     import bristle as br
     from bristle.cli.console import assignments, writable
-    from bristle.cli.output.manner import answer, say
+    from bristle.cli.output.manner import present
     from bristle.cli.output.working import working
 
     for path in (out, report):
@@ -32,9 +32,4 @@ def command(
     limits = assignments(limit or [], "--limit")
     with working("following", staged=True) as progress:
         found = br.follow(recordings, limits=limits, area=area, progress=progress)
-    say(*found.lines())
-    answer(found.as_json())
-    if out:
-        found.write(out)
-    if report:
-        found.report(report)
+    present(found, out, report)

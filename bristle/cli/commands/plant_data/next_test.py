@@ -36,7 +36,7 @@ def command(
     """
     import bristle as br
     from bristle.cli.console import writable
-    from bristle.cli.output.manner import answer, say
+    from bristle.cli.output.manner import present
     from bristle.cli.output.working import working
     from identification.next_test import bounds_of
 
@@ -56,9 +56,4 @@ def command(
             area=area,
             progress=progress,
         )
-    say(*found.lines())
-    answer(found.as_json())
-    if out:
-        found.write(out)
-    if report:
-        found.report(report)
+    present(found, out, report)

@@ -28,7 +28,7 @@ def command(
     """
     import bristle as br
     from bristle.cli.console import writable
-    from bristle.cli.output.manner import answer, stdout
+    from bristle.cli.output.manner import present
     from bristle.cli.output.working import working
     from recordings import BadParameter, NegativeAnswer
 
@@ -39,13 +39,6 @@ def command(
     with working("testing"):
         tested = [br.simulate_test(kind, model=model, seed=seed)] if simulate else recordings or []
         found = br.test(tested, kind, reference=reference)
-    answer(found.as_json())
-    console = stdout()
-    for line in found.lines():
-        console.print(line, markup=False)
-    if out:
-        found.write(out)
-    if report:
-        found.report(report)
+    present(found, out, report)
     if found.aborted:
         raise NegativeAnswer(f"the partial stroke failed: {'; '.join(found.aborted)}")
