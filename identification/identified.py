@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from identification.result import FitResult
+from identification.data.experiment import experiment, imposed
+from identification.data.grid import with_smooth_force
+from identification.result import FitResult, Trajectory, free_runs
 from identification.summary import fit_html, fit_text
+from recordings import BadInput, Recording
 
 
 @dataclass(frozen=True, repr=False)
@@ -25,6 +29,24 @@ class Identification(FitResult):
 
     def _repr_html_(self) -> str:
         return fit_html(self)
+
+    def on(self, recordings: Sequence[Recording], *, hold: bool = False) -> tuple[Trajectory, ...]:
+        """Its free runs on other recordings, one each, as it was fitted: from the force, or from an imposed motion.
+
+        hold : the force is held between samples. Raises BadInput for recordings that cannot be used.
+        """
+        if self.fit.problem is None:
+            raise BadInput("model", "has no free run", "fit it to recordings that move it")
+        causality = self.fit.kernel.causality
+        experiments = [experiment(r, hold=hold) for r in recordings]
+        if causality == "force" and any(e.causality == "motion" for e in experiments):
+            raise BadInput("recordings", "have an imposed motion, and the model a driving force", "fit one to them")
+        if causality == "motion":
+            driven = [imposed(e) for e in experiments]
+        else:
+            noisy = self.fit.estimate is not None or self.fit.order != "full"
+            driven = with_smooth_force(experiments) if noisy else experiments
+        return free_runs(self.fit, driven, fitted=False)
 
     def report(self, path: str | os.PathLike[str]) -> None:
         """Write the report, one self-contained HTML page. Raises BadInput when it cannot be written."""

@@ -265,11 +265,16 @@ class Recording:
 
     @cached_property
     def sha256(self) -> str | None:
-        """Hexadecimal SHA-256 of the file it came from; None when it came from none. Computed when first asked for."""
+        """Hexadecimal SHA-256 of the file it came from; None when it came from none, or the file is there no more.
+        Computed when first asked for.
+        """
         if self.path is None:
             return None
-        with self.path.open("rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
+        try:
+            with self.path.open("rb") as file:
+                return hashlib.file_digest(file, "sha256").hexdigest()
+        except OSError:  # a long fit is not lost because its recording was moved meanwhile
+            return None
 
 
 _MAPPINGS = ("signals", "attributes", "quality", "reply_times")

@@ -71,6 +71,8 @@ def test_a_motion_driven_model_states_its_error_as_a_force():
     for kind in ("fit", "holdout"):
         assert found.model.error[kind]["rmse_N"] == pytest.approx(FORCE_NOISE, rel=0.05)
     assert {run.unit for run in found.trajectories + found.holdout} == {"N"}
+    (later,) = found.on([imposed(TRUTH, 0.0)])
+    np.testing.assert_allclose(later.simulated, found.holdout[0].simulated, atol=1e-9)
 
 
 def test_a_rig_without_a_spring_gives_the_friction():

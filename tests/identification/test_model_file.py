@@ -84,6 +84,12 @@ def test_errors_are_free_run_errors_of_both_sets(content, identified):
     assert held_out.rmse == pytest.approx(content["error"]["holdout"]["rmse_m"])
 
 
+def test_a_recording_that_comes_later_gives_the_error_it_had_given_when_held_out(identified, files):
+    (later,), (held_out,) = identified.on([read(files[2])]), identified.holdout
+    assert later.unit == "m"
+    np.testing.assert_allclose(later.simulated, held_out.simulated, atol=1e-12)
+
+
 def test_plant_noise_and_quality_are_there(content, identified):
     assert content["plant"]["tag"] == "LC74_20"
     assert content["plant"]["stroke_m"] == random_valve(SEED)[1]
