@@ -34,6 +34,7 @@ def watch(healthy) -> Watch:
     return learn(healthy, MODEL)
 
 
+@pytest.mark.slow
 def test_it_is_quiet_on_healthy_data_it_was_not_learned_on(watch):
     found, _ = alarms(watch, seen(300.0, seed=5))
     assert found == []

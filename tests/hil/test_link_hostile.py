@@ -186,8 +186,11 @@ def judge(tales: list[Tale], n_harmed: int, modes: Iterable[str], least_good: fl
     assert sum(tale.good for tale in tales) > n_harmed * least_good, "a link that refuses everything is no use either"
 
 
-def test_seventeen_thousand_harmed_replies_on_tcp_give_no_wrong_value():
-    judge(asyncio.run(many(on_tcp, 17_000, lines=80, seed=1)), 17_000, TCP_MODES, 0.05)  # a proof can be harmed, too
+@pytest.mark.parametrize("n_harmed", [4_000, pytest.param(17_000, marks=pytest.mark.slow)])
+def test_thousands_of_harmed_replies_on_tcp_give_no_wrong_value(n_harmed):
+    judge(
+        asyncio.run(many(on_tcp, n_harmed, lines=80, seed=1)), n_harmed, TCP_MODES, 0.05
+    )  # a proof can be harmed, too
 
 
 def test_three_thousand_harmed_replies_on_pseudo_terminals_give_no_wrong_value():

@@ -214,9 +214,10 @@ def check_killed(ends: list[tuple[Path, int]]) -> None:
         assert len(read(path)) >= n_samples
 
 
-def test_twenty_kills_lose_nothing_that_was_acknowledged(tmp_path, map_file):
-    ends = killed_at_random(map_file.parent, 20, seed=1)
-    assert len(ends) == 20
+@pytest.mark.parametrize("kills", [5, pytest.param(20, marks=pytest.mark.slow)])
+def test_kills_lose_nothing_that_was_acknowledged(tmp_path, map_file, kills):
+    ends = killed_at_random(map_file.parent, kills, seed=1)
+    assert len(ends) == kills
     check_killed(ends)
 
 

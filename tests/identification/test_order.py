@@ -64,6 +64,7 @@ def fitted(rate: float) -> Fit:
     return identified(rate).fit
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rate", [200.0, 50.0])
 def test_a_stiff_valve_at_the_rates_of_a_plant_is_fitted_in_damped_order(rate):
     found = fitted(rate)
@@ -74,6 +75,7 @@ def test_a_stiff_valve_at_the_rates_of_a_plant_is_fitted_in_damped_order(rate):
         assert found.values[name] == pytest.approx(STIFF[name], rel=share)
 
 
+@pytest.mark.slow
 def test_it_does_not_end_with_a_heavy_stem_on_overdamped_bristles():
     """There the robust loss has another minimum, a fifth higher: twice the mass, half the viscous friction."""
     for rate in (200.0, 50.0):
@@ -82,6 +84,7 @@ def test_it_does_not_end_with_a_heavy_stem_on_overdamped_bristles():
         assert values["lugre.sigma2"] == pytest.approx(STIFF["lugre.sigma2"], rel=0.1)
 
 
+@pytest.mark.slow
 def test_where_the_course_of_a_slip_is_seen_the_force_is_estimated_and_mass_and_friction_come_out_ten_times_better():
     often, seldom = fitted(200.0), fitted(50.0)
     assert slip_is_seen(STIFF, 1 / 200)
@@ -104,6 +107,7 @@ def test_a_stretch_that_begins_in_a_slip_is_reached_from_the_last_rest_before_it
     assert estimate.loss < RIGHT
 
 
+@pytest.mark.slow
 def test_what_the_sampling_does_not_tell_is_unresolved_and_has_no_interval():
     found = identified(50.0)
     assert found.fit.order == found.model.quality["order"] == "damped"

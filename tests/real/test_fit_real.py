@@ -33,6 +33,7 @@ def emps(folder: Path) -> Path:
     return target
 
 
+@pytest.mark.slow
 def test_emps_has_the_published_mass_and_friction(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The published model has no Stribeck effect, so the Stribeck velocity is held where it plays no part."""
     model = tmp_path / "model.json"
