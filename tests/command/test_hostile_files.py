@@ -1,7 +1,7 @@
 """Every reader refuses every file of the corpus with one line, without holding what the file unpacks into.
 
-By default all readers work in this one process, on every eighth file; `slow` are all files; `long` are real processes with their time and memory, and an hour of
-hypothesis for each reader.
+By default all readers work in this one process, on every eighth file. `slow` are all files. `long` are real processes
+with their time and memory, and an hour of hypothesis for each reader.
 """
 
 from __future__ import annotations

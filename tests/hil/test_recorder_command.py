@@ -112,7 +112,9 @@ def check_file(path: Path, n_samples: int) -> None:
     assert (np.diff(columns["counter"]) == 1).all()
 
 
-@pytest.mark.parametrize(("end", "code"), [(signal.SIGTERM, 0), (signal.SIGINT, 130)])
+@pytest.mark.parametrize(
+    ("end", "code"), [(signal.SIGTERM, 0), pytest.param(signal.SIGINT, 130, marks=pytest.mark.slow)]
+)
 def test_a_signal_ends_it_cleanly_and_everything_acknowledged_is_there(tmp_path, map_file, end, code):
     async def story() -> tuple[int, dict[str, int], str]:
         async with TcpPeer(Rig()) as peer:
