@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from stiff_valves import STIFF, stem_test
+from stiff_valves import STEM_TEST, STIFF, stem_test
 
 from identification import Fit, Identification, Outcome, experiment, fit, identify
 from identification.data.grid import grids
@@ -28,6 +28,8 @@ from simulator import BASE, kernel
 
 SWING = float(np.sqrt(STIFF["lugre.sigma0"] / STIFF["mass.m"]))
 """2236 rad/s."""
+SHORT = ("staircase:12", "sine:12")
+"""A stem test of a fifth of the time."""
 
 
 @pytest.mark.parametrize(("noisy", "limit"), [(True, RESOLVED), (False, RESOLVED_EXACT)])
@@ -56,8 +58,8 @@ def test_the_sub_step_of_the_damped_order_resolves_the_slip_and_not_the_bristle(
 
 
 @functools.cache
-def identified(rate: float) -> Identification:
-    return identify(stem_test(rate), check=False)
+def identified(rate: float, courses: tuple[str, ...] = STEM_TEST) -> Identification:
+    return identify(stem_test(rate, courses), check=False)
 
 
 def fitted(rate: float) -> Fit:
@@ -107,9 +109,9 @@ def test_a_stretch_that_begins_in_a_slip_is_reached_from_the_last_rest_before_it
     assert estimate.loss < RIGHT
 
 
-@pytest.mark.slow
-def test_what_the_sampling_does_not_tell_is_unresolved_and_has_no_interval():
-    found = identified(50.0)
+@pytest.mark.parametrize("courses", [SHORT, pytest.param(STEM_TEST, marks=pytest.mark.slow)], ids=["short", "whole"])
+def test_what_the_sampling_does_not_tell_is_unresolved_and_has_no_interval(courses):
+    found = identified(50.0, courses)
     assert found.fit.order == found.model.quality["order"] == "damped"
     assert found.uncertainty.status["lugre.sigma1"] == "unresolved"
     note = found.uncertainty.note["lugre.sigma1"]
