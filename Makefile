@@ -4,7 +4,7 @@ PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3 python; do \
 	&& { command -v $$p; break; }; done)
 BIN := .venv/bin
 
-.PHONY: install demo test lint docs bench clean
+.PHONY: install demo test test-slow lint docs bench clean
 .DEFAULT_GOAL := install
 
 install: .venv/installed
@@ -20,8 +20,15 @@ demo: install
 	$(BIN)/bristle demo --out demo-output $(if $(KEEP),--keep)
 
 # Bytecode is written even where the environment forbids it: the tests start many processes.
+PYTEST := PYTHONDONTWRITEBYTECODE= OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
+
+# The tests that take seconds at most. They take less than ten minutes on two cores.
 test: install
-	PYTHONDONTWRITEBYTECODE= OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
+	$(PYTEST)
+
+# The end-to-end tests that `make test` leaves out. CI runs both.
+test-slow: install
+	$(PYTEST) -m 'slow and not long'
 
 lint: install
 	$(BIN)/ruff check .

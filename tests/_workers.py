@@ -10,6 +10,7 @@ from xdist.scheduler import LoadFileScheduling
 TOGETHER: Mapping[str, Sequence[str]] = {
     "tests/identification/test_trace.py": (
         "tests/identification/test_report_trace.py",
+        "tests/identification/test_trace_budget.py",
         "tests/identification/test_trace_null.py",
         "tests/identification/test_trace_screen.py",
         "tests/identification/test_trace_shortlist.py",

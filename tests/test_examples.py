@@ -33,7 +33,9 @@ def test_every_example_is_run():
     assert {path.stem for path in (HOUSE / "examples").glob("*.py")} == set(WRITTEN) == set(SAID)
 
 
-@pytest.mark.parametrize("name", WRITTEN)
+@pytest.mark.parametrize(
+    "name", ["fit_arrays", *(pytest.param(name, marks=pytest.mark.slow) for name in WRITTEN if name != "fit_arrays")]
+)
 def test_an_example_runs(name, tmp_path):
     command = [sys.executable, str(HOUSE / "examples" / f"{name}.py"), str(tmp_path)]
     environment = os.environ | {"PYTHONPATH": str(HOUSE), "OPENBLAS_NUM_THREADS": "1"}

@@ -65,6 +65,8 @@ def _absent(folder: Path) -> None:
 
 @functools.cache
 def _sources() -> str:
-    """The text of the whole room: a compiled function may call any other of it."""
-    files = sorted(Path(__file__).parents[1].rglob("*.py"))
-    return "\0".join(f"{path}\0{path.read_text(encoding='utf-8')}" for path in files)
+    """The text of the whole room: a compiled function may call any other of it. Where the room lies does not matter."""
+    room = Path(__file__).parents[1]
+    return "\0".join(
+        f"{path.relative_to(room)}\0{path.read_text(encoding='utf-8')}" for path in sorted(room.rglob("*.py"))
+    )

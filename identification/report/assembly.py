@@ -6,6 +6,7 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
@@ -39,12 +40,25 @@ def assembled(front: Front, sections: Sequence[Section]) -> str:
     from bokeh.resources import Resources
 
     plots = {f"{s.anchor}.{name}": plot for s in sections for name, plot in s.plots.items()}
+    _gathered(list(plots.values()))
     script, places = components(plots) if plots else ("", {})
     return TEMPLATES.get_template("page.html").render(
         front=front, sections=[(s.anchor, s.title, _rendered(s, places)) for s in sections],
         bokeh=Markup(Resources(mode="inline", components=["bokeh"]).render_js()), plots=Markup(script),
         style=_asset("style.css"), behaviour=_asset("page.js"),
     )  # fmt: skip
+
+
+def _gathered(plots: Sequence[Any]) -> None:
+    """Put plots of no document into one. One after another, bokeh would go through all of them again for each."""
+    from bokeh.document import Document
+
+    if any(plot.document is not None for plot in plots):
+        return
+    document = Document()
+    with document.models.freeze():
+        for plot in plots:
+            document.add_root(plot)
 
 
 def save_page(path: str | os.PathLike[str], page: str) -> None:

@@ -60,6 +60,7 @@ def force(valve: Valve) -> np.ndarray:
     return force_course(valve, "sine", 4.0, 0)
 
 
+@pytest.mark.slow
 def test_plant_agrees_with_radau(valve: Valve, force: np.ndarray) -> None:
     b = valve.values
     t = np.arange(501) / COURSE

@@ -40,7 +40,11 @@ def refuses(port: int) -> bool:
         return peer.connect_ex(("127.0.0.1", port)) != 0
 
 
-@pytest.mark.parametrize("tried", [NEAREST, pytest.param(CATALOGUE.ids, marks=pytest.mark.long)], ids=["few", "all"])
+@pytest.mark.parametrize(
+    "tried",
+    [pytest.param(NEAREST, marks=pytest.mark.slow), pytest.param(CATALOGUE.ids, marks=pytest.mark.long)],
+    ids=["few", "all"],
+)
 def test_it_fits_records_traces_and_watches_and_leaves_nothing_running(console, tmp_path, monkeypatch, tried):
     """Whole but that few effects are tried: the rest of the catalogue takes half a minute more.
 

@@ -70,6 +70,7 @@ def test_given_parameters_are_held_and_profiles_printed(console, tmp_path):
     assert low < model.values["lugre.fc"] < high
 
 
+@pytest.mark.slow
 def test_a_wrong_constant_is_a_negative_answer_with_its_model_written(console, tmp_path):
     out, sine = tmp_path / "model.json", bundled("sine")
     slower = [
@@ -120,6 +121,7 @@ def test_what_cannot_be_used_is_refused_before_the_work(console, folder, monkeyp
     assert said in console.refused("fit", *words)
 
 
+@pytest.mark.slow
 def test_a_drive_without_a_spring_and_a_rig_are_options(console, folder):
     step = bundled("step")
     rig = [step["time"], replace(step["position"], role="input"), replace(step["force"], role="output")]

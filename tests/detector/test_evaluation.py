@@ -219,6 +219,7 @@ def test_faults_are_seen_and_fault_free_parts_are_not(learned, number, strength)
     assert statistic[300:600].max() < 1.0 < statistic[600:].max()
 
 
+@pytest.mark.slow
 def test_recursive_estimation_keeps_its_rate_after_starts(learned):
     """Levels from a long run and 24 starts of two kinds; other starts of both kinds, an hour of them, stay below."""
 
@@ -286,6 +287,7 @@ def test_every_detector_says_what_it_is():
     assert all(one.text for one in DETECTORS.values())
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not PLANT_HOUR.exists(), reason=f"the measured hour of the plant is not there: {PLANT_HOUR}")
 def test_the_plant_hour_raises_few_alarms():
     run = plant_hour(PLANT_HOUR)

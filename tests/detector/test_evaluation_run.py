@@ -133,6 +133,7 @@ def test_command_refuses_in_one_line(capsys, tmp_path):
     assert run(["evaluate", "--out", str(tmp_path), "--smoke", "--plant", str(tmp_path / "none.mat")]) == 2
 
 
+@pytest.mark.slow
 def test_an_interrupted_command_says_so_in_a_word_and_goes_on(tmp_path, capsys):
     """Two workers, interrupted as soon as something is kept."""
     options = ["--smoke", "--detectors", "limits,random", "--scenarios", "f18-abrupt-big,f18-abrupt-small"]
@@ -150,6 +151,7 @@ def test_an_interrupted_command_says_so_in_a_word_and_goes_on(tmp_path, capsys):
     assert (tmp_path / "evaluation.html").exists()
 
 
+@pytest.mark.slow
 def test_a_killed_command_leaves_no_worker_and_goes_on_where_it_was(tmp_path):
     options = ["--smoke", "--detectors", "limits,random", "--scenarios", "f18-abrupt-big,f18-abrupt-small"]
     command = [sys.executable, "-m", "bristle", "evaluate", *options, "--workers", "2", "--out", str(tmp_path)]

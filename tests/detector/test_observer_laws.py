@@ -29,8 +29,10 @@ def against_reference(observer, run, sub):
 
 
 @pytest.mark.parametrize("form", NOISELESS.values(), ids=NOISELESS)
-@pytest.mark.parametrize("k2", [200.0, 400.0])
-@pytest.mark.parametrize(("every", "n"), [(1, 400), (10, 400), (30, 300), (100, 200)])
+@pytest.mark.parametrize("k2", [200.0, pytest.param(400.0, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    ("every", "n"), [(1, 400), (10, 400), (30, 300), pytest.param(100, 200, marks=pytest.mark.slow)]
+)
 def test_one_step_a_sample_is_the_continuous_observer_to_0_14_per_cent(plant, form, k2, every, n):
     observer = replace(section_4_4(k2), weight_gain=0.0, alpha_gain=0.0, **form)
     share, _, _ = against_reference(observer, plant[::every][:n], sub=max(4, every))

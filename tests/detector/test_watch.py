@@ -34,6 +34,7 @@ def watch(healthy) -> Watch:
     return learn(healthy, MODEL)
 
 
+@pytest.mark.slow
 def test_it_is_quiet_on_healthy_data_it_was_not_learned_on(watch):
     found, _ = alarms(watch, seen(300.0, seed=5))
     assert found == []
@@ -106,7 +107,9 @@ def test_a_healthy_valve_that_rests_on_a_stop_for_a_while_is_no_alarm(watch, sto
     assert alarms(watch, data)[0] == []
 
 
-@pytest.mark.parametrize("hours", [0.25, pytest.param(24.0, marks=pytest.mark.long)])
+@pytest.mark.parametrize(
+    "hours", [pytest.param(0.25, marks=pytest.mark.slow), pytest.param(24.0, marks=pytest.mark.long)]
+)
 def test_hours_without_a_fault_do_not_make_the_whole_detector_deaf(watch, hours):
     found, aged = alarms(watch, seen(3600.0 * hours, seed=9))
     assert found == []

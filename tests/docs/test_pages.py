@@ -31,6 +31,9 @@ NOT_RUN = {
 }
 """Why the blocks of a page that are marked `no-test` do not run, one reason for each. Their options are tested."""
 
+DEAR = {"README.md", "docs/how-to/fit.md", "docs/how-to/trace.md", "docs/how-to/watch.md"}
+"""Pages whose fits, traces and simulations take many seconds; other tests make shorter ones by default."""
+
 TEXTS = {"console", "python", "toml", "csv", "json", "yaml"}
 LANGUAGES = TEXTS | {"{toctree}", "{eval-rst}", "{image}", "{literalinclude}"}
 RUN = {
@@ -41,7 +44,7 @@ RUN = {
 ALL = [block for page in PAGES for block in blocks(page)]
 
 
-@pytest.mark.parametrize("name", RUN)
+@pytest.mark.parametrize("name", [pytest.param(one, marks=pytest.mark.slow if one in DEAR else ()) for one in RUN])
 def test_the_blocks_of_a_page_run(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     FILES.get(name, lambda folder: None)(tmp_path)

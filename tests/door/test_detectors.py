@@ -58,6 +58,7 @@ def learned(healthy, model):
     return br.learn(healthy, model, false_alarms=RARE, catalogue=OURS)
 
 
+@pytest.mark.slow
 def test_a_model_with_an_effect_of_ones_own_is_learned_and_watched(healthy, model, learned):
     assert "magnet" in learned.model.filter.effects
     assert not br.watch(healthy, learned).alarms

@@ -35,7 +35,9 @@ def outcome(library: Path, folder: Path, scenario: str, stride: int, *more: Path
     return json.loads(run.stdout.splitlines()[-1])
 
 
-@pytest.mark.parametrize("stride", [401, pytest.param(1, marks=pytest.mark.long)])
+@pytest.mark.parametrize(
+    "stride", [1201, pytest.param(401, marks=pytest.mark.slow), pytest.param(1, marks=pytest.mark.long)]
+)
 def test_nothing_acknowledged_is_lost_when_a_call_of_the_recorder_fails(library, tmp_path, stride):
     found = outcome(library, tmp_path / "case", "record", stride)
     assert found["wrong"] == []

@@ -186,8 +186,10 @@ def judge(tales: list[Tale], n_harmed: int, modes: Iterable[str], least_good: fl
     assert sum(tale.good for tale in tales) > n_harmed * least_good, "a link that refuses everything is no use either"
 
 
-def test_seventeen_thousand_harmed_replies_on_tcp_give_no_wrong_value():
-    judge(asyncio.run(many(on_tcp, 17_000, lines=80, seed=1)), 17_000, TCP_MODES, 0.05)  # a proof can be harmed, too
+@pytest.mark.parametrize(("n_harmed", "lines"), [(4_000, 20), pytest.param(17_000, 80, marks=pytest.mark.slow)])
+def test_thousands_of_harmed_replies_on_tcp_give_no_wrong_value(n_harmed, lines):
+    tales = asyncio.run(many(on_tcp, n_harmed, lines, seed=1))
+    judge(tales, n_harmed, TCP_MODES, 0.05)  # a proof can be harmed, too
 
 
 def test_three_thousand_harmed_replies_on_pseudo_terminals_give_no_wrong_value():

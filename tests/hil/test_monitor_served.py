@@ -6,6 +6,7 @@ import asyncio
 import json
 import signal
 
+import pytest
 from monitor_rig import MonitorProcess, moved, passed, serve
 
 from bristle.cli.app import run
@@ -46,6 +47,7 @@ def test_learned_live_over_tcp_a_friction_fault_is_found_and_a_replay_decides_th
     assert decisions(capsys.readouterr().out) == live
 
 
+@pytest.mark.slow
 def test_over_rtu_a_spring_fault_is_found_by_what_was_learned_from_a_recording(model, healthy, tmp_path):
     async def story() -> None:
         served = await serve(["tcp://127.0.0.1:0", "pty:"])
@@ -68,6 +70,7 @@ def test_over_rtu_a_spring_fault_is_found_by_what_was_learned_from_a_recording(m
     asyncio.run(story())
 
 
+@pytest.mark.slow
 def test_over_tls_a_healthy_valve_and_a_killed_server_are_no_alarm_and_what_was_learned_is_resumed(
     model, healthy, tmp_path
 ):

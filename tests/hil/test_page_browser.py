@@ -231,6 +231,7 @@ def test_the_monitor_that_is_gone_is_said_within_two_seconds_and_the_page_comes_
     assert len(opened.run(TAGS)) >= 5
 
 
+@pytest.mark.slow
 def test_a_page_that_was_killed_begins_anew_under_its_address_and_the_browser_finds_it(opened, page):
     opened.run("window.old = true;")
     killed = process_of(page)

@@ -70,6 +70,7 @@ def metrics(address: str) -> dict[str, float]:
     return {name: float(value) for name, value in (one.rsplit(" ", 1) for one in lines if not one.startswith("#"))}
 
 
+@pytest.mark.slow
 def test_a_fault_is_on_the_page_in_events_metrics_and_recording_and_lost_data_are_said(
     browser, model, healthy, tmp_path
 ):

@@ -112,7 +112,9 @@ def check_file(path: Path, n_samples: int) -> None:
     assert (np.diff(columns["counter"]) == 1).all()
 
 
-@pytest.mark.parametrize(("end", "code"), [(signal.SIGTERM, 0), (signal.SIGINT, 130)])
+@pytest.mark.parametrize(
+    ("end", "code"), [(signal.SIGTERM, 0), pytest.param(signal.SIGINT, 130, marks=pytest.mark.slow)]
+)
 def test_a_signal_ends_it_cleanly_and_everything_acknowledged_is_there(tmp_path, map_file, end, code):
     async def story() -> tuple[int, dict[str, int], str]:
         async with TcpPeer(Rig()) as peer:
@@ -214,9 +216,10 @@ def check_killed(ends: list[tuple[Path, int]]) -> None:
         assert len(read(path)) >= n_samples
 
 
-def test_twenty_kills_lose_nothing_that_was_acknowledged(tmp_path, map_file):
-    ends = killed_at_random(map_file.parent, 20, seed=1)
-    assert len(ends) == 20
+@pytest.mark.parametrize("kills", [5, pytest.param(20, marks=pytest.mark.slow)])
+def test_kills_lose_nothing_that_was_acknowledged(tmp_path, map_file, kills):
+    ends = killed_at_random(map_file.parent, kills, seed=1)
+    assert len(ends) == kills
     check_killed(ends)
 
 

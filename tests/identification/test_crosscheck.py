@@ -96,6 +96,7 @@ def test_a_model_that_is_right_in_sliding_agrees_and_a_wrong_one_does_not(factor
     assert ("disagrees" in check.sentence) is not agrees
 
 
+@pytest.mark.slow
 def test_it_disagrees_with_a_fit_that_was_held_off_the_truth_however_wide_that_made_its_intervals():
     found = identify([slow_sine(3004, 200.0, 0.0)], given={"spring.K": 1.05 * random_valve(3004)[0]["spring.K"]})
     assert found.crosscheck is not None

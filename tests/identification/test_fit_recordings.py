@@ -115,6 +115,7 @@ def test_uneven_time_is_respected():
     recovered(jittered)
 
 
+@pytest.mark.slow
 def test_a_held_force_is_told_from_one_that_changes_steadily():
     plain = recorded(SEED)
     t, force = plain.time, plain["force"].values

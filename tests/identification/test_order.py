@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from stiff_valves import STIFF, stem_test
+from stiff_valves import STEM_TEST, STIFF, stem_test
 
 from identification import Fit, Identification, Outcome, experiment, fit, identify
 from identification.data.grid import grids
@@ -28,6 +28,8 @@ from simulator import BASE, kernel
 
 SWING = float(np.sqrt(STIFF["lugre.sigma0"] / STIFF["mass.m"]))
 """2236 rad/s."""
+SHORT = ("staircase:12", "sine:12")
+"""A stem test of a fifth of the time."""
 
 
 @pytest.mark.parametrize(("noisy", "limit"), [(True, RESOLVED), (False, RESOLVED_EXACT)])
@@ -56,14 +58,15 @@ def test_the_sub_step_of_the_damped_order_resolves_the_slip_and_not_the_bristle(
 
 
 @functools.cache
-def identified(rate: float) -> Identification:
-    return identify(stem_test(rate), check=False)
+def identified(rate: float, courses: tuple[str, ...] = STEM_TEST) -> Identification:
+    return identify(stem_test(rate, courses), check=False)
 
 
 def fitted(rate: float) -> Fit:
     return identified(rate).fit
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rate", [200.0, 50.0])
 def test_a_stiff_valve_at_the_rates_of_a_plant_is_fitted_in_damped_order(rate):
     found = fitted(rate)
@@ -74,6 +77,7 @@ def test_a_stiff_valve_at_the_rates_of_a_plant_is_fitted_in_damped_order(rate):
         assert found.values[name] == pytest.approx(STIFF[name], rel=share)
 
 
+@pytest.mark.slow
 def test_it_does_not_end_with_a_heavy_stem_on_overdamped_bristles():
     """There the robust loss has another minimum, a fifth higher: twice the mass, half the viscous friction."""
     for rate in (200.0, 50.0):
@@ -82,6 +86,7 @@ def test_it_does_not_end_with_a_heavy_stem_on_overdamped_bristles():
         assert values["lugre.sigma2"] == pytest.approx(STIFF["lugre.sigma2"], rel=0.1)
 
 
+@pytest.mark.slow
 def test_where_the_course_of_a_slip_is_seen_the_force_is_estimated_and_mass_and_friction_come_out_ten_times_better():
     often, seldom = fitted(200.0), fitted(50.0)
     assert slip_is_seen(STIFF, 1 / 200)
@@ -104,8 +109,9 @@ def test_a_stretch_that_begins_in_a_slip_is_reached_from_the_last_rest_before_it
     assert estimate.loss < RIGHT
 
 
-def test_what_the_sampling_does_not_tell_is_unresolved_and_has_no_interval():
-    found = identified(50.0)
+@pytest.mark.parametrize("courses", [SHORT, pytest.param(STEM_TEST, marks=pytest.mark.slow)], ids=["short", "whole"])
+def test_what_the_sampling_does_not_tell_is_unresolved_and_has_no_interval(courses):
+    found = identified(50.0, courses)
     assert found.fit.order == found.model.quality["order"] == "damped"
     assert found.uncertainty.status["lugre.sigma1"] == "unresolved"
     note = found.uncertainty.note["lugre.sigma1"]

@@ -126,7 +126,9 @@ def test_a_notebook_gets_the_curves_before_and_after(name, page_of):
 
 
 @pytest.mark.browser
-@pytest.mark.parametrize("name", ANSWERS)
+@pytest.mark.parametrize(
+    "name", ["named", *(pytest.param(name, marks=pytest.mark.slow) for name in ANSWERS if name != "named")]
+)
 def test_the_page_draws_by_itself_and_nothing_overlaps_at_any_width(name, story, browser: Browser):
     _, path = story(name)
     browser.open("about:blank")

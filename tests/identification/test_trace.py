@@ -49,6 +49,7 @@ def test_where_no_name_is_given_the_answer_says_what_comes_nearest():
     assert not any("comes nearest" in line for line in nothing)
 
 
+@pytest.mark.slow
 def test_recordings_of_an_exact_force_lack_nothing(capsys: pytest.CaptureFixture[str]):
     assert run(["trace", "bundled:step", "bundled:sine", "--holdout", "bundled:mixed"]) == 0
     assert "verdict: none" in capsys.readouterr().out

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from traced_valves import screened, traced
 
 from identification.budget import Budget
@@ -15,6 +16,7 @@ from identification.tracing.settings import NULL_GAIN, NULL_LEVEL
 TRIALS = 4000
 
 
+@pytest.mark.slow
 def test_a_weak_effect_is_named_though_the_base_model_leaves_only_noise():
     found = traced("friction_drift", r=3e-4)
     assert found.selection.before.white

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from traced_valves import screened, traced
 
 from identification.budget import Budget
@@ -16,6 +17,7 @@ def test_beside_a_complete_base_model_only_imitated_effects_are_fitted_to_chunks
     assert all(is_imitated(base, fit.score) for fit in fits if fit.chunk_fits)
 
 
+@pytest.mark.slow
 def test_beside_a_complete_candidate_only_those_are_fitted_to_chunks_that_gain_about_as_much():
     base = traced("hardening_spring", k3=3e6).selection.base
     fits = shortlisted_fits(base, screened("hardening_spring", k3=3e6), Budget())

@@ -33,6 +33,7 @@ def emps(folder: Path) -> Path:
     return target
 
 
+@pytest.mark.slow
 def test_emps_has_the_published_mass_and_friction(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The published model has no Stribeck effect, so the Stribeck velocity is held where it plays no part."""
     model = tmp_path / "model.json"
@@ -107,9 +108,10 @@ def cylinder(folder: Path, seal: str, pressure: int) -> Recording:
 
 PRESSURES = (1, 3, 5, 7)
 SEALS = ("O-ring", "O-ring257", "NAPN", "PK")
+SEALS_TESTED = [SEALS[0], *(pytest.param(seal, marks=pytest.mark.slow) for seal in SEALS[1:])]
 
 
-@pytest.mark.parametrize("seal", SEALS)
+@pytest.mark.parametrize("seal", SEALS_TESTED)
 def test_cylinder_friction_is_the_half_width_and_rises_with_pressure(tmp_path: Path, seal: str) -> None:
     fitted = []
     for pressure in PRESSURES:
@@ -121,7 +123,7 @@ def test_cylinder_friction_is_the_half_width_and_rises_with_pressure(tmp_path: P
     assert fitted == sorted(fitted), f"{seal}: {fitted}"
 
 
-@pytest.mark.parametrize("seal", SEALS)
+@pytest.mark.parametrize("seal", SEALS_TESTED)
 def test_coulomb_friction_alone_is_the_half_width_too(tmp_path: Path, seal: str) -> None:
     """Without Stribeck effect and viscous friction the level is one parameter, as in a textbook."""
     dry = {"spring.K": 0.0, "lugre.vs": 1e-7, "lugre.fs": 1.0, "lugre.sigma2": 0.0}

@@ -34,6 +34,7 @@ def cylinder(shape: str, *pressures: int) -> Trace:
         return trace(recordings, given={"spring.K": 0.0})
 
 
+@pytest.mark.slow
 def test_the_drive_has_the_published_asymmetry_and_the_pitch_of_its_screw(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -72,6 +73,7 @@ def test_friction_of_a_seal_grows_with_pressure() -> None:
     assert after < 0.5 * before
 
 
+@pytest.mark.slow
 def test_one_pressure_alone_does_not_show_it() -> None:
     assert "load_dependent_friction" not in (*cylinder("O-ring", 5).effects_added, *cylinder("O-ring", 5).same_class)
 

@@ -58,7 +58,7 @@ def stop(report: BinaryIO, rng: np.random.Generator, number: signal.Signals) -> 
     return int(struct.unpack("<q", data[-8:])[0])
 
 
-@pytest.mark.parametrize("group", range(5))
+@pytest.mark.parametrize("group", [0, *(pytest.param(k, marks=pytest.mark.slow) for k in range(1, 5))])
 def test_a_killed_process_loses_nothing_acknowledged(tmp_path: Path, group: int) -> None:
     """Fifty moments in all, ten processes at once."""
     rng = np.random.default_rng(group)
@@ -131,7 +131,7 @@ def crash_folders(tmp_path: Path) -> Iterator[Path]:
 
 
 @pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="what is forced onto the disk is followed through /proc")
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(k, marks=pytest.mark.slow) for k in range(1, 3))])
 def test_a_power_cut_loses_nothing_acknowledged(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, crash_folders: Iterator[Path], seed: int
 ) -> None:

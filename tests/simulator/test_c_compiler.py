@@ -280,6 +280,7 @@ def test_processes_that_build_the_same_at_the_same_time_both_get_it(cache, way):
     assert not list(cache.glob("build-*"))
 
 
+@pytest.mark.slow
 def test_machine_code_of_numba_is_kept_for_the_next_process_and_made_again_when_damaged(cache, monkeypatch, tmp_path):
     monkeypatch.setenv("BRISTLE_NO_COMPILER", "1")
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "elsewhere"))
