@@ -11,7 +11,7 @@ from typing import Annotated, Literal, TypeVar
 from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, ValidationError
 
 from hil.monitor.state import load_state, save_state
-from hil.service.health import HealthCause, Standing
+from hil.service.health import HealthCause, Lasting, Standing
 from hil.service.in_service.movements import KeptMovements
 from hil.service.lane import ValveLane
 from hil.service.status import Health
@@ -70,7 +70,7 @@ class StateFolder:
         standing = _usable(self.service_file(lane.tag), _standing)
         if standing is not None:
             cause = HealthCause(standing.key, standing.health, standing.reason)
-            lane.standing = Standing(cause, standing.since.astimezone(UTC))
+            lane.standing = Standing(Lasting(cause, standing.since.astimezone(UTC)), lane.standing.link)
             lane.movements.resume(standing.movements)
         key = lane.plan.model_key
         known = _usable(self.detector_file(lane.tag), lambda path: load_state(path, key))
@@ -88,7 +88,7 @@ class StateFolder:
         """Write both files of a valve. Raises BadInput when the disk refuses."""
         if lane.watch.watch is not None and lane.watch.state is not None:
             save_state(self.detector_file(lane.tag), [lane.watch], lane.plan.model_key)
-        cause, since = lane.standing.cause, lane.standing.since
+        cause, since = lane.standing.valve.cause, lane.standing.valve.since
         kept = KeptStanding(
             key=cause.key, health=cause.health, reason=cause.reason, since=since, movements=lane.movements.kept()
         )

@@ -10,6 +10,7 @@ from types import TracebackType
 from typing import Self
 
 from hil.recorder.files import RecorderSettings
+from hil.recorder.notes import Notes
 from hil.recorder.recorder import Recorder
 from hil.service.acquisition import ItemQueue
 from hil.service.plan import ValvePlan
@@ -52,7 +53,8 @@ class QueuedSource:
 class ValveRecording:
     """Records one valve.
 
-    disk : thread that all recordings share. `safe` is how many samples of this service nothing can take any more.
+    disk : thread that all recordings share. `safe` is how many samples of this service nothing can take any more;
+    `notes` become events of the recording.
     """
 
     def __init__(
@@ -65,7 +67,7 @@ class ValveRecording:
         ending: asyncio.Event,
     ) -> None:
         self.plan, self._queue, self._disk, self._ending = plan, queue, disk, ending
-        self.safe = 0
+        self.safe, self.notes = 0, Notes()
         self._file, self._in_file = Path(), 0
         stroke, area = plan.known("stroke_m"), plan.known("diaphragm_area_m2")
         self._settings = RecorderSettings(
@@ -74,6 +76,7 @@ class ValveRecording:
             rotate_mb=entry.rotate_mb,
             plant=Plant(tag=plan.tag, stroke_m=stroke, diaphragm_area_m2=area),
             acknowledge=self._acknowledge,
+            notes=self.notes,
             refuse_unusable=False,
         )
 

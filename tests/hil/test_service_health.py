@@ -18,7 +18,7 @@ NOW = datetime(2026, 11, 23, 12, 0, tzinfo=UTC)
 
 
 def cause(facts: ValveFacts):
-    return Standing.first().after(facts, NOW).cause
+    return Standing.first().after(facts, NOW).worst.cause
 
 
 def test_every_state_has_its_own_letter_shape_and_colour_and_the_worst_wins():
@@ -35,9 +35,9 @@ def test_every_state_has_its_own_letter_shape_and_colour_and_the_worst_wins():
         ({}, Health.GOOD, "as it was learned"),
         ({"connected": False, "down": "refused"}, Health.CHECK, "no communication"),
         ({"age_s": 5.0}, Health.CHECK, "stale"),
-        ({"bad": (("position", "bad: out of range"),)}, Health.CHECK, "cannot be used"),
+        ({"unread": (("flow", "link: timeout"),)}, Health.CHECK, "do not come"),
+        ({"age_s": 5.0, "bad": (("position", "bad: out of range"),)}, Health.CHECK, "cannot be used"),
         ({"bad": (("flow", "bad: not a number"),)}, Health.OUT_OF_SPEC, "some values"),
-        ({"unsettled": ("gap: 3 s",)}, Health.OUT_OF_SPEC, "irregularly"),
         ({"phase": "learning"}, Health.CHECK, "still being learned"),
         ({"detector_error": "ValueError: x"}, Health.CHECK, "detection does not run"),
         ({"phase": "alarm", "kind": "friction"}, Health.MAINTENANCE, "friction has changed"),
@@ -56,8 +56,8 @@ def test_facts_give_a_state_a_reason_evidence_and_what_to_check(changes, health,
 
 def test_whatever_happens_to_the_link_it_is_never_a_fault_of_the_valve():
     ages, connections, bad = (0.1, 5.0, inf), (True, False), ((), (("position", "x"),), (("flow", "x"),))
-    for age, connected, wrong, unsettled in product(ages, connections, bad, ((), ("gap",))):
-        facts = replace(GOOD, age_s=age, connected=connected, bad=wrong, unsettled=unsettled)
+    for age, connected, wrong, unread in product(ages, connections, bad, bad):
+        facts = replace(GOOD, age_s=age, connected=connected, bad=wrong, unread=unread)
         assert cause(facts).health not in (Health.FAILURE, Health.MAINTENANCE)
 
 
@@ -71,8 +71,26 @@ def test_every_kind_of_alarm_has_words():
 
 def test_since_stays_for_as_long_as_the_cause_does():
     standing = Standing.first().after(GOOD, NOW)
-    assert (standing.cause, standing.since) == (FINE, NOW)
+    assert (standing.worst.cause, standing.link) == (FINE, None)
+    assert standing.worst.since == NOW
     later = standing.after(replace(GOOD, age_s=0.2), NOW + timedelta(hours=1))
-    assert later.since == NOW
+    assert later.worst.since == NOW
     changed = later.after(replace(GOOD, phase="alarm", kind="friction"), NOW + timedelta(hours=2))
-    assert changed.since == NOW + timedelta(hours=2)
+    assert changed.worst.since == NOW + timedelta(hours=2)
+
+
+@pytest.mark.parametrize("changes", [{}, {"phase": "alarm", "kind": "friction", "load": 3.0}])
+@pytest.mark.parametrize("trouble", [{"connected": False}, {"age_s": 9.0}, {"unread": (("flow", "link: timeout"),)}])
+def test_a_valve_stands_after_a_trouble_of_the_link_as_it_stood_before_and_since_then(changes, trouble):
+    facts = replace(GOOD, **changes)
+    before = Standing.first().after(facts, NOW)
+    lost = before.after(replace(facts, **trouble), NOW + timedelta(hours=1))
+    assert (lost.worst.cause.health, lost.worst.since) == (Health.CHECK, NOW + timedelta(hours=1))
+    assert lost.after(facts, NOW + timedelta(hours=2)) == before
+
+
+def test_without_values_nothing_is_good():
+    begun = Standing.first()
+    waiting = begun.after(replace(GOOD, connected=False), NOW)
+    assert waiting.worst.cause.health is Health.CHECK
+    assert waiting.after(GOOD, NOW + timedelta(hours=1)).worst.since == NOW + timedelta(hours=1)

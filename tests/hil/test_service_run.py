@@ -139,7 +139,8 @@ def test_a_fault_is_told_everywhere_and_what_was_learned_is_resumed(model, healt
     caplog.set_level(logging.INFO, "bristle.monitor")
     broken = broken_file(healthy, tmp_path / "broken.h5")
     lines = ['name = "Played"', "[[source]]", 'address = "replay:broken.h5"', "[[source.valve]]", 'tag = "X"']
-    (tmp_path / "plant.toml").write_text("\n".join([*lines, f'model = "{model}"', f'calibrate = ["{healthy}"]']))
+    known = [f'model = "{model}"', f'calibrate = ["{healthy}"]']
+    (tmp_path / "plant.toml").write_text("\n".join([*lines, *known, RECORDED]))
 
     def played() -> tuple[Service, Gathering]:
         sink = Gathering()
@@ -159,6 +160,12 @@ def test_a_fault_is_told_everywhere_and_what_was_learned_is_resumed(model, healt
     assert np.nanmax(recent.residual / recent.threshold) >= 1.0
     assert recent.force_N is not None
     assert f'bristle_valve_events_total{{kind="alarm",valve="X"}} {len(alarms)}.0' in exported(service)
+    told = [(event.kind, event.text) for event in sink.events if event.judged]
+    (path,) = (tmp_path / "rec").glob("X-*.h5")
+    noted = [event for event in read(path).events if event.kind in ("alarm", "cleared")]
+    assert [(event.kind, event.text) for event in noted] == told
+    begun = float(read(broken).time[0])
+    assert noted[0].time == pytest.approx(alarms[0].t_s - begun, abs=0.2), "on the recording's own clock"
     assert "resumed from" not in caplog.text
     (tmp_path / "plant.toml").write_text("\n".join([*lines, f'model = "{model}"']))
     again, _ = played()
