@@ -1,4 +1,4 @@
-"""Notes for a recording that is being made: what somebody who watches the valve has to say of it, beside its samples."""
+"""Notes for a recording that is being made: what somebody who watches the valve has to say, beside its samples."""
 
 from __future__ import annotations
 

@@ -20,8 +20,8 @@ from hil.service.status import Health
 class ValveFacts:
     """What is known of a valve at a moment. age_s : of the last good position [s]; stale_s : from when on it is stale
     [s]; down : why there is no connection, empty while there is one; bad : signals of which the device has told nothing
-    usable for `stale_s`, with the reason; unread : those of which nothing fresh has come; detector_error : why detection
-    does not run; phase, learned, load, kind, alarm_text : of the detector.
+    usable for `stale_s`, with the reason; unread : those of which nothing fresh has come; detector_error : why
+    detection does not run; phase, learned, load, kind, alarm_text : of the detector.
     """
 
     age_s: float

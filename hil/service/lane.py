@@ -154,7 +154,8 @@ class ValveLane:
         if self.plan.entry.learn_s:
             learned += f" of {self.plan.entry.learn_s:.0f} s"
         return ValveFacts(
-            link.age_s(now), link.stale_s, link.connected, link.down, *link.unusable(now), self.error, status.phase, learned, status.load, status.fault, self._alarm_text,
+            link.age_s(now), link.stale_s, link.connected, link.down, *link.unusable(now), self.error,
+            status.phase, learned, status.load, status.fault, self._alarm_text,
         )  # fmt: skip
 
     def status(self, late: int) -> ValveStatus:

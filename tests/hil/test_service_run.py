@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 import json
 import logging
 import os
 import re
 import signal
 import sys
+import threading
 import urllib.request
 from asyncio.subprocess import DEVNULL, PIPE
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -177,27 +181,46 @@ def exported(service: Service) -> str:
     return generate_latest(registry_of(service)).decode()
 
 
-async def chaos(folder: Path, seconds: float, seed: int) -> Service:
-    """A service behind a line on which everything goes wrong; memory and descriptors at the middle and at the end."""
+@contextmanager
+def nothing_unhandled() -> Iterator[None]:
+    """Fails when anything was raised that nobody caught: in an event loop, a thread, or where nothing can be raised."""
+    found: list[object] = []
+    hooks, logger = (threading.excepthook, sys.unraisablehook), logging.getLogger("asyncio")
+    handler = logging.Handler(logging.ERROR)
+    handler.emit = found.append
+    threading.excepthook = sys.unraisablehook = found.append
+    logger.addHandler(handler)
+    try:
+        yield
+        gc.collect()  # a task whose exception nobody asked for says so when it goes
+    finally:
+        threading.excepthook, sys.unraisablehook = hooks
+        logger.removeHandler(handler)
+    assert not found, found
+
+
+async def chaos(folder: Path, seconds: float, seed: int) -> tuple[list[float], list[int]]:
+    """A service behind a line on which everything goes wrong. Returns memory [MB] and descriptors, ten times."""
     device = Swinging()
     schedule = FaultSchedule.even(0.3, *HARM, seed=seed, delay_s=0.3)
+    used = []
     async with TcpPeer(device) as peer, TcpFaultInjector("127.0.0.1", peer.port, schedule) as line:
         plan = plan_of(plant_file(folder, line.port, 2, 50.0, RECORDED, timeout_s=0.3))
         async with running(plan, ServiceOutlets([])) as service:
-            await asyncio.sleep(seconds / 2)
-            middle = usage()
-            await asyncio.sleep(seconds / 2)
-            end = usage()
+            for _ in range(10):
+                await asyncio.sleep(seconds / 10)
+                used.append(usage())
+                for one in service.status().valves:
+                    assert one.health not in (Health.FAILURE, Health.MAINTENANCE), "trouble of the link is no fault"
             tasks = {task.name: task for task in service.status().tasks}
-            for one in service.status().valves:
-                assert one.link.samples > 0
-                assert one.health not in (Health.FAILURE, Health.MAINTENANCE), "trouble of the link is no fault"
+            assert all(one.link.samples > 0 for one in service.status().valves)
     assert device.functions == {4}
     assert sum(line.injector.counts.values()) > 10
     assert all(task.restarts == 0 for task in tasks.values()), tasks
-    assert end[1] <= middle[1] + 8, "descriptors"
-    assert end[0] - middle[0] < 30.0, "memory [MB]"
-    return service
+    print(f"{dict(line.injector.counts)}; {used}")
+    sizes, descriptors = (list(column) for column in zip(*used, strict=True))
+    assert max(descriptors[5:]) <= max(descriptors[:5]) + 2, "a connection or two more or less"
+    return sizes, descriptors
 
 
 def usage() -> tuple[float, int]:
@@ -206,10 +229,12 @@ def usage() -> tuple[float, int]:
     return pages * os.sysconf("SC_PAGE_SIZE") / 1e6, len(os.listdir("/proc/self/fd"))
 
 
-def test_chaos_on_the_line_gives_no_wrong_value_no_exception_and_no_fault(tmp_path):
-    service = asyncio.run(chaos(tmp_path, 8.0, seed=4))
-    assert len(service.status().valves) == 2
-    assert sum(assert_every_value_true(recorded(tmp_path / "rec", tag)) for tag in ("V1", "V2")) > 20
+@pytest.mark.parametrize("seconds", [4.0, pytest.param(60.0, marks=pytest.mark.slow)])
+def test_chaos_on_the_line_gives_no_wrong_value_no_exception_and_no_fault(seconds, tmp_path):
+    with nothing_unhandled():
+        sizes, _ = asyncio.run(chaos(tmp_path, seconds, seed=4))
+    assert sizes[-1] - sizes[4] < 10.0, "memory [MB], while the rings still fill"
+    assert sum(assert_every_value_true(recorded(tmp_path / "rec", tag)) for tag in ("V1", "V2")) > 5
 
 
 class ServiceProcess:
