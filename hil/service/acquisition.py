@@ -98,7 +98,7 @@ class ValveLink:
             words += f"; last good position {age:.1f} s ago"
         troubles = [text for at, text in tuple(self._troubles) if now - at <= SPOKEN_S]
         if troubles:
-            words += f"; in the last minute {len(troubles)} times trouble, the last: {troubles[-1]}"
+            words += f"; in the last minute {len(troubles)} trouble(s), the last: {troubles[-1]}"
         if lost or late:
             words += f"; {lost} samples dropped, {late} deadlines missed"
         return LinkStatus(self.source, self.connected, age, self.samples, lost, late, self.reconnects, words)
@@ -109,7 +109,7 @@ class ValveLink:
             self.connected, self.down = True, ""
         elif event.kind == "link_down":
             self.connected, self.down, self._was_down = False, event.text, True
-        if event.kind != "link_up" or self._was_down:
+        if event.kind != "link_up":
             self._troubles.append((now, f"{event.kind}: {event.text}"))
 
 

@@ -79,6 +79,20 @@ def state_of(words: str) -> str:
     return next((state for state in STATES if re.search(rf"\b{state}\b", words, re.IGNORECASE)), "")
 
 
+def assert_lost_and_found(noted: list[tuple[float, str]], listening: float) -> None:
+    """What the page showed, with its times [POSIX s]: silence within 2 s, and then good, and nothing else of the valve.
+
+    listening : when the device was there again [POSIX s].
+    """
+    seconds = [int(n) for _, words in noted for n in SILENT.findall(words)]
+    assert seconds[0] <= 2
+    states = [(at, state) for at, state in ((at, state_of(words)) for at, words in noted) if state]
+    assert [state for state, _ in groupby(state for _, state in states)][-2:] == ["check function", "good"]
+    assert not {state for _, state in states} - {"check function", "good"}, "the link is no matter of the valve"
+    back = next(at for at, state in states if state == "good" and at > listening)
+    print(f"the page said {seconds[0]} s without data first; good again {back - listening:.2f} s after listening")
+
+
 def test_a_fault_is_on_the_page_in_events_metrics_and_recording_and_lost_data_are_said(
     browser, model, healthy, tmp_path
 ):
@@ -117,14 +131,7 @@ def test_a_fault_is_on_the_page_in_events_metrics_and_recording_and_lost_data_ar
         again = await serve(served.addresses)
         listening = time.time()
         await shows(f"!/No data/.test(document.body.innerText) && {GOOD}.test(document.body.innerText)")
-        noted = browser.run("return window.noted;")
-        seconds = [int(n) for _, words in noted for n in SILENT.findall(words)]
-        assert seconds[0] <= 2
-        states = [at_and_state for at_and_state in ((at, state_of(words)) for at, words in noted) if at_and_state[1]]
-        assert [state for state, _ in groupby(state for _, state in states)][-2:] == ["check function", "good"]
-        assert not {state for _, state in states} - {"check function", "good"}, "the link is no matter of the valve"
-        back = next(at for at, state in states if state == "good" and at > listening)
-        print(f"the page said {seconds[0]} s without data first; good again {back - listening:.2f} s after listening")
+        assert_lost_and_found(browser.run("return window.noted;"), listening)
         return again
 
     asyncio.run(story())

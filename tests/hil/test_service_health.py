@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from itertools import product
-from math import inf
+from math import inf, nan
 
 import pytest
 
 from detector import KINDS
-from hil import Health
-from hil.service.health import FINE, Standing, ValveFacts
+from hil import Health, LinkEvent, Quality, Reading, Sample
+from hil.service.acquisition import ValveLink
+from hil.service.health import FINE, HealthCause, Standing, ValveFacts
 
 GOOD = ValveFacts(0.1, 2.0, True, phase="watching")
 NOW = datetime(2026, 11, 23, 12, 0, tzinfo=UTC)
@@ -94,3 +95,34 @@ def test_without_values_nothing_is_good():
     waiting = begun.after(replace(GOOD, connected=False), NOW)
     assert waiting.worst.cause.health is Health.CHECK
     assert waiting.after(GOOD, NOW + timedelta(hours=1)).worst.since == NOW + timedelta(hours=1)
+
+
+def test_one_good_sample_after_an_outage_is_enough_and_one_bad_value_between_good_ones_is_nothing():
+    """Counted in rounds, at 10 Hz, without a clock: what the page needs to be back within two seconds."""
+    link = ValveLink("V1", "tcp://rig", 10.0, ())
+
+    def looked(at: float, item: Sample | LinkEvent | None = None) -> HealthCause:
+        nonlocal standing
+        if item is not None:
+            link.take(item, at)
+        facts = replace(GOOD, age_s=link.age_s(at), stale_s=link.stale_s, connected=link.connected, down=link.down)
+        bad, unread = link.unusable(at)
+        standing = standing.after(replace(facts, bad=bad, unread=unread), NOW + timedelta(seconds=at))
+        return standing.worst.cause
+
+    def sample(at: float, flow: Reading) -> Sample:
+        return Sample(at, at, "V1", {"position": Reading(0.01, "m"), "flow": flow})
+
+    standing, fresh = Standing.first(), Reading(3.0, "m3/h")
+    assert looked(0.0, sample(0.0, fresh)) is FINE
+    lost = Reading(nan, "m3/h", Quality.LINK, "no reply")
+    assert looked(0.1, sample(0.1, lost)) is FINE
+    assert looked(0.2, sample(0.2, fresh)) is FINE
+    assert looked(0.3, LinkEvent(0.3, 0.3, "V1", "link_down", "refused")).key == "link"
+    assert "in the last minute 1 trouble(s), the last: link_down: refused" in link.status(30.0, 0).words
+    assert looked(600.0).key == "link"
+    assert looked(600.1, LinkEvent(600.1, 600.1, "V1", "link_up", "it answers")).key == "stale"
+    assert looked(600.2, sample(600.2, fresh)) is FINE
+    assert standing.worst.since == NOW
+    rounds = [600.2 + 0.1 * k for k in (1, 19, 21)]
+    assert [looked(at, sample(at, lost)).key for at in rounds] == ["good", "good", "unread"]
