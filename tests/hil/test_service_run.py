@@ -9,6 +9,7 @@ import logging
 import os
 import re
 import signal
+import socket
 import sys
 import threading
 import urllib.request
@@ -241,10 +242,12 @@ class ServiceProcess:
     """`bristle monitor --plant` in its process."""
 
     @classmethod
-    async def start(cls, path: Path) -> ServiceProcess:
+    async def start(cls, path: Path, **environment: str) -> ServiceProcess:
         self = cls()
         command = (sys.executable, "-m", "bristle", "monitor", "--plant", str(path), "--metrics", "127.0.0.1:0")
-        self.process = await asyncio.create_subprocess_exec(*command, stdout=DEVNULL, stderr=PIPE)
+        self.process = await asyncio.create_subprocess_exec(
+            *command, stdout=DEVNULL, stderr=PIPE, env=os.environ | environment
+        )
         said = ""
         async with asyncio.timeout(PATIENCE):
             while "metrics at" not in said:
@@ -312,3 +315,28 @@ def test_killed_and_begun_anew_nothing_acknowledged_is_lost_and_only_the_metrics
     assert len(runs[0][0]) >= safe
     assert_every_value_true(runs)
     assert list((tmp_path / "state").glob("*.unusable"))
+
+
+def test_systemd_is_told_by_the_process_itself_that_it_is_ready_alive_and_stopping(tmp_path):
+    """As systemd does it: a datagram socket in the environment, and a watchdog that wants a sign of life."""
+
+    async def story(ear: socket.socket) -> list[bytes]:
+        async with TcpPeer(Swinging()) as peer:
+            told = {"NOTIFY_SOCKET": str(tmp_path / "notify"), "WATCHDOG_USEC": "1000000"}
+            service = await ServiceProcess.start(plant_file(tmp_path, peer.port), **told)
+            loop, said = asyncio.get_running_loop(), list[bytes]()
+            async with asyncio.timeout(PATIENCE):
+                while sum(one.startswith(b"WATCHDOG=1") for one in said) < 3:
+                    said.append(await loop.sock_recv(ear, 500))
+                service.process.send_signal(signal.SIGTERM)
+                while said[-1] != b"STOPPING=1":
+                    said.append(await loop.sock_recv(ear, 500))
+                assert await service.process.wait() == 0
+        return said
+
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as ear:
+        ear.bind(str(tmp_path / "notify"))
+        ear.setblocking(False)
+        said = asyncio.run(story(ear))
+    assert said[0].startswith(b"READY=1\nSTATUS=1 valves")
+    assert not any(one.startswith(b"READY=1") for one in said[1:])
