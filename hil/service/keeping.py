@@ -15,7 +15,7 @@ from hil.service.health import HealthCause, Lasting, Standing
 from hil.service.in_service.movements import KeptMovements
 from hil.service.lane import ValveLane
 from hil.service.status import Health
-from recordings import BadInput, save_text
+from recordings import BadInput, read_small_json, save_text
 
 LARGEST_FILE = 4_000_000
 Kept = TypeVar("Kept")
@@ -97,11 +97,7 @@ class StateFolder:
 
 def _standing(path: Path) -> KeptStanding:
     try:
-        if path.stat().st_size > LARGEST_FILE:
-            raise BadInput(str(path), "it is larger than 4 MB", "it begins anew")
-        return KeptStanding.model_validate_json(path.read_bytes())
-    except OSError as error:
-        raise BadInput(str(path), f"it cannot be read ({error.strerror})", "it begins anew") from None
+        return KeptStanding.model_validate(read_small_json(path, "it begins anew", LARGEST_FILE))
     except ValidationError as error:
         found = f"it is damaged ({error.errors()[0]['msg']})"
         raise BadInput(str(path), found, "it begins anew") from None
