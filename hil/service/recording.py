@@ -21,6 +21,9 @@ from recordings import Plant, SignalSpec
 
 NAP_S = 0.2
 
+BATCH_S = 2.0
+"""Samples wait so long for the disk [s]: it costs by the batch, and there are many valves. So much a power cut takes."""
+
 
 class QueuedSource:
     """What waits in a queue, as a source: it ends when it is empty and `ending` is set."""
@@ -77,6 +80,7 @@ class ValveRecording:
             plant=Plant(tag=plan.tag, stroke_m=stroke, diaphragm_area_m2=area),
             acknowledge=self._acknowledge,
             notes=self.notes,
+            batch_s=BATCH_S,
             refuse_unusable=False,
         )
 
