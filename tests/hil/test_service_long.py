@@ -107,7 +107,6 @@ def test_ten_minutes_at_100_hz_do_not_grow(tmp_path):
     print("at [s], in use [MB], resident [MB]:", [(int(t), round(a, 3), round(b, 2)) for t, a, b, _ in rows[::6]])
     assert (found.link.lost, n) == (0, found.link.samples)
     assert found.phase != "learning"
-    assert n > 20_000
     half = len(rows) // 2
     assert max(open_[half:]) <= open_[half] + 1
     assert slope_per_hour(times, live) < GROWTH_MB_PER_H

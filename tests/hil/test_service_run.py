@@ -208,6 +208,7 @@ async def chaos(folder: Path, seconds: float, seed: int) -> tuple[list[float], l
     async with TcpPeer(device) as peer, TcpFaultInjector("127.0.0.1", peer.port, schedule) as line:
         plan = plan_of(plant_file(folder, line.port, 2, 50.0, RECORDED, timeout_s=0.3))
         async with running(plan, ServiceOutlets([])) as service:
+            await until(lambda: all(service.recorded(tag) for tag in ("V1", "V2")), "the files are open")
             for _ in range(10):
                 await asyncio.sleep(seconds / 10)
                 used.append(usage())
