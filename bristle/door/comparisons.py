@@ -7,7 +7,7 @@ from pathlib import Path
 
 from bristle.door.sources import RecordingLike, read
 from identification import ValveComparison, compare_models, compare_recordings, experiment, with_area
-from recordings import BadInput, BadParameter, Recording
+from recordings import BadInput, BadParameter, Progress, Recording, silent
 from simulator import ValveModel
 
 Comparable = RecordingLike | ValveModel
@@ -15,7 +15,12 @@ Comparable = RecordingLike | ValveModel
 
 
 def compare(
-    before: Comparable, after: Comparable, *, area: float | None = None, repeatability: float = 0.0
+    before: Comparable,
+    after: Comparable,
+    *,
+    area: float | None = None,
+    repeatability: float = 0.0,
+    progress: Progress = silent,
 ) -> ValveComparison:
     """Find what changed between two recordings, or two models, of one valve, beyond noise and repeatability.
 
@@ -29,6 +34,8 @@ def compare(
     repeatability : float, optional
         Share by which friction, spring rate and preload differ from test to test of a valve that has not changed, as a
         standard deviation: 0.03 for 3 %. It comes on top of what strokes of one test differ by.
+    progress : callable, optional
+        Told the stages of the work, once the input can be used.
 
     Returns
     -------
@@ -56,6 +63,7 @@ def compare(
         found = f"{_name(before)} and {_name(after)}"
         raise BadInput(found, "one is a model and one a recording", "compare two of a kind; 'bristle fit' makes models")
     first, last = (experiment(r) for r in with_area([one, other], area))
+    progress("comparing stroke by stroke", 0, 0)
     return compare_recordings(first, last, repeatability)
 
 

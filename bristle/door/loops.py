@@ -11,7 +11,7 @@ from bristle.door.sources import BUNDLED, RecordingLike, read, read_all
 from bristle.door.valves import valve_of
 from identification.loops import Assessment, assess_loop, known_of, read_loop
 from identification.standard_tests import TestKind, ValveTest, simulated_test, standard_test
-from recordings import Recording
+from recordings import Progress, Recording, silent
 from recordings.importers import is_recording
 from simulator import ValveModel
 
@@ -21,6 +21,7 @@ def test(
     kind: str,
     *,
     reference: ValveTest | str | os.PathLike[str] | None = None,  # noqa: PT028 - not a test of pytest
+    progress: Progress = silent,  # noqa: PT028
 ) -> ValveTest:
     """Run a standard valve test on recordings.
 
@@ -32,6 +33,8 @@ def test(
         Which test.
     reference : ValveTest or path, optional
         An earlier test of the same kind; what changed beyond the noise of both is said.
+    progress : callable, optional
+        Told the stages of the work, once the input can be used.
 
     Returns
     -------
@@ -48,14 +51,19 @@ def test(
     >>> sorted(found.values["steps"][0])[:3]
     ['T63_s', 'T86_s', 'Td_s']
     """
-    return standard_test(read_all(recordings), cast("TestKind", kind), reference)
+    return standard_test(read_all(recordings), cast("TestKind", kind), reference, progress)
 
 
 test.__test__ = False  # type: ignore[attr-defined]  # pytest must not take it for one of its tests
 
 
 def simulate_test(
-    kind: str, *, model: ValveModel | str | os.PathLike[str] | None = None, seed: int = 0, stroke: float | None = None
+    kind: str,
+    *,
+    model: ValveModel | str | os.PathLike[str] | None = None,
+    seed: int = 0,
+    stroke: float | None = None,
+    progress: Progress = silent,
 ) -> Recording:
     """Run a standard test on a simulated valve behind a positioner: a recording for `test`.
 
@@ -69,6 +77,8 @@ def simulate_test(
         Of the random valve, and of the noise.
     stroke : float, optional
         Stroke [m]; that of the valve otherwise.
+    progress : callable, optional
+        Told the stages of the work, once the input can be used.
 
     Returns
     -------
@@ -86,7 +96,9 @@ def simulate_test(
     ()
     """
     effects, values, length = valve_of(model, seed)
-    return simulated_test(cast("TestKind", kind), values, stroke or length, effects=effects, seed=seed)
+    return simulated_test(
+        cast("TestKind", kind), values, stroke or length, effects=effects, seed=seed, progress=progress
+    )
 
 
 def assess(
@@ -95,6 +107,7 @@ def assess(
     loop: str | None = None,
     columns: Mapping[str, str] | None = None,
     valve: Mapping[str, float] | None = None,
+    progress: Progress = silent,
 ) -> Assessment:
     """Say whether the valve of a control loop sticks, from set point, process value and controller output.
 
@@ -109,6 +122,8 @@ def assess(
     valve : mapping, optional
         Data of a spring-opposed valve without a positioner, for friction in N: ``{"stroke": 0.02, "K": 5e4}`` [m],
         [N/m], or ``{"area": 0.0129, "span": 80}`` [m2], [kPa]. Those of a recording's plant otherwise.
+    progress : callable, optional
+        Told the stages of the work, once the input can be used.
 
     Returns
     -------
@@ -132,7 +147,9 @@ def assess(
     """
     opened = _recording_or_file(source)
     known = known_of(opened.plant) if isinstance(opened, Recording) and valve is None else valve
-    return assess_loop(*read_loop(opened, loop, columns), known)
+    found = read_loop(opened, loop, columns)
+    progress("asking every method", 0, 0)
+    return assess_loop(*found, known)
 
 
 def _recording_or_file(source: RecordingLike) -> Recording | Path:

@@ -50,13 +50,13 @@ def run_fleet(
         results.keep(items)
         tasks = _tasks(what, items, options, results, pages)
         done = len(items) - len(tasks)
-        progress(f"fleet {what}", done, len(items))
+        progress("valves", done, len(items))
         place = nullcontext(None) if workers == 0 or not tasks else opened(scheduler, workers)
         with place as client:
             for row in here(tasks) if client is None else rows_of(client, tasks):
                 results.add(row)
                 done += 1
-                progress(f"fleet {what}", done, len(items))
+                progress("valves", done, len(items))
                 tell(row)
         return results.whole()
 

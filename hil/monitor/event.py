@@ -31,6 +31,11 @@ class MonitorEvent:
     residual: float | None = None
     threshold: float | None = None
 
+    @property
+    def judged(self) -> bool:
+        """Whether it is a judgement of the detector; all others come from the source, and are recorded by its name."""
+        return self.kind in ("alarm", "cleared")
+
     def json_line(self) -> str:
         """One line of the event stream."""
         about = {

@@ -6,7 +6,7 @@ import asyncio
 import signal
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from hil.monitor.event import MonitorEvent
@@ -14,6 +14,7 @@ from hil.monitor.monitor import Monitor
 from hil.monitor.state import check_state, save_state
 from hil.monitor.valve import WatchStatus
 from hil.recorder.files import RecorderSettings
+from hil.recorder.notes import Note, Notes
 from hil.recorder.recorder import Recorder, RecorderReport
 from hil.running import RepeatedTask, Stop, first_of, freeze_garbage, repeating
 from hil.source.sample import LinkEvent, Sample
@@ -72,7 +73,7 @@ class _Watched(SourceWrapper):
     def __init__(self, source: Source, monitor: Monitor, sinks: Sequence[Sink], tell: Taken | None) -> None:
         super().__init__(source)
         self._monitor, self._sinks, self._tell = monitor, sinks, tell
-        self._taken = 0
+        self._taken, self.notes = 0, Notes()
         self.failures = source.statistics.failures
 
     async def __anext__(self) -> Sample | LinkEvent:
@@ -81,6 +82,8 @@ class _Watched(SourceWrapper):
         if self._tell is not None:
             self._tell(item, event)
         if event is not None:
+            if event.judged:
+                self.notes.add(Note(item.time, item.valve, event.kind, event.text))
             for sink in self._sinks:
                 try:
                     sink(event)
@@ -110,7 +113,8 @@ async def monitor_session(source: Source, monitor: Monitor, session: MonitorSess
     if session.state is not None:
         check_state(session.state)
     watched = _Watched(source, monitor, session.sinks, session.taken)
-    recorder = None if session.record is None else Recorder(watched, session.record)
+    record = session.record
+    recorder = None if record is None else Recorder(watched, replace(record, notes=watched.notes))
     freeze_garbage()
     try:
         with Stop(session.duration_s) as stop, repeating(*_jobs(monitor, watched, session, stop)):

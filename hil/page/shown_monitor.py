@@ -82,14 +82,15 @@ class _ShownValve:
         clock, watch = time.monotonic(), self._monitor.valves[self._tag].status
         learned = f"{watch.strokes} of {LEAST_STROKES} reversals, {watch.gathered_s:.0f} s"
         facts = ValveFacts(
-            self._link.age_s(clock), self._link.stale_s, self._link.connected, self._link.down, self._link.bad,
-            (), "", watch.phase, learned, watch.load, watch.fault,
+            self._link.age_s(clock), self._link.stale_s, self._link.connected, self._link.down,
+            *self._link.unusable(clock), "", watch.phase, learned, watch.load, watch.fault,
             self._alarm_text,
         )  # fmt: skip
         self._standing = self._standing.after(facts, now)
-        cause = self._standing.cause
+        worst = self._standing.worst
+        cause = worst.cause
         return ValveStatus(
-            self._tag, cause.health, cause.reason, self._standing.since, cause.evidence, cause.check,
+            self._tag, cause.health, cause.reason, worst.since, cause.evidence, cause.check,
             self._link.status(clock, late), None, self._latest(facts), tuple(self._events), watch.phase, watch.load,
         )  # fmt: skip
 

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from hil.recorder.notes import Notes
 from hil.source.sample import LinkEvent
 from recordings import BadInput, Event, Origin, Plant, RecordingWriter, SignalSpec
 
@@ -30,8 +31,8 @@ class RecorderSettings:
 
     to : a directory, or a file ending in .h5 or .hdf5 for a single valve; rotate_mb, rotate_s : size [MB] and age [s]
     at which a new file is started; batch_s : how long samples may wait [s]; title, kind, plant : as in `Recording`;
-    acknowledge : see `Acknowledge`, called from another thread; tell : see `Tell`; refuse_unusable : whether to end
-    when none of a valve's first values is good.
+    acknowledge : see `Acknowledge`, called from another thread; tell : see `Tell`; notes : become events of the
+    recording; refuse_unusable : whether to end when none of a valve's first values is good.
     """
 
     to: Path
@@ -43,6 +44,7 @@ class RecorderSettings:
     plant: Plant = field(default_factory=Plant)
     acknowledge: Acknowledge | None = None
     tell: Tell | None = None
+    notes: Notes | None = None
     refuse_unusable: bool = True
 
     @property

@@ -2,7 +2,7 @@
 
 Samples wait half a second, then go to the disk in one batch, in a thread of their own, so that a slow disk delays no
 poll. A value that is not good is NaN in the file, which keeps its quality, and the source's event beside it says
-why. Each value has its own time there, that of its reply.
+why. Each value has its own time there, that of its reply. Notes of whoever watches become events, too.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from hil.recorder.files import FileSeries, RecordedRow, RecorderSettings
+from hil.recorder.notes import Note
 from hil.running import first_of
 from hil.source.sample import LinkEvent, Quality, Sample
 from hil.source.source import Source
@@ -72,7 +73,7 @@ class _Lane:
     report: ValveReport
     series: FileSeries | None = None
     rows: list[RecordedRow] = field(default_factory=list)
-    events: list[LinkEvent] = field(default_factory=list)
+    events: list[LinkEvent | Note] = field(default_factory=list)
 
     def take(self, sample: Sample, origin: float) -> None:
         moment, report = sample.time - origin, self.report
@@ -174,6 +175,10 @@ class Recorder:
             lane.series = FileSeries(valve, self._source.signals[valve], created, settings)
         return self._origin
 
+    def _take_notes(self) -> None:
+        for note in self._settings.notes.take() if self._settings.notes else ():
+            self._lanes[note.valve].events.append(note)
+
     async def _write_again_and_again(self) -> None:
         while True:
             await asyncio.sleep(self._settings.batch_s)
@@ -184,6 +189,7 @@ class Recorder:
         async with self._turn:
             if self._origin is None:
                 return  # nothing but events so far
+            self._take_notes()
             lanes = [lane for lane in self._lanes.values() if lane.rows or lane.events]
             batches = [(lane.series, *lane.batch(self._origin)) for lane in lanes]
             self._n_waiting = 0

@@ -14,13 +14,18 @@ from collections.abc import Mapping, Sequence
 from hil.service.plan import SourcePlan
 from hil.service.queue import BoundedQueue
 from hil.service.status import LinkStatus
-from hil.source.sample import LinkEvent, Sample
+from hil.source.sample import LinkEvent, Quality, Sample
 from hil.source.source import Source
 
 ItemQueue = BoundedQueue[Sample | LinkEvent]
 
-SPOKEN = 20
-"""Troubles of the link that are remembered."""
+REMEMBERED, SPOKEN_S = 20, 60.0
+"""Troubles of the link that are remembered, and for how long they are spoken of [s]."""
+
+_NOT_FRESH = (Quality.LINK, Quality.STALE)
+"""Of these values the device has said nothing; of the other ones, nothing that is usable."""
+
+_Reasons = tuple[tuple[str, str], ...]
 
 ROOM_S = 0.005
 STALE_S, STALE_PERIODS = 2.0, 3.0
@@ -39,9 +44,9 @@ class ValveLink:
         self.connected, self.down = False, ""
         self.samples = self.reconnects = 0
         self.newest: Sample | None = None
-        self.bad: tuple[tuple[str, str], ...] = ()
         self._good_at, self._was_down = -math.inf, False
-        self._troubles: deque[tuple[float, str]] = deque(maxlen=SPOKEN)
+        self._all_good_at, self._each_good_at = -math.inf, dict[str, float]()
+        self._troubles: deque[tuple[float, str]] = deque(maxlen=REMEMBERED)
 
     def take(self, item: Sample | LinkEvent, now: float) -> None:
         """One item of the source, at a monotonic time [s]: noted, and passed on."""
@@ -49,7 +54,10 @@ class ValveLink:
             self.samples += 1
             self.connected = True
             self.newest = item
-            self.bad = () if item.good else _bad(item)
+            if item.good:
+                self._all_good_at = now
+            else:
+                self._each_good_at |= {name: now for name, reading in item.readings.items() if reading.good}
             position = item.readings.get("position")
             if position is not None and position.good:
                 self._good_at = now
@@ -66,9 +74,21 @@ class ValveLink:
         """Time since the last good position [s]; infinite before the first."""
         return now - self._good_at
 
-    def unsettled(self, now: float, within_s: float) -> tuple[str, ...]:
-        """The troubles of the last so many seconds."""
-        return tuple(text for at, text in tuple(self._troubles) if now - at <= within_s)
+    def unusable(self, now: float) -> tuple[_Reasons, _Reasons]:
+        """Signals without a good value for `stale_s`, with the reason: those of which the device said nothing usable,
+        and those of which nothing fresh came. One bad value between good ones is none of them.
+        """
+        newest = self.newest
+        if newest is None or newest.good or now - self._all_good_at <= self.stale_s:
+            return (), ()
+        lacking = {
+            name: reading
+            for name, reading in newest.readings.items()
+            if not reading.good and now - self._each_good_at.get(name, -math.inf) > self.stale_s
+        }
+        reasons = {name: f"{reading.quality}: {reading.reason}" for name, reading in lacking.items()}
+        unread = tuple(one for one in reasons.items() if lacking[one[0]].quality in _NOT_FRESH)
+        return tuple(one for one in reasons.items() if one not in unread), unread
 
     def status(self, now: float, late: int) -> LinkStatus:
         """As others see it. late : deadlines missed on the source."""
@@ -76,6 +96,9 @@ class ValveLink:
         words = "connected" if self.connected else f"not connected: {self.down or 'no answer yet'}"
         if math.isfinite(age):
             words += f"; last good position {age:.1f} s ago"
+        troubles = [text for at, text in tuple(self._troubles) if now - at <= SPOKEN_S]
+        if troubles:
+            words += f"; in the last minute {len(troubles)} trouble(s), the last: {troubles[-1]}"
         if lost or late:
             words += f"; {lost} samples dropped, {late} deadlines missed"
         return LinkStatus(self.source, self.connected, age, self.samples, lost, late, self.reconnects, words)
@@ -86,7 +109,7 @@ class ValveLink:
             self.connected, self.down = True, ""
         elif event.kind == "link_down":
             self.connected, self.down, self._was_down = False, event.text, True
-        if event.kind != "link_up" or self._was_down:
+        if event.kind != "link_up":
             self._troubles.append((now, f"{event.kind}: {event.text}"))
 
 
@@ -130,9 +153,3 @@ class Acquisition:
     def _ended(self, reason: str) -> None:
         for link in self._links.values():
             link.connected, link.down = False, reason
-
-
-def _bad(sample: Sample) -> tuple[tuple[str, str], ...]:
-    return tuple(
-        (name, f"{reading.quality}: {reading.reason}") for name, reading in sample.readings.items() if not reading.good
-    )

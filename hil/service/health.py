@@ -2,8 +2,9 @@
 
 ``failure`` is kept for evidence against the device itself: its position cannot be believed. ``check function`` says
 that nothing valid is known at the moment: no communication, a stale value, learning, a detector that does not run.
-``out of specification`` says that the valve, or the way its values take, is not in its usual conditions. ``maintenance
-required`` is a change of the valve that it still works with. So trouble of communication is never a valve's fault.
+``out of specification`` says that the valve is not in its usual conditions. ``maintenance required`` is a change of the
+valve that it still works with. So trouble of communication is never a valve's fault: it is ``check function`` for as
+long as it lasts, and leaves nothing behind. How good a link has been is said of the link (`LinkStatus`), not here.
 """
 
 from __future__ import annotations
@@ -14,16 +15,13 @@ from datetime import UTC, datetime
 
 from hil.service.status import Health
 
-UNSETTLED_S = 60.0
-"""For so long after it a trouble of communication is spoken of [s]."""
-
 
 @dataclass(frozen=True)
 class ValveFacts:
     """What is known of a valve at a moment. age_s : of the last good position [s]; stale_s : from when on it is stale
-    [s]; down : why there is no connection, empty while there is one; bad : signals without a usable value in the newest
-    sample, with the reason; unsettled : what happened to the link in the last minute; detector_error : why detection
-    does not run; phase, learned, load, kind, test : of the detector.
+    [s]; down : why there is no connection, empty while there is one; bad : signals of which the device has told nothing
+    usable for `stale_s`, with the reason; unread : those of which nothing fresh has come; detector_error : why
+    detection does not run; phase, learned, load, kind, alarm_text : of the detector.
     """
 
     age_s: float
@@ -31,7 +29,7 @@ class ValveFacts:
     connected: bool
     down: str = ""
     bad: tuple[tuple[str, str], ...] = ()
-    unsettled: tuple[str, ...] = ()
+    unread: tuple[tuple[str, str], ...] = ()
     detector_error: str = ""
     phase: str = "learning"
     learned: str = ""
@@ -50,6 +48,8 @@ class HealthCause:
     evidence: tuple[str, ...] = ()
     check: tuple[str, ...] = ()
 
+
+_UNKNOWN = "no communication: nothing is known of the valve at the moment"
 
 FINE = HealthCause("good", Health.GOOD, "it behaves as it was learned")
 
@@ -91,8 +91,18 @@ _ALARMS: Mapping[str | None, tuple[Health, str, tuple[str, ...]]] = {
 
 
 def causes(facts: ValveFacts) -> Iterator[HealthCause]:
-    """Every cause that the facts give."""
-    yield from _communication(facts)
+    """Every cause of the valve itself, and of those who watch it, that the facts give."""
+    bad = dict(facts.bad)
+    position = bad.pop("position", None)
+    if position is not None:
+        look = ("the transmitter's own diagnosis", "valid range and type of 'position' in the map: bristle probe")
+        yield HealthCause(
+            "position", Health.CHECK, "the position comes, but cannot be used", (position, _age(facts)), look
+        )
+    if bad:
+        look = ("the transmitters of these signals", "their type and valid range in the map: bristle probe")
+        others = tuple(f"{name}: {why}" for name, why in bad.items())
+        yield HealthCause("values", Health.OUT_OF_SPEC, "some values cannot be used", others, look)
     if facts.detector_error:
         where = ("the log of the service",)
         text = "detection does not run; it is begun again"
@@ -108,43 +118,67 @@ def causes(facts: ValveFacts) -> Iterator[HealthCause]:
         yield HealthCause(f"alarm {facts.kind}", health, reason, tuple(filter(None, (facts.alarm_text, score))), check)
 
 
-def _communication(facts: ValveFacts) -> Iterator[HealthCause]:
-    position = dict(facts.bad).get("position")
-    age = f"last good position {facts.age_s:.1f} s ago" if facts.age_s < float("inf") else "no good position so far"
+def communication(facts: ValveFacts) -> HealthCause | None:
+    """What keeps the valve from being known at this moment, None while its values come."""
     if not facts.connected:
         said = facts.down or "the device has not answered yet"
-        reason = "no communication: nothing is known of the valve at the moment"
-        yield HealthCause("link", Health.CHECK, reason, (said, age), _CABLE)
-    elif position is not None:
-        look = ("the transmitter's own diagnosis", "valid range and type of 'position' in the map: bristle probe")
-        yield HealthCause("position", Health.CHECK, "the position comes, but cannot be used", (position, age), look)
-    elif facts.age_s > facts.stale_s:
+        return HealthCause("link", Health.CHECK, _UNKNOWN, (said, _age(facts)), _CABLE)
+    if facts.age_s > facts.stale_s and "position" not in dict(facts.bad):
+        why = tuple(text for name, text in facts.unread if name == "position")
         reason = "the values are stale: the device answers, but nothing new comes"
-        yield HealthCause("stale", Health.CHECK, reason, (age,), ("whether the device is in service", *_CABLE[:1]))
-    else:
-        others = tuple(f"{name}: {why}" for name, why in facts.bad)
-        if others:
-            look = ("the transmitters of these signals", "their type and valid range in the map: bristle probe")
-            yield HealthCause("values", Health.OUT_OF_SPEC, "some values cannot be used", others, look)
-        elif facts.unsettled:
-            reason = "values come irregularly; the valve is watched with what comes"
-            yield HealthCause("irregular", Health.OUT_OF_SPEC, reason, facts.unsettled, _CABLE[1:2])
+        look = ("whether the device is in service", *_CABLE[:1])
+        return HealthCause("stale", Health.CHECK, reason, (*why, _age(facts)), look)
+    if facts.unread:
+        reason = "some values do not come; the valve is watched without them"
+        others = tuple(f"{name}: {why}" for name, why in facts.unread)
+        return HealthCause("unread", Health.CHECK, reason, others, (*_CABLE[:2], "their addresses: bristle probe"))
+    return None
+
+
+def _age(facts: ValveFacts) -> str:
+    known = facts.age_s < float("inf")
+    return f"last good position {facts.age_s:.1f} s ago" if known else "no good position so far"
 
 
 @dataclass(frozen=True)
-class Standing:
-    """The worst cause, and since when it has been: UTC."""
+class Lasting:
+    """A cause, and since when it has been: UTC."""
 
     cause: HealthCause
     since: datetime
 
+    def after(self, cause: HealthCause, now: datetime) -> Lasting:
+        """The cause now; `since` stays while it is the same."""
+        return Lasting(cause, self.since if cause.key == self.cause.key else now)
+
+
+@dataclass(frozen=True)
+class Standing:
+    """How a valve stands. valve : the worst cause of the valve itself; link : what keeps it from being known at the
+    moment, None when nothing does. Two things: when the link is back, the valve stands as it stood before, and since
+    then.
+    """
+
+    valve: Lasting
+    link: Lasting | None = None
+
     @classmethod
     def first(cls) -> Standing:
         """Before anything is known."""
-        unknown = HealthCause("link", Health.CHECK, "no communication: nothing is known of the valve at the moment")
-        return cls(unknown, datetime.now(UTC))
+        unknown = Lasting(HealthCause("link", Health.CHECK, _UNKNOWN), datetime.now(UTC))
+        return cls(unknown, unknown)
+
+    @property
+    def worst(self) -> Lasting:
+        """The worse of the two, the link where they are alike: what is not known cannot be judged."""
+        link, valve = self.link, self.valve
+        return link if link is not None and link.cause.health.rank >= valve.cause.health.rank else valve
 
     def after(self, facts: ValveFacts, now: datetime) -> Standing:
-        """The standing now: the first of the worst causes; `since` stays while the cause is the same."""
+        """The standing now."""
         worst = max(causes(facts), key=lambda one: one.health.rank, default=FINE)
-        return Standing(worst, self.since if worst.key == self.cause.key else now)
+        trouble = communication(facts)
+        if trouble is None:
+            return Standing(self.valve.after(worst, now))
+        valve = self.valve if worst is FINE else self.valve.after(worst, now)  # without values nothing becomes good
+        return Standing(valve, (self.link or Lasting(trouble, now)).after(trouble, now))

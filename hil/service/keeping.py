@@ -11,11 +11,11 @@ from typing import Annotated, Literal, TypeVar
 from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, ValidationError
 
 from hil.monitor.state import load_state, save_state
-from hil.service.health import HealthCause, Standing
+from hil.service.health import HealthCause, Lasting, Standing
 from hil.service.in_service.movements import KeptMovements
 from hil.service.lane import ValveLane
 from hil.service.status import Health
-from recordings import BadInput, save_text
+from recordings import BadInput, read_small_json, save_text
 
 LARGEST_FILE = 4_000_000
 Kept = TypeVar("Kept")
@@ -70,7 +70,7 @@ class StateFolder:
         standing = _usable(self.service_file(lane.tag), _standing)
         if standing is not None:
             cause = HealthCause(standing.key, standing.health, standing.reason)
-            lane.standing = Standing(cause, standing.since.astimezone(UTC))
+            lane.standing = Standing(Lasting(cause, standing.since.astimezone(UTC)), lane.standing.link)
             lane.movements.resume(standing.movements)
         key = lane.plan.model_key
         known = _usable(self.detector_file(lane.tag), lambda path: load_state(path, key))
@@ -88,7 +88,7 @@ class StateFolder:
         """Write both files of a valve. Raises BadInput when the disk refuses."""
         if lane.watch.watch is not None and lane.watch.state is not None:
             save_state(self.detector_file(lane.tag), [lane.watch], lane.plan.model_key)
-        cause, since = lane.standing.cause, lane.standing.since
+        cause, since = lane.standing.valve.cause, lane.standing.valve.since
         kept = KeptStanding(
             key=cause.key, health=cause.health, reason=cause.reason, since=since, movements=lane.movements.kept()
         )
@@ -97,11 +97,7 @@ class StateFolder:
 
 def _standing(path: Path) -> KeptStanding:
     try:
-        if path.stat().st_size > LARGEST_FILE:
-            raise BadInput(str(path), "it is larger than 4 MB", "it begins anew")
-        return KeptStanding.model_validate_json(path.read_bytes())
-    except OSError as error:
-        raise BadInput(str(path), f"it cannot be read ({error.strerror})", "it begins anew") from None
+        return KeptStanding.model_validate(read_small_json(path, "it begins anew", LARGEST_FILE))
     except ValidationError as error:
         found = f"it is damaged ({error.errors()[0]['msg']})"
         raise BadInput(str(path), found, "it begins anew") from None

@@ -14,8 +14,9 @@ from detector import LEAST_STROKES, Watch, learn_recordings
 from hil.monitor.event import MonitorEvent
 from hil.monitor.monitor import Monitor
 from hil.monitor.valve import ValveWatch
+from hil.recorder.notes import Note, Notes
 from hil.service.acquisition import ItemQueue, ValveLink
-from hil.service.health import UNSETTLED_S, Standing, ValveFacts
+from hil.service.health import Standing, ValveFacts
 from hil.service.in_service.figures import InServiceFigures
 from hil.service.in_service.movements import Movements
 from hil.service.plan import ValvePlan
@@ -41,7 +42,8 @@ NOTHING: Mapping[str, float] = MappingProxyType({})
 class ValveLane:
     """One valve under watch.
 
-    plan : what it is; link : the way to it; queue : its items; publish : see `Publish`; learned : told its detector.
+    plan : what it is; link : the way to it; queue : its items; publish : see `Publish`; learned : told its detector;
+    notes : of its recording, which gets the judgements.
     """
 
     def __init__(
@@ -51,9 +53,10 @@ class ValveLane:
         queue: ItemQueue,
         publish: Publish,
         learned: Callable[[str, Watch], None] = lambda tag, watch: None,
+        notes: Notes | None = None,
     ) -> None:
         self.plan, self.link, self._queue, self._publish = plan, link, queue, publish
-        self._learned = learned
+        self._learned, self._notes, self._busy = learned, notes, False
         self.monitor: Monitor = plan.monitor(on_learned=learned)
         self.standing = Standing.first()
         self.figures: InServiceFigures | None = None
@@ -79,6 +82,11 @@ class ValveLane:
         """What is held of the valve."""
         return self.monitor.valves[self.tag]
 
+    @property
+    def idle(self) -> bool:
+        """Whether everything that came has been looked at."""
+        return not (self._busy or len(self._queue))
+
     def forget(self) -> None:
         """Begin with nothing learned."""
         self.monitor = self.plan.monitor(on_learned=self._learned)
@@ -88,13 +96,14 @@ class ValveLane:
         try:
             await self._prepare()
             while True:
+                self._busy = True
                 items = self._queue.take(BATCH)
                 for item in items:
                     await self.take(item)
-                self.error = ""
+                self.error, self._busy = "", False
                 await asyncio.sleep(0.0 if len(items) == BATCH else NAP_S)
         except Exception as error:
-            self.error = f"{type(error).__name__}: {error}"
+            self.error, self._busy = f"{type(error).__name__}: {error}", False
             raise
 
     async def _prepare(self) -> None:
@@ -115,6 +124,8 @@ class ValveLane:
             if event.kind == "alarm":
                 self._alarm_text = event.text
             self._events = (*self._events[1 - EVENTS_KEPT :], event)
+            if self._notes is not None and event.judged:
+                self._notes.add(Note(item.time, self.tag, event.kind, event.text))
             self._publish(event)
 
     async def _seen(self, item: Sample | LinkEvent) -> MonitorEvent | None:
@@ -143,16 +154,17 @@ class ValveLane:
         if self.plan.entry.learn_s:
             learned += f" of {self.plan.entry.learn_s:.0f} s"
         return ValveFacts(
-            link.age_s(now), link.stale_s, link.connected, link.down, link.bad, link.unsettled(now, UNSETTLED_S),
-            self.error, status.phase, learned, status.load, status.fault, self._alarm_text,
+            link.age_s(now), link.stale_s, link.connected, link.down, *link.unusable(now), self.error,
+            status.phase, learned, status.load, status.fault, self._alarm_text,
         )  # fmt: skip
 
     def status(self, late: int) -> ValveStatus:
         """As others see it. late : deadlines missed on its source."""
-        now, cause, watch = time.monotonic(), self.standing.cause, self.watch.status
+        now, standing, watch = time.monotonic(), self.standing.worst, self.watch.status
+        cause = standing.cause
         link = self.link.status(now, late)
         return ValveStatus(
-            self.tag, cause.health, cause.reason, self.standing.since, cause.evidence, cause.check, link,
+            self.tag, cause.health, cause.reason, standing.since, cause.evidence, cause.check, link,
             self.figures, self._latest(link.age_s), self._events, watch.phase, watch.load,
         )  # fmt: skip
 

@@ -7,7 +7,6 @@ file's own folder. Nothing in it is ever executed: a program for events is named
 from __future__ import annotations
 
 import difflib
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Self
@@ -15,7 +14,7 @@ from typing import Annotated, Any, Self
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 from pydantic_core import ErrorDetails
 
-from recordings import BadInput
+from recordings import BadInput, read_small_toml
 
 LARGEST_FILE = 1_000_000
 MOST_VALVES = 500
@@ -138,18 +137,7 @@ class PlantFile(_Entry):
     def read(cls, path: str | Path) -> Self:
         """Read a plant file. Raises BadInput naming the file, the item and the remedy."""
         where = Path(path)
-        try:
-            if where.stat().st_size > LARGEST_FILE:
-                raise BadInput(str(path), "it is larger than 1 MB", "give a plant file (.toml)")
-            content = tomllib.loads(where.read_text(encoding="utf-8-sig"))
-        except BadInput:
-            raise
-        except tomllib.TOMLDecodeError as error:
-            raise BadInput(str(path), f"not TOML: {error}", "correct the line, or see docs/files.md") from None
-        except OSError as error:
-            raise BadInput(str(path), f"cannot be read: {error.strerror}", "check the path") from None
-        except (UnicodeDecodeError, RecursionError, ValueError) as error:
-            raise BadInput(str(path), f"not a plant file ({error})", "see docs/files.md") from None
+        content = read_small_toml(where, "give a plant file (.toml); docs/files.md has every key", LARGEST_FILE)
         return cls.parsed(content, str(path), where)
 
     @classmethod
@@ -194,6 +182,7 @@ def _alike(error: ErrorDetails) -> str:
     """A known key of the same table that is spelled much like an unknown one, or all of them."""
     names = [str(step) for step in error["loc"] if not isinstance(step, int)]
     table = _TABLES.get(names[-2], PlantFile) if len(names) > 1 else PlantFile
-    known = sorted(set(table.model_fields) - {"file"})
+    own = {"file"} if table is PlantFile else set()  # where it was read from, which no file says
+    known = sorted(set(table.model_fields) - own)
     close = difflib.get_close_matches(names[-1], known, n=1, cutoff=0.6)
     return f"did you mean {close[0]!r}?" if close else f"allowed are {', '.join(known)}"

@@ -10,6 +10,7 @@ from types import TracebackType
 from typing import Self
 
 from hil.recorder.files import RecorderSettings
+from hil.recorder.notes import Notes
 from hil.recorder.recorder import Recorder
 from hil.service.acquisition import ItemQueue
 from hil.service.plan import ValvePlan
@@ -19,6 +20,9 @@ from hil.source.statistics import Statistics
 from recordings import Plant, SignalSpec
 
 NAP_S = 0.2
+
+BATCH_S = 2.0
+"""Samples wait so long for the disk [s]: it costs by the batch, and there are many valves. So much a power cut takes."""
 
 
 class QueuedSource:
@@ -52,7 +56,8 @@ class QueuedSource:
 class ValveRecording:
     """Records one valve.
 
-    disk : thread that all recordings share. `safe` is how many samples of this service nothing can take any more.
+    disk : thread that all recordings share. `safe` is how many samples of this service nothing can take any more;
+    `notes` become events of the recording.
     """
 
     def __init__(
@@ -65,7 +70,7 @@ class ValveRecording:
         ending: asyncio.Event,
     ) -> None:
         self.plan, self._queue, self._disk, self._ending = plan, queue, disk, ending
-        self.safe = 0
+        self.safe, self.notes = 0, Notes()
         self._file, self._in_file = Path(), 0
         stroke, area = plan.known("stroke_m"), plan.known("diaphragm_area_m2")
         self._settings = RecorderSettings(
@@ -74,6 +79,8 @@ class ValveRecording:
             rotate_mb=entry.rotate_mb,
             plant=Plant(tag=plan.tag, stroke_m=stroke, diaphragm_area_m2=area),
             acknowledge=self._acknowledge,
+            notes=self.notes,
+            batch_s=BATCH_S,
             refuse_unusable=False,
         )
 

@@ -98,17 +98,17 @@ class Service:
         """The link, the lane and the recording of a valve, with their queues."""
         plan = next(valve for valve in self.plan.valves if valve.tag == tag)
         watched: ItemQueue = BoundedQueue(WAITING)
-        queues, entry = [watched], self.plan.plant.recordings
+        queues, entry, notes = [watched], self.plan.plant.recordings, None
         if entry is not None:
             stored: ItemQueue = BoundedQueue(WAITING)
             queues.append(stored)
             folder = self.plan.plant.path(entry.folder)
             recording = ValveRecording(plan, entry, folder, stored, self._disk, self._ending)
-            self._recordings[tag] = recording
+            self._recordings[tag], notes = recording, recording.notes
             self._tasks.append(SupervisedTask(f"recording {tag}", recording.run, _dropped(stored)))
         self._queues += queues
         link = ValveLink(tag, source, rate_hz, queues)
-        lane = ValveLane(plan, link, watched, self._publish, self._learned)
+        lane = ValveLane(plan, link, watched, self._publish, self._learned, notes)
         self._lanes[tag] = lane
         self._tasks.append(SupervisedTask(f"detection {tag}", lane.run, _dropped(watched)))
         return link
@@ -174,10 +174,11 @@ class Service:
             await asyncio.gather(*reading, return_exceptions=True)
 
         await asyncio.to_thread(self._thread.run, cancel())
-        self._ending.set()
         recordings = [task for task in self._tasks if task.name.startswith("recording ")]
         patience = DRAIN_S
         while patience > 0.0:
+            if all(lane.idle for lane in self._lanes.values()):  # what is judged of the last samples is recorded, too
+                self._ending.set()
             waiting = any(map(len, self._queues)) or any(task.running for task in recordings)
             if not waiting and all(sink.idle for sink in self._sinks):
                 break

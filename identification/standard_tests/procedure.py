@@ -15,18 +15,22 @@ from identification.standard_tests.result import ValveTest, plain, reference_val
 from identification.standard_tests.run import ValveRun, run_of
 from identification.standard_tests.signature import signature_values
 from identification.standard_tests.step_response import step_values
-from recordings import BadInput, BadParameter, Recording
+from recordings import BadInput, BadParameter, Progress, Recording, silent
 
 TestKind = Literal["step", "deadband", "signature", "partial-stroke", "error-band"]
 KINDS: tuple[TestKind, ...] = get_args(TestKind)
 
 
 def standard_test(
-    recordings: Sequence[Recording], kind: TestKind, reference: str | os.PathLike[str] | ValveTest | None = None
+    recordings: Sequence[Recording],
+    kind: TestKind,
+    reference: str | os.PathLike[str] | ValveTest | None = None,
+    progress: Progress = silent,
 ) -> ValveTest:
     """A standard test of a valve from recordings of it.
 
-    reference : an earlier test of the same kind, to say what changed beyond the noise of both.
+    reference : an earlier test of the same kind, to say what changed beyond the noise of both; progress : told when
+    the recordings turned out to hold such a test.
 
     Raises BadInput where the recordings do not hold such a test, BadParameter for a kind that there is not.
     """
@@ -37,6 +41,7 @@ def standard_test(
     known = None if reference is None else _values_of(reference, kind)
     problems: list[str] = []
     values = _values(recordings, kind, problems)
+    progress("drawing", 0, 0)
     changed = None if known is None else tuple(changes(known, plain(values)))
     tag = next((one.plant.tag for one in recordings if one.plant.tag), None)
     return ValveTest(kind, values, changed, tuple(problems), _curves(recordings, kind), tag, _names(recordings))

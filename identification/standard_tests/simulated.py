@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from identification.standard_tests.procedure import KINDS, TestKind
-from recordings import Array, BadParameter, Plant, Recording, Signal
+from recordings import Array, BadParameter, Plant, Progress, Recording, Signal, silent
 from simulator import BASE, CATALOGUE, Catalogue, kernel, positioned
 
 RATE = 50.0
@@ -57,6 +57,7 @@ def simulated_test(
     effects: tuple[str, ...] = BASE,
     seed: int = 0,
     catalogue: Catalogue = CATALOGUE,
+    progress: Progress = silent,
 ) -> Recording:
     """A recording of a standard test of a simulated valve behind a sampled PI positioner: set point, force, position.
 
@@ -65,6 +66,7 @@ def simulated_test(
     """
     if kind not in KINDS:
         raise BadParameter("kind", kind, "there is no such test", f"use {', '.join(KINDS)}")
+    progress("simulating", 0, 0)
     valve = kernel(effects, "force", catalogue)
     asked = COURSES[kind]()
     t = np.arange(len(asked)) / RATE

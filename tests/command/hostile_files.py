@@ -571,13 +571,52 @@ def mappings(folder: Path) -> Named:
         yield name, text.encode()
 
 
+PLANT = """
+name = "Unit 7"
+[[source]]
+address = "tcp://127.0.0.1:1"
+[[source.valve]]
+tag = "LC74_20"
+map = "damadics"
+model = "model.json"
+"""
+WRONG_PLANTS = {
+    "a program": PLANT + '[events]\nprogram = "touch run"\n',
+    "a program with its option": 'on_event = "touch run"\n' + PLANT,
+    "a tag that leaves the folder": PLANT.replace("LC74_20", "../../outside"),
+    "a tag with a line break": PLANT.replace("LC74_20", "LC\\n74"),
+    "a tag for a shell": PLANT.replace("LC74_20", "$(touch run)"),
+    "a model that is a device": PLANT.replace("model.json", "/dev/zero"),
+    "a model in a pipe": PLANT.replace("model.json", "/dev/fd/0"),
+    "a source that is code": PLANT.replace("tcp://127.0.0.1:1", "__import__('os').system('touch run')"),
+    "a source that is a page": PLANT.replace("tcp://127.0.0.1:1", "http://127.0.0.1/rig.h5"),
+    "a recording that is a device": PLANT.replace("tcp://127.0.0.1:1", "replay:/dev/zero"),
+    "a map that is a device": PLANT.replace("damadics", "/dev/zero"),
+    "rates without end": PLANT.replace("[[source.valve]]", "rate_hz = inf\n[[source.valve]]"),
+    "a rate of a thousand million": PLANT.replace("[[source.valve]]", "rate_hz = 1e9\n[[source.valve]]"),
+    "metrics for all": PLANT + '[metrics]\nlisten = "0.0.0.0:9108\\r\\nX: y"\n',
+    "valves without end": PLANT + '[[source.valve]]\ntag = "V"\nmodel = "model.json"\n' * 600,
+    "nested": "x = " + "[" * 100_000,
+    "a number of ten thousand digits": "x = " + "9" * 10_000,
+    "a million keys": "".join(f"k{k} = 1\n" for k in range(100_000)),
+}
+
+
+def plants(folder: Path) -> Named:
+    """Plant files that reach out, run something, or have no end."""
+    yield from garbage()
+    for name, text in WRONG_PLANTS.items():
+        yield name, text.encode()
+
+
 MAKERS: dict[str, Callable[[Path], Named]] = {
     "recording": recordings, "table": tables, "matlab": matlabs, "parquet": parquets, "hdf5": foreign, "model": models,
     "trace": traces, "state": states, "map": maps, "csv-map": csv_maps, "mapping": mappings,
+    "plant": plants,
 }  # fmt: skip
 SUFFIX = {
     "recording": ".h5", "table": ".csv", "matlab": ".mat", "parquet": ".parquet", "hdf5": ".h5", "model": ".json",
-    "trace": ".json", "state": ".json", "map": ".toml", "csv-map": ".csv", "mapping": ".toml",
+    "trace": ".json", "state": ".json", "map": ".toml", "csv-map": ".csv", "mapping": ".toml", "plant": ".toml",
 }  # fmt: skip
 
 

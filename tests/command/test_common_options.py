@@ -155,3 +155,22 @@ def test_quick_work_says_nothing(capsys):
     with working("looking") as progress:
         progress("everything", 1, 1)
     assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "assess {}",
+        "test {} --kind step",
+        "test --simulate --kind rowing",
+        "compare {} bundled:step",
+        "compare bundled:step model.json",
+    ],
+)
+def test_a_refusal_is_one_line_however_slow_the_machine_is(words, console, tmp_path, monkeypatch):
+    monkeypatch.setattr("bristle.cli.output.working.SOON_S", 0.0)  # every line that may come comes
+    table = tmp_path / "table.csv"
+    table.write_text("time,SP,PV,OP\n" + "".join(f"{k},50,50.{k % 10},30\n" for k in range(500)))
+    ended = console(*words.format(table).split())
+    assert (ended.code, ended.out) == (2, "")
+    assert ended.complaint

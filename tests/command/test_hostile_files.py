@@ -21,7 +21,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from bristle.cli.tracing import trace_words
-from hil import RegisterMap, load_state
+from hil import PlantFile, RegisterMap, ServicePlan, load_state
 from recordings import BadInput, read
 from recordings.importers import import_file, load_mapping
 from simulator import ValveModel
@@ -49,6 +49,7 @@ READERS: Mapping[str, Callable[[Path], object]] = {
     "map": RegisterMap.load,
     "csv-map": RegisterMap.load,
     "mapping": with_mapping,
+    "plant": lambda path: ServicePlan.of(PlantFile.read(path)),
 }
 
 
@@ -98,6 +99,8 @@ def arguments(kind: str, path: Path, target: Path) -> list[str]:
         ValveModel.model_validate(MODEL).write(model)
         recording(Path(rig)).close()
         return ["replay", rig, "--model", model, "--state", str(path)]
+    if kind == "plant":
+        return ["monitor", "--check", str(path)]
     return ["show", str(path)]
 
 

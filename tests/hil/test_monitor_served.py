@@ -11,6 +11,7 @@ from monitor_rig import MonitorProcess, moved, passed, serve
 
 from bristle.cli.app import run
 from hil.testing import make_loopback_authority
+from recordings import read
 
 
 def decisions(lines: str) -> list[dict]:
@@ -42,6 +43,8 @@ def test_learned_live_over_tcp_a_friction_fault_is_found_and_a_replay_decides_th
     assert json.loads((tmp_path / "state.json").read_text())["valves"].keys() == {"LC74_20"}
     live = [event for event in events if event["kind"] in ("alarm", "cleared", "gap")]
     recording = next((tmp_path / "rec").glob("*.h5"))
+    noted = [(event.kind, event.text) for event in read(recording).events if event.kind in ("alarm", "cleared")]
+    assert noted == [(event["kind"], event["text"]) for event in live if event["kind"] != "gap"]
     command = ["replay", str(recording), "--model", str(model), "--learn", "18", "--false-alarms", "100"]
     assert run(command) == 1
     assert decisions(capsys.readouterr().out) == live

@@ -29,6 +29,7 @@ from hil import (
     open_source,
     valves_of,
 )
+from hil.recorder.notes import Note, Notes
 from recordings import BadInput, Plant, SignalSpec, read
 
 SPECS = (SignalSpec("time", "s", "time"), SignalSpec("position", "mm", "output"), SignalSpec("mode", "1", "extra"))
@@ -144,6 +145,25 @@ def test_a_value_that_is_not_good_is_missing_and_the_event_says_why(tmp_path):
     assert report.valves[0].bad == 2
     assert recording.quality["position"].tolist() == [0, 2, 1, 0]  # codes of recordings.QUALITIES
     assert not recording.quality["mode"].any()
+
+
+def test_a_note_of_who_watches_is_an_event_at_its_sample_even_after_the_last_one(tmp_path):
+    notes = Notes()
+
+    class Watched(Script):
+        """Somebody notes the last sample when it has been given away already."""
+
+        async def __anext__(self) -> Sample | LinkEvent:
+            try:
+                return await super().__anext__()
+            except StopAsyncIteration:
+                notes.add(Note(100.03, "V1", "alarm", "the friction has changed; test 'fc' at 2.5, limit 1"))
+                raise
+
+    recorded(Watched([sample(k) for k in range(4)]), tmp_path / "run.h5", notes=notes)
+    (event,) = read(tmp_path / "run.h5").events
+    assert (event.time, event.kind) == (pytest.approx(0.03), "alarm")
+    assert event.text == "the friction has changed; test 'fc' at 2.5, limit 1"
 
 
 def test_every_valve_has_its_own_file_and_events(tmp_path):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import logging
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from service_rig import plan_of, plant_file, until
 from detector import Measurement
 from hil import BackOff, Health
 from hil.service.acquisition import ValveLink
-from hil.service.health import HealthCause, Standing
+from hil.service.health import HealthCause, Lasting, Standing
 from hil.service.in_service.movements import KeptMovements, Movements
 from hil.service.in_service.travel import Travel
 from hil.service.in_service.trend import MOST, FigureValue, trended, with_value
@@ -191,11 +192,13 @@ def lane(tmp_path) -> ValveLane:
 
 def test_how_a_valve_stood_is_kept_over_a_restart(tmp_path, lane):
     folder, since = StateFolder(tmp_path / "state"), utc_now()
-    lane.standing = Standing(HealthCause("alarm friction", Health.MAINTENANCE, "the friction has changed"), since)
+    changed = HealthCause("alarm friction", Health.MAINTENANCE, "the friction has changed")
+    lane.standing = replace(lane.standing, valve=Lasting(changed, since))
     folder.save(lane)
     lane.standing = Standing.first()
     folder.resume(lane)
-    assert (lane.standing.cause.key, lane.standing.since) == ("alarm friction", since)
+    assert lane.standing.valve == Lasting(changed, since)
+    assert lane.standing.worst.cause.health is Health.CHECK, "nothing came yet"
     assert not list((tmp_path / "state").glob("*.part"))
 
 

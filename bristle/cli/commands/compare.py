@@ -32,8 +32,8 @@ def command(
 
     for path in (out, report):
         writable(path)
-    with working("comparing"):
-        found = br.compare(before, after, area=area, repeatability=repeatability)
+    with working("comparing", staged=True) as progress:
+        found = br.compare(before, after, area=area, repeatability=repeatability, progress=progress)
     answer(found.as_json())
     console = stdout()
     for sentence in found.sentences():

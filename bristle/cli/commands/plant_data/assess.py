@@ -32,6 +32,6 @@ def command(
     for path in (out, report):
         writable(path)
     known = assignments(valve.split(","), "--valve") if valve else None
-    with working("assessing"):
-        found = br.assess(file, loop=loop, columns=named_columns(columns), valve=known)
+    with working("assessing", staged=True) as progress:
+        found = br.assess(file, loop=loop, columns=named_columns(columns), valve=known, progress=progress)
     present(found, out, report)

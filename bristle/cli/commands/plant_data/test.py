@@ -36,9 +36,9 @@ def command(
         writable(path)
     if simulate == bool(recordings):
         raise BadParameter("simulate", simulate, "a test needs recordings or --simulate", "give one of the two")
-    with working("testing"):
-        tested = [br.simulate_test(kind, model=model, seed=seed)] if simulate else recordings or []
-        found = br.test(tested, kind, reference=reference)
+    with working("testing", staged=True) as progress:
+        tested = [br.simulate_test(kind, model=model, seed=seed, progress=progress)] if simulate else recordings or []
+        found = br.test(tested, kind, reference=reference, progress=progress)
     present(found, out, report)
     if found.aborted:
         raise NegativeAnswer(f"the partial stroke failed: {'; '.join(found.aborted)}")
