@@ -28,6 +28,7 @@ COMMANDS = {
     "compare": "compare",
     "demo": "demo",
     "evaluate": "evaluate",
+    "export": "export",
     "fit": "fit",
     "fleet": "fleet",
     "follow": "plant_data.follow",
