@@ -31,7 +31,7 @@ NOT_RUN = {
 }
 """Why the blocks of a page that are marked `no-test` do not run, one reason for each. Their options are tested."""
 
-TEXTS = {"console", "python", "toml", "csv", "json", "yaml"}
+TEXTS = {"console", "python", "c", "toml", "csv", "json", "yaml"}
 LANGUAGES = TEXTS | {"{toctree}", "{eval-rst}", "{image}", "{literalinclude}"}
 RUN = {
     str(page.relative_to(ROOT)): page
