@@ -17,6 +17,7 @@ Arrays in, arrays out; a path or ``bundled:NAME`` stands for a recording whereve
 `compare`               what changed between two recordings or two models of a valve
 `assess`                whether the valve of a control loop sticks, from SP, PV and OP
 `test`, `simulate_test` a standard valve test, from recordings or a simulated positioner
+`export`                a model as C source, CasADi function or FMU; a recording as a table
 `follow`                a valve through the years: trends, and when they cross limits
 `next_test`             the experiment that would tell rivals apart, or pin what is weak
 `learn`, `watch`        a fault detector for one valve, and what it sees in a recording
@@ -54,6 +55,7 @@ if TYPE_CHECKING:
     from bristle.door.comparisons import compare as compare
     from bristle.door.detectors import learn as learn
     from bristle.door.detectors import watch as watch
+    from bristle.door.exports import export as export
     from bristle.door.friction import compare_friction as compare_friction
     from bristle.door.histories import follow as follow
     from bristle.door.links import record as record
@@ -93,6 +95,7 @@ if TYPE_CHECKING:
 PLACES = {
     "bristle.door.comparisons": ("compare",),
     "bristle.door.detectors": ("learn", "watch"),
+    "bristle.door.exports": ("export",),
     "bristle.door.histories": ("follow",),
     "bristle.door.friction": ("compare_friction",),
     "bristle.door.links": ("record", "serve"),

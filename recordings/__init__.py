@@ -8,10 +8,11 @@ recordings.errors.BadInput: nowhere.h5: there is no such file; check the path
 """
 
 from recordings.arrays import Array, IndexArray, Integers
-from recordings.atomic_files import json_text, save_json, save_text
+from recordings.atomic_files import appearing, json_text, save_json, save_text
 from recordings.column_headers import did_you_mean
 from recordings.discovery import classes_of, instances_of
 from recordings.errors import BadInput, BadParameter, BristleError, LinkError, NegativeAnswer, ProtocolError
+from recordings.exchange import write_table
 from recordings.hdf5.header import Header, Origin
 from recordings.hdf5.live import RecordingWriter
 from recordings.hdf5.reader import RecordingFile, open_recording, read, validate
@@ -62,6 +63,7 @@ __all__ = [
     "SignalSpec",
     "Truth",
     "Unit",
+    "appearing",
     "bundled",
     "bundled_names",
     "bundled_path",
@@ -91,4 +93,5 @@ __all__ = [
     "validate",
     "white_noise",
     "write",
+    "write_table",
 ]

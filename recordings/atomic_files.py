@@ -16,6 +16,13 @@ import numpy as np
 
 from recordings.errors import BadInput
 
+try:
+    import fcntl
+except ModuleNotFoundError:  # Windows: nothing records there, so nobody has to be kept out
+    _flock = None
+else:
+    _flock = fcntl.flock
+
 _REASONS = {
     errno.ENOENT: ("the folder does not exist", "make it first, or choose another path"),
     errno.ENOTDIR: ("its folder is a file", "choose another path"),
@@ -132,8 +139,19 @@ def _finite(value: Any) -> Any:
     return bool(value) if isinstance(value, np.bool_) else value
 
 
+def lock(descriptor: int, *, shared: bool = False) -> None:
+    """Hold the lock of an open file, alone or with other readers; the system lets it go with the file.
+
+    Where files have no such locks it does nothing. Raises BlockingIOError when another process holds it.
+    """
+    if _flock is not None:
+        _flock(descriptor, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
+
+
 def sync(path: Path) -> None:
     """Force a file, or the entries of a folder, onto the disk."""
+    if os.name == "nt" and path.is_dir():  # its entries cannot be asked for there
+        return
     descriptor = os.open(path, os.O_RDONLY)
     try:
         os.fsync(descriptor)

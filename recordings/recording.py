@@ -17,6 +17,8 @@ from numpy.typing import ArrayLike, NDArray
 from recordings.array_signals import DataFrameLike, arrays_of_frame, signals_of_arrays
 from recordings.arrays import Array
 from recordings.errors import BadInput
+from recordings.exchange.data_frames import frame_of, table_of_frame
+from recordings.exchange.table_form import parts_of_table, table_of
 from recordings.hdf5.header import Header, Origin
 from recordings.plant import Event, Plant
 from recordings.sample_checks import clock_problem, codes_problem, size_problem, value_problem
@@ -155,8 +157,14 @@ class Recording:
         header says a known name, and perhaps a unit: ``time``, ``Position [mm]``, ``force (N)``, ``pressure_kPa``.
         The rest as in `from_arrays`; units given here go before those in the headers.
 
+        A frame that `to_dataframe` made carries what its columns cannot say, so nothing else need be given, and
+        nothing is lost; its rows and values are taken as they are now, columns that it did not have are left out.
+
         Raises `BadParameter` for a column that is not there and when no column is the time, else as `from_arrays`.
         """
+        whole = None if any((columns, units, roles, plant, title, source)) else table_of_frame(frame)
+        if whole is not None:
+            return cls(**parts_of_table(whole, "the data frame"))
         arrays, symbols = arrays_of_frame(frame, columns, units)
         known = Plant.of(plant)
         signals = signals_of_arrays(arrays, symbols, roles, known.stroke_m)
@@ -168,6 +176,15 @@ class Recording:
         ``recording.si(name)`` has the unit beside the values, and converts them to SI.
         """
         return {name: signal.values for name, signal in self.signals.items()}
+
+    def to_dataframe(self) -> Any:
+        """A pandas data frame: a column for each signal, by name, in the unit that it is stored in.
+
+        Qualities and reply times of single values are columns ``quality/NAME`` and ``reply_time/NAME``. All else is
+        carried in ``frame.attrs``, so `from_dataframe` makes the same recording again. Raises `BadInput` where pandas
+        is not installed.
+        """
+        return frame_of(table_of(self))
 
     def to_dict(self) -> dict[str, Any]:
         """The arguments with which `from_arrays` makes this recording again.

@@ -34,6 +34,7 @@ DOORS = {
     "simulator.backlash",
     "simulator.damadics",
     "simulator.damadics.stimuli",
+    "simulator.export",
     "simulator.friction",
     "simulator.hysteresis",
     "identification.estimators",

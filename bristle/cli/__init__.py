@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from typing import NoReturn
 
 
@@ -11,6 +12,12 @@ def main() -> NoReturn:
     # Before numpy is loaded: our matrices are small, and the threads of its BLAS only get in the way of our own.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+    from bristle.cli.clash import clash
+
+    taken = clash()
+    if taken:
+        print(f"bristle: {taken}", file=sys.stderr)
+        sys.exit(2)
     from bristle.cli.app import main as command
     from bristle.cli.memory import one_arena
 

@@ -28,6 +28,7 @@ COMMANDS = {
     "compare": "compare",
     "demo": "demo",
     "evaluate": "evaluate",
+    "export": "export",
     "fit": "fit",
     "fleet": "fleet",
     "follow": "plant_data.follow",
@@ -61,6 +62,9 @@ OPTIONS = {
     "time_format": "--time-format",
 }
 """How a message writes the option that stands for a parameter, where it is not the parameter's name alone."""
+
+UNIX = ("fcntl", "grp", "pty", "pwd", "resource", "termios", "tty")
+"""Modules that Python does not have everywhere; recording, serving and fleets are built on them."""
 
 INTERRUPTED = 130
 AGAIN_S = 0.01
@@ -151,6 +155,8 @@ def _failed(error: Exception) -> int:
         return _ended(str(error), 1)
     if isinstance(error, OSError) and error.filename is not None:  # a name that is too long, a folder on the way
         return _ended(f"{error.filename}: {error.strerror}; check the path", 2)
+    if isinstance(error, ModuleNotFoundError) and error.name in UNIX:
+        return _ended(f"this needs Linux: Python has no module {error.name} here; see the README", 2)
     return _usage(error)
 
 

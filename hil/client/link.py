@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import asyncio
 import ssl
-import termios
 from collections import Counter
 from collections.abc import Callable
 
@@ -18,6 +17,7 @@ from hil.client.transport import LinkSide, LiveAddress
 from hil.client.wire import GONE, Wire
 from hil.modbus.checks import transactions
 from hil.modbus.messages import Reply, ReplyFault, Request
+from hil.modbus.terminals import TerminalError
 
 OnConnection = Callable[[Input, str], None]
 """Told when the connection opens or is lost (`Input.OPENED`, `Input.LOST`), at once, with the reason in words."""
@@ -60,7 +60,7 @@ class Link:
                     async with asyncio.timeout(max(OPEN_WITHIN_S, self.address.timeout)):
                         await self._open()  # `wait_for` of Python 3.11 would lose a cancellation just then
                     await self._until_lost()
-                except (OSError, termios.error) as error:  # also ssl.SSLError, SerialException, TimeoutError
+                except (OSError, TerminalError) as error:  # also ssl.SSLError, SerialException, TimeoutError
                     self._refuse(error)
                     self._on_connection(Input.LOST, f"{self.address.text}: {_words(error)}")
                 failures = 0 if self._heard else failures + 1

@@ -150,7 +150,7 @@ class RtuWire(asyncio.Protocol):
         self._strayed = False  # since the request under way was sent
 
     async def open(self, serial: SerialLine) -> None:
-        """Open the line. Raises OSError or termios.error."""
+        """Open the line. Raises OSError or TerminalError."""
         line = _Transport(self._loop, self, serial.device, serial.baud, 8, serial.parity, serial.stop, 0)
         try:
             self._loop.call_soon(line.setup)

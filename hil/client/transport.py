@@ -22,7 +22,7 @@ class LinkSide(NamedTuple):
 
 
 WireOpening = Callable[[LinkSide], Awaitable[Wire]]
-"""Opens a connection. Raises OSError, termios.error or TimeoutError while the peer cannot be reached."""
+"""Opens a connection. Raises OSError, TerminalError or TimeoutError while the peer cannot be reached."""
 
 
 @dataclass(frozen=True)

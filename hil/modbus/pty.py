@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import os
-import tty
 from collections.abc import Callable
 from contextlib import suppress
 from types import TracebackType
@@ -22,6 +21,8 @@ class PtyEnd:
     """
 
     def __init__(self, receive: Receive | None = None) -> None:
+        import tty  # pseudo terminals are there on Unix only
+
         self._near, self._far = os.openpty()
         tty.setraw(self._near)
         tty.setraw(self._far)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import errno
 import os
-import termios
 from dataclasses import replace
 
 import serial
 
 from hil.modbus.addresses import SerialLine
+from hil.modbus.terminals import TerminalError
 from recordings import BadInput
 
 _PSEUDO_TERMINALS = range(136, 144)
@@ -32,7 +32,7 @@ def check_serial_line(where: str, line: SerialLine) -> None:
     """
     try:
         serial.Serial(line.device, line.baud, parity=usable(line).parity, exclusive=True).close()
-    except (OSError, ValueError, termios.error) as error:
+    except (OSError, ValueError, TerminalError) as error:
         raise BadInput(where, *_reason(line.device, error)) from None
 
 

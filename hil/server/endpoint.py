@@ -5,7 +5,6 @@ from __future__ import annotations
 import errno
 import os
 import socket
-import termios
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
@@ -15,6 +14,7 @@ from pymodbus import FramerType
 from hil.modbus.addresses import SerialLine
 from hil.modbus.pty import PtyLine
 from hil.modbus.serial_line import check_serial_line, usable
+from hil.modbus.terminals import TerminalError
 from hil.modbus.tls import Certificates
 from hil.server.address import NetworkAddress, PtyAddress, ServerAddress
 from hil.server.handler import CarefulSerialServer, CarefulTcpServer, CarefulTlsServer
@@ -110,7 +110,7 @@ def _serial_server(address: SerialLine, units: Mapping[int, ServedUnit], clock: 
 async def _serve(server: _Server, where: str) -> None:
     try:
         await server.serve_forever(background=True)
-    except (RuntimeError, OSError, termios.error) as error:
+    except (RuntimeError, OSError, TerminalError) as error:
         raise BadInput(where, f"cannot listen there ({error})", "use another address") from None
 
 

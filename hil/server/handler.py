@@ -9,8 +9,6 @@ from __future__ import annotations
 
 import asyncio
 import logging
-import resource
-import termios
 from collections.abc import Callable, Collection
 from typing import Any
 
@@ -21,6 +19,7 @@ from pymodbus.server import ModbusSerialServer, ModbusTcpServer, ModbusTlsServer
 from pymodbus.server.requesthandler import ServerRequestHandler
 
 from hil.modbus.framing import FrameHeader
+from hil.modbus.terminals import TerminalError
 
 ALLOWED = frozenset({1, 2, 3, 4, 5, 6, 15, 16, 22, 23})
 """Function codes that read or write registers; all others (diagnostics, files, restarts) are refused."""
@@ -33,7 +32,17 @@ REOPEN = 0.5
 
 _LOG = logging.getLogger(__name__)
 
-MOST_CONNECTIONS = min(128, resource.getrlimit(resource.RLIMIT_NOFILE)[0] // 2)
+
+def _open_files() -> int:
+    """How many files this process may have open."""
+    try:
+        import resource
+    except ModuleNotFoundError:  # Windows sets no such limit
+        return 512
+    return resource.getrlimit(resource.RLIMIT_NOFILE)[0]
+
+
+MOST_CONNECTIONS = min(128, _open_files() // 2)
 """Connections of one listener. One more takes the place of the one that has been silent for longest: idle clients never
 shut a polling one out, and descriptors never run out.
 """
@@ -197,7 +206,7 @@ class CarefulSerialServer(_Careful, ModbusSerialServer):
     async def _listens(self) -> bool:
         try:
             return await self.listen()
-        except termios.error:  # a device that is half gone
+        except TerminalError:  # a device that is half gone
             return False
 
     async def shutdown(self) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import os
-import tty
 from collections.abc import Callable
 from contextlib import suppress
 from types import TracebackType
@@ -111,6 +110,8 @@ class RtuFaultInjector:
 
     async def __aenter__(self) -> Self:
         self._line = os.open(self._device, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+        import tty  # pseudo terminals are there on Unix only
+
         tty.setraw(self._line)
         self._client = PtyEnd(self._request)
         self.path = self._client.path

@@ -7,7 +7,6 @@ asked. Python runs signal handlers inside such an object too, so an interrupt ha
 
 from __future__ import annotations
 
-import fcntl
 import os
 import shutil
 import signal
@@ -19,6 +18,7 @@ from typing import Any
 
 import h5py
 
+from recordings.atomic_files import lock
 from recordings.errors import BadInput
 
 _LEAVE_ALONE = "leave a recording and its journal alone until it is closed"
@@ -31,10 +31,10 @@ class Disk:
     """
 
     def __init__(self, path: Path) -> None:
-        self._descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)
+        self._descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_CLOEXEC", 0), 0o666)
         self._place = self._end = 0
         self._error: OSError | None = None
-        fcntl.flock(self._descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        lock(self._descriptor)
 
     @property
     def n_bytes(self) -> int:

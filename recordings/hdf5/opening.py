@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import fcntl
 import os
 import re
 from pathlib import Path
 
 import h5py
 
-from recordings.atomic_files import check_regular
+from recordings.atomic_files import check_regular, lock
 from recordings.errors import BadInput
 from recordings.hdf5.problems import unreadable
 
@@ -51,7 +50,7 @@ def being_written(path: Path) -> bool:
     """Whether a living process holds the writer's lock on a recording."""
     descriptor = os.open(path, os.O_RDONLY)
     try:
-        fcntl.flock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        lock(descriptor, shared=True)
     except BlockingIOError:
         return True
     finally:

@@ -10,13 +10,19 @@ from __future__ import annotations
 
 import faulthandler
 import os
-import resource
 import signal
 import warnings
 from collections.abc import Callable
 from pathlib import Path
 
 from recordings.errors import BadInput
+
+try:
+    import resource
+except ModuleNotFoundError:  # Windows, which has no fork either
+    _CAN_TRY = False
+else:
+    _CAN_TRY = hasattr(os, "fork")
 
 _PATIENCE_S, _PATIENCE_S_PER_MB = 2, 0.1
 _MOST_KILOBYTES, _EXPANSION = 1 << 19, 16
@@ -36,6 +42,8 @@ def probe(path: Path, reading: Callable[[], object], library: str = "the HDF5 li
         The child crashed, or used more than a few seconds of processor time or half a gigabyte, and what the size of
         the file allows.
     """
+    if not _CAN_TRY:
+        return
     try:
         size = path.stat().st_size
     except (OSError, ValueError):  # the reading will say so, with words

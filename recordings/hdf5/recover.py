@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import io
 import os
 import shutil
@@ -17,7 +16,7 @@ import h5py
 import numpy as np
 
 from recordings.arrays import Array
-from recordings.atomic_files import appearing, sync, writing
+from recordings.atomic_files import appearing, lock, sync, writing
 from recordings.errors import BadInput
 from recordings.hdf5.columns import StoredColumn
 from recordings.hdf5.disk import new_hdf5
@@ -92,7 +91,7 @@ def _alone_with(path: Path) -> Iterator[None]:
         return
     descriptor = os.open(path, os.O_RDONLY)
     try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        lock(descriptor)
         yield
     except BlockingIOError:
         raise BadInput(str(path), "it is still being recorded", "stop the recorder first") from None

@@ -20,16 +20,19 @@ from typing import Any
 
 from recordings.atomic_files import writing
 from recordings.errors import BadInput
+from recordings.exchange import parts_of_table
 from recordings.hdf5.opening import being_written, check_vacant, journal_path
 from recordings.hdf5.reader import read
 from recordings.hdf5.recover import Recovery, recover
 from recordings.hdf5.writer import write
 from recordings.importers.assemble import Imported
+from recordings.importers.exported import read_exported
 from recordings.importers.file_format import is_recording
 from recordings.importers.first_look import ImportPreview, PreviewedColumn, as_json, preview
 from recordings.importers.mapping import ImportMapping, load_mapping, mapping_names, mapping_of, with_changes
 from recordings.importers.reading import import_file, read_table
 from recordings.importers.table import ForeignTable
+from recordings.recording import Recording
 
 __all__ = [
     "ForeignTable",
@@ -111,7 +114,18 @@ def import_to(
     check_vacant(target, overwrite, parameter="overwrite")
     if is_recording(path):
         return recover_to(path, target, overwrite=overwrite).lost
+    whole = None if name or _says(changes or {}) else read_exported(path)
+    if whole is not None:
+        write(target, Recording(**parts_of_table(whole, str(path))), overwrite=overwrite)
+        return ()
     mapping = load_mapping(name) if name else ImportMapping()
     imported = import_file(path, with_changes(mapping, changes or {}, "options"))
     write(target, imported.recording, overwrite=overwrite)
     return imported.notes
+
+
+def _says(changes: Any) -> bool:
+    """Whether changes to a mapping say anything."""
+    if isinstance(changes, Mapping):
+        return any(_says(value) for value in changes.values())
+    return changes is not None and changes != ()

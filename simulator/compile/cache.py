@@ -9,17 +9,23 @@ from __future__ import annotations
 
 import contextlib
 import functools
-import grp
 import hashlib
 import os
 import platform
-import pwd
 import shutil
 import stat
 import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
+
+try:
+    import grp
+    import pwd
+except ModuleNotFoundError:  # Windows: a profile is private by its access lists, and there are no groups to look at
+    _HAS_OWNERS = False
+else:
+    _HAS_OWNERS = hasattr(os, "getuid")
 
 SEAL = "SHA256"
 """The file with the digests of all the others in an artefact, written last."""
@@ -82,6 +88,8 @@ _HELD: list[tempfile.TemporaryDirectory[str]] = []
 
 def _private(folder: Path) -> bool:
     """Whether only we can write to a folder, and nobody can put another in its place."""
+    if not _HAS_OWNERS:
+        return folder.is_dir()
     facts = folder.stat()
     ours = stat.S_ISDIR(facts.st_mode) and facts.st_uid == os.getuid()
     others = facts.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
@@ -142,7 +150,7 @@ def _sweep_empty(place: Path) -> None:
     for folder in place.glob("bristle-*"):
         with contextlib.suppress(OSError):
             facts = folder.lstat()
-            if facts.st_uid == os.getuid() and facts.st_mtime < time.time() - ABANDONED:
+            if (not _HAS_OWNERS or facts.st_uid == os.getuid()) and facts.st_mtime < time.time() - ABANDONED:
                 folder.rmdir()  # only if it is empty
 
 

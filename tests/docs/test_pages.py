@@ -34,7 +34,7 @@ NOT_RUN = {
 DEAR = {"README.md", "docs/how-to/fit.md", "docs/how-to/trace.md", "docs/how-to/watch.md"}
 """Pages whose fits, traces and simulations take many seconds; other tests make shorter ones by default."""
 
-TEXTS = {"console", "python", "toml", "csv", "json", "yaml"}
+TEXTS = {"console", "python", "c", "toml", "csv", "json", "yaml"}
 LANGUAGES = TEXTS | {"{toctree}", "{eval-rst}", "{image}", "{literalinclude}"}
 RUN = {
     str(page.relative_to(ROOT)): page

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import termios
 from collections import Counter
 from types import TracebackType
 from typing import Self, overload
@@ -12,6 +11,7 @@ from hil.client.transport import LinkSide, LiveAddress
 from hil.client.wire import Wire
 from hil.modbus.checks import transactions
 from hil.modbus.messages import WRITE_COILS, WRITE_REGISTERS, Reply, ReplyFault, Request
+from hil.modbus.terminals import TerminalError
 from hil.registers.codec import encode
 from hil.registers.point import BIT_TABLES, Point
 from hil.registers.register_map import RegisterMap, WriteMap, grouped
@@ -107,7 +107,7 @@ class Device:
             if self._wire is None:
                 async with asyncio.timeout(self._timeout_s):
                     self._wire = await self._opening(self._side)
-        except (OSError, termios.error) as error:
+        except (OSError, TerminalError) as error:
             return Reply(fault=ReplyFault.LOST, text=str(error) or "no connection")
         wire = self._wire
         reply = await wire.exchange(request)
