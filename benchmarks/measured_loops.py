@@ -31,7 +31,7 @@ def refinery(folder: Path) -> Iterator[tuple[str, str, str, Assessment]]:
     for row in rows:
         values = np.genfromtxt(folder / row["file"], skip_header=5, delimiter="\t", usecols=(1, 2, 3))
         kind = next((KINDS[letter] for letter in row["loop"][4:5] if letter in KINDS), None)
-        time = np.arange(len(values)) * 10.0
+        time = np.asarray(np.arange(len(values)) * 10.0, float)
         try:
             loop = loop_of(row["file"], time, values[:, 2], values[:, 1], values[:, 0], True, kind)
         except BadInput as why:

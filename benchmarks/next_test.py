@@ -6,7 +6,7 @@ A case is a seeded valve after a short step: even seeds where a parameter is wea
 effect explains it as well. Then each test is run on the true valve, with noise, and fitted together with the step by
 `identify`, the code of `bristle fit`. A weak parameter is told when it is identified afterwards and within 30 % of the
 truth; a case is settled when all of them are, or when the rival fits worse by five sigmas. Development seeds are 0
-to 60.
+to 40.
 """
 
 from __future__ import annotations
