@@ -7,18 +7,22 @@ Designs, with SAS (2007), chapters 10 and 20.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
-from scipy.optimize import least_squares
 
+from identification.data.experiment import experiment
+from identification.estimators.output_error.homotopy import Homotopy
 from identification.next_test.knowledge import DrivenTest, ExpectedPath, KnownValve
-from recordings import Array
+from identification.uncertainty.covariance import WEAK
+from recordings import Array, Recording
 
-ROUNDS = 8
-"""Runs of a rival while it is fitted to the other's answer."""
+SEED = 26
+"""Of the noise on an answer to which a rival is fitted."""
+ENOUGH = WEAK / 3
+"""Relative standard deviation of a parameter that is known well: there a fit's wider intervals are not weak, either."""
 CLIPPED = 5.0
-"""What a single sample says at most, in noise sigmas; the scale of the loss of a fit."""
+"""What a single sample says at most, in noise sigmas."""
 
 
 def answered(valve: KnownValve, test: DrivenTest) -> ExpectedPath | None:
@@ -33,9 +37,16 @@ def expected_std(valve: KnownValve, path: ExpectedPath) -> Array:
 
 
 def gained(valve: KnownValve, path: ExpectedPath, names: tuple[str, ...]) -> float:
-    """Minus the logarithm of the determinant of the covariance of some parameters after a test: D-optimal for them."""
+    """Minus the logarithm of the determinant of the covariance of some parameters after a test: D-optimal for them.
+
+    What is enough to know of each is added to the covariance: a parameter that is known well teaches nothing by being
+    known better, and one that is still weak is not outweighed by it.
+    """
     chosen = [valve.names.index(name) for name in names]
-    return -float(np.linalg.slogdet(_covariance(valve, path)[np.ix_(chosen, chosen)])[1])
+    covariance = _covariance(valve, path)[np.ix_(chosen, chosen)]
+    slope = np.abs(valve.coordinates.slope(valve.p))[chosen]
+    values = np.abs([valve.values[name] for name in names])
+    return -float(np.linalg.slogdet(covariance + np.diag((ENOUGH * values / np.maximum(slope, 1e-300)) ** 2))[1])
 
 
 def apart(one: ExpectedPath, rival: KnownValve, path: ExpectedPath) -> float:
@@ -44,48 +55,30 @@ def apart(one: ExpectedPath, rival: KnownValve, path: ExpectedPath) -> float:
     one : the answer of a model; path : that of its rival. A sample counts at most `CLIPPED`: a test that differs all
     along is better than one with a single slip that comes early.
     """
-    noise: Array = np.maximum(one.noise, path.noise)
-    r: Array = np.clip((one.y - path.y) / noise, -CLIPPED, CLIPPED)
-    towards = (path.by / noise[:, None]).T @ r
-    explained = towards @ _covariance(rival, path) @ towards
+    r: Array = np.clip((one.y - path.y) / rival.noise, -CLIPPED, CLIPPED)
+    towards = (path.by / rival.noise).T @ r
+    explained = towards @ _covariance(rival, replace(path, noise=np.full(len(r), rival.noise))) @ towards
     return float(np.sqrt(max(float(r @ r) - float(explained), 0.0)))
 
 
 def fitted_apart(one: ExpectedPath, rival: KnownValve, test: DrivenTest) -> float:
-    """Distance of a rival from the answer of a model [noise sigmas] when the rival is fitted to it."""
-    n, start = len(rival.names), rival.at_rest(float(test.force[0]))
-    spread = np.concatenate([rival.std, rival.start_std])
-    bounds = rival.coordinates.bounds
+    """Distance of a rival from the answer of a model [noise sigmas] when the rival is really fitted to it.
 
-    def weighted(unknowns: Array) -> tuple[Array, Array]:
-        theta = np.clip(rival.theta + unknowns[:n] * spread[:n], bounds.lower, bounds.upper)
-        s0 = start.copy()
-        s0[rival.own_starts] += unknowns[n:] * spread[n:]
-        found = rival.response(test, rival.coordinates.p(theta), s0)
-        if found is None:
-            return np.full(len(one.y) + len(unknowns), 1e6), np.zeros((len(one.y) + len(unknowns), len(unknowns)))
-        residual = np.concatenate([(found.y - one.y) / one.noise, unknowns])
-        return residual, np.vstack([found.by * spread / one.noise[:, None], np.eye(len(unknowns))])
-
-    at = _remembered(weighted)
-    end = least_squares(
-        lambda x: at(x)[0], np.zeros(len(spread)), lambda x: at(x)[1], max_nfev=ROUNDS, loss="cauchy", f_scale=CLIPPED
-    )
-    return float(np.sqrt(2 * end.cost))
-
-
-def _remembered(work: Callable[[Array], tuple[Array, Array]]) -> Callable[[Array], tuple[Array, Array]]:
-    """The same function, which is not asked again where it was asked last."""
-    last: dict[bytes, tuple[Array, Array]] = {}
-
-    def at(unknowns: Array) -> tuple[Array, Array]:
-        key = unknowns.tobytes()
-        if key not in last:
-            last.clear()
-            last[key] = work(unknowns)
-        return last[key]
-
-    return at
+    By the stages of an ordinary fit, on the answer with seeded noise; nothing is known beforehand but where to begin. 0
+    where the rival diverges: nothing is promised then.
+    """
+    noise = np.random.default_rng(SEED).normal(0.0, rival.noise, len(one.y))
+    recording = Recording.from_arrays(time=test.t, force=test.force, position=one.y + noise)
+    made = replace(experiment(recording, "force", hold=test.hold), noise_position=rival.noise)
+    stages = Homotopy(rival.kernel, rival.coordinates, [made])
+    end = stages.follow(rival.theta)
+    whole = None if end is None else stages.carried(end)
+    if whole is None:
+        return 0.0
+    best = stages.polish(whole)
+    answers = stages.full.responses(best.unknowns, best.setting)
+    left = sum(float(np.sum(stages.full.residual(i, y) ** 2)) if y else 0.0 for i, y in enumerate(answers))
+    return float(np.sqrt(max(left - float(np.sum((noise / rival.noise) ** 2)), 0.0)))
 
 
 def _covariance(valve: KnownValve, path: ExpectedPath) -> Array:

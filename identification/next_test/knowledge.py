@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
+from scipy.stats import norm, qmc
 
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.output_error.problem import MEMORY_STD
@@ -19,8 +20,10 @@ UNKNOWN_NOISE = 1e-4
 """Noise of a position where a model does not say it, share of the stroke."""
 STARTS = 10.0
 """What is known of where the stem rests at first, in standard deviations of the noise."""
-
-
+USUAL = 1.5
+"""How far the parameters of valves are from their usual size, standard deviation of the logarithm."""
+SEED = 26
+"""Of the valves that one may be."""
 WINDOW = 1.0
 """Time [s] in which the derivatives forget once, where the stem is most at rest."""
 
@@ -88,6 +91,26 @@ class KnownValve:
     def own_starts(self) -> list[int]:
         """Which of the states at the beginning are not known: the position, and memory that friction leaves."""
         return [0, *(i + 2 for i, memory in enumerate(self.kernel.layout.memory) if memory.free)]
+
+    def supposed(self, number: int) -> tuple[KnownValve, ...]:
+        """Valves that this one may be: its weak parameters drawn (Sobol) from what is known of them and from the size
+        that they usually have.
+
+        A test that is best for a poor value of a weak parameter may be poor for the true one.
+        """
+        usual = self.coordinates.theta(self.coordinates.scale)
+        drawn = np.array([name in self.weak for name in self.names]) & self.coordinates.logs[self.coordinates.free]
+        precision = np.where(drawn, self.std**-2.0 + USUAL**-2.0, self.std**-2.0)
+        mean = np.where(drawn, (self.theta / self.std**2 + usual / USUAL**2) / precision, self.theta)
+        std = precision**-0.5
+        dice = norm.ppf(qmc.Sobol(max(int(drawn.sum()), 1), seed=SEED).random(number))
+        found = []
+        for row in dice:
+            theta = mean.copy()
+            theta[drawn] += std[drawn] * row[: int(drawn.sum())]
+            p = self.coordinates.p(theta)
+            found.append(replace(self, p=p, theta=theta, std=std))
+        return tuple(found)
 
     @property
     def start_std(self) -> Array:

@@ -23,6 +23,8 @@ SHRUNK = 0.9
 """By how much a reference test is made smaller, about its middle, until it keeps the travel."""
 LEAST = 0.1
 """Range of a demand below which a reference test is not made smaller."""
+SUPPOSED = 4
+"""Valves that a single model may be, over which the search averages."""
 FINALISTS = 2
 """Families whose expectation is worked out in full."""
 
@@ -56,19 +58,21 @@ def next_test(
     first = valves[0]
     chosen: DrivenBy = drive or ("force" if first.area is None else "pressure")
     course = drive_of(first, chosen, bounds)
-    aim = DesignAim(valves, first.weak or first.names)
+    aim = DesignAim(valves, first.weak or first.names, first.supposed(SUPPOSED) if len(valves) == 1 else ())
     t = np.arange(round(bounds.duration * sampling) + 1) / sampling
     found = allowed(searched(aim, course, t, COARSE, bends, progress))
     if not found:
         raise NegativeAnswer("no sequence keeps the travel: allow more travel, or less rate or pressure")
     references = _references(aim, course, t)
     progress("expectation", 0, 0)
-    best = _best([(one, _judged(aim, course, t, one)) for one in found[:FINALISTS]], len(valves) > 1)
+    judged = [(one, _judged(aim, course, t, one)) for one in found[:FINALISTS]]
+    best = _best([*judged, *references.values()], len(valves) > 1)
     if best is None:
         raise NegativeAnswer("no model answers the sequences with a finite motion: check the parameters of the models")
     sequence, expected = best
     column, values = course.shown(course.asked(t, sequence.demand))
-    return NextTest(sequence.family, bounds, t, column, values, valves, aim.weak, expected, references)
+    others = {name: one for name, (_, one) in references.items() if one is not None}
+    return NextTest(sequence.family, bounds, t, column, values, valves, aim.weak, expected, others)
 
 
 def _judged(aim: DesignAim, course: StemDrive, t: Array, one: FoundSequence) -> Expectation | None:
@@ -78,14 +82,14 @@ def _judged(aim: DesignAim, course: StemDrive, t: Array, one: FoundSequence) -> 
 def _best(
     judged: list[tuple[FoundSequence, Expectation | None]], rivals: bool
 ) -> tuple[FoundSequence, Expectation] | None:
-    """The sequence with the largest distance when rivals are really fitted; for parameters the search's own order."""
+    """The sequence with the largest distance when rivals are really fitted; for parameters the one of most worth."""
     known = [(one, expected) for one, expected in judged if expected is not None]
     if not known:
         return None
-    return max(known, key=lambda pair: pair[1].distance) if rivals else known[0]
+    return max(known, key=lambda pair: pair[1].distance if rivals else pair[0].worth)
 
 
-def _references(aim: DesignAim, course: StemDrive, t: Array) -> dict[str, Expectation]:
+def _references(aim: DesignAim, course: StemDrive, t: Array) -> dict[str, tuple[FoundSequence, Expectation | None]]:
     """What everybody's tests achieve within the same limits, made smaller until they keep the travel."""
     found = {}
     for name, wave in REFERENCES.items():
@@ -94,9 +98,8 @@ def _references(aim: DesignAim, course: StemDrive, t: Array) -> dict[str, Expect
         while not _keeps(aim, course, test) and np.ptp(demand) > LEAST:
             demand = 0.5 + SHRUNK * (demand - 0.5)
             test = course.test(t, course.asked(t, demand), FINE)
-        full = expectation(aim.valves, test)
-        if full is not None:
-            found[name] = full
+        worth = aim.worth(course.test(t, course.asked(t, demand), COARSE), course)
+        found[name] = FoundSequence(name, demand, worth), expectation(aim.valves, test)
     return found
 
 

@@ -36,26 +36,36 @@ class FoundSequence:
 @dataclass(frozen=True)
 class DesignAim:
     """What a test is for. valves : the models, the first of which is driven; weak : the parameters to find by full
-    name, where it is not to tell the models apart.
+    name, where it is not to tell the models apart; supposed : valves that a single model may be.
     """
 
     valves: tuple[KnownValve, ...]
     weak: tuple[str, ...]
+    supposed: tuple[KnownValve, ...]
 
     def worth(self, test: DrivenTest, drive: StemDrive) -> float:
         """How much a test tells: by how many noise sigmas the nearest rivals differ (its logarithm), or what is gained
-        of the weak parameters."""
+        of the weak parameters, on the average of the valves that it may be."""
+        if len(self.valves) == 1:
+            return self._gained(test, drive)
         answers = [answered(valve, test) for valve in self.valves]
         known = [one for one in answers if one is not None]
         if len(known) < len(answers):
             return FORBIDDEN
         if not all(drive.keeps(one.y, valve) for one, valve in zip(known, self.valves, strict=True)):
             return FORBIDDEN
-        if len(self.valves) == 1:
-            return gained(self.valves[0], known[0], self.weak)
         pairs = [(i, j) for i in range(len(known)) for j in range(len(known)) if i != j]
         nearest = min(apart(known[i], self.valves[j], known[j]) for i, j in pairs)
         return float(np.log(max(nearest, 1e-9)))
+
+    def _gained(self, test: DrivenTest, drive: StemDrive) -> float:
+        valve = self.valves[0]
+        path = valve.path(test, valve.p, valve.at_rest(float(test.force[0])))
+        if path is None or not drive.keeps(path, valve):
+            return FORBIDDEN
+        answers = [(one, answered(one, test)) for one in self.supposed]
+        known = [gained(one, answer, self.weak) for one, answer in answers if answer is not None]
+        return float(np.mean(known)) if len(known) == len(answers) else FORBIDDEN
 
 
 def searched(

@@ -15,6 +15,8 @@ from recordings import Array
 Waveform = Callable[[Array, Array], Array]
 SHAPE = 3
 """Numbers that a shape has."""
+PER_PERIOD = 20
+"""Samples of the quickest period: what is quicker, a fit takes for noise of the force."""
 GOLDEN = 0.6180339887498949
 
 
@@ -27,7 +29,7 @@ def steps(time: Array, shape: Array) -> Array:
 
 def ramps(time: Array, shape: Array) -> Array:
     """Ramps with reversals that wander. shape : reversals from 2 to 60, their size, how far they wander."""
-    swings = round(_between(2, 60, shape[0])) / 2
+    swings = min(round(_between(2, 60, shape[0])) / 2, _most(time))
     triangle = 1 - np.abs(2 * (time * swings % 1.0) - 1)
     size = _between(0.05, 1.0, shape[1])
     centre = 0.5 + (1 - size) * shape[2] * (np.abs(2 * (2 * time % 1.0) - 1) - 0.5)
@@ -36,7 +38,7 @@ def ramps(time: Array, shape: Array) -> Array:
 
 def multisine(time: Array, shape: Array) -> Array:
     """Sines, Schroeder-phased (IEEE TIT 16, 1970). shape : highest line from 3 to 120, range, centre."""
-    lines = np.arange(1, round(_between(3, 120, shape[0])) + 1)
+    lines = np.arange(1, min(round(_between(3, 120, shape[0])), _most(time)) + 1)
     chosen = np.unique(np.round(np.geomspace(lines[0], lines[-1], min(20, len(lines)))).astype(int))
     number = np.arange(1, len(chosen) + 1)
     phases = -np.pi * number**2 / len(chosen)
@@ -48,11 +50,17 @@ def reversals(time: Array, shape: Array) -> Array:
     """Small reversals at several places. shape : places from 2 to 8, size of a reversal, reversals at a place."""
     places = round(_between(2, 8, shape[0]))
     size, each = _between(0.01, 0.4, shape[1]), round(_between(2, 12, shape[2]))
+    each = max(min(each, _most(time) // places), 1)
     at = np.minimum((time * places).astype(int), places - 1)
     inside = time * places - at
     centre = size / 2 + (1 - size) * (GOLDEN * (1 + at) % 1.0)
     shaken = np.clip((inside - 0.2) / 0.8, 0.0, 1.0)  # a fifth of the time to come there, and to rest
     return np.asarray(centre + size / 2 * np.sin(2 * np.pi * each * shaken), float)
+
+
+def _most(time: Array) -> int:
+    """Periods that so many samples resolve."""
+    return max(len(time) // PER_PERIOD, 1)
 
 
 def _between(low: float, high: float, share: float) -> float:

@@ -8,7 +8,16 @@ import numpy as np
 import pytest
 
 from bristle.cli.app import run
-from identification.next_test import DesignBounds, NextTest, bounds_of, models_of, models_of_trace, next_test
+from identification.next_test import (
+    WAVEFORMS,
+    DesignBounds,
+    NextTest,
+    bounds_of,
+    known_valve,
+    models_of,
+    models_of_trace,
+    next_test,
+)
 from recordings import BadInput, BadParameter
 from simulator import BASE, CATALOGUE, Value, ValveModel, kernel, random_valve
 
@@ -54,6 +63,28 @@ def test_it_teaches_more_than_the_usual_tests(proposed):
     for reference in proposed.references.values():
         assert proposed.expected.std["lugre.vs"] <= reference.std["lugre.vs"]
     assert proposed.settles
+
+
+def test_a_poor_value_of_a_weak_parameter_does_not_rule_the_design():
+    """Valves that one may be lie nearer to what is usual than a value that nothing supports."""
+    model = model_of(3, ("lugre.vs",))
+    poor = model.parameters["lugre.vs"].model_copy(update={"value": 0.6, "std": 3.0})
+    poor_model = model.model_copy(update={"parameters": {**model.parameters, "lugre.vs": poor}})
+    supposed = known_valve("valve", poor_model).supposed(4)
+    values = [one.values for one in supposed]
+    assert len({one["lugre.vs"] for one in values}) == 4
+    assert all(one["lugre.vs"] < 0.6 for one in values)
+    assert [one["spring.K"] for one in values] == pytest.approx([model.values["spring.K"]] * 4)
+
+
+@pytest.mark.parametrize("name", WAVEFORMS)
+def test_no_sequence_is_quicker_than_the_sampling(name):
+    """The shape of most and quickest swings turns at most twice in twenty samples."""
+    n = 400
+    wave = WAVEFORMS[name](np.arange(n + 1) / n, np.array([1.0, 1.0, 1.0]))
+    step = np.sign(np.diff(wave))
+    turns = np.count_nonzero(np.diff(step[step != 0]))
+    assert 0 < turns <= 2 * n / 20 + 1
 
 
 def test_its_promise_holds_when_it_is_run(proposed):
