@@ -1,9 +1,9 @@
 """The recorder, the monitor and the writer of recordings, again and again, each time with another call failing.
 
 Arguments: a folder, the scenario (`record`, `monitor` or `memory`; `monitor:open,write` tries those calls only), the
-stride of the cases, and for `monitor` a model and a healthy recording. Runs with `failing_calls.so` preloaded. One child process a case, all forked from this one,
-which has imported and learned everything before. The last line is JSON: the number of cases, how they ended, and what
-was promised and not kept.
+stride of the cases, and for `monitor` a model and a healthy recording. Runs with `failing_calls.so` preloaded. One
+child process a case, all forked from this one, which has imported and learned everything before. The last line is
+JSON: the number of cases, how they ended, and what was promised and not kept.
 """
 
 from __future__ import annotations

@@ -204,8 +204,8 @@ def test_what_was_asked_before_the_line_was_opened_is_never_an_answer():
 @pytest.mark.parametrize("serial", [False, True])
 @pytest.mark.parametrize("share", [0.05, 0.25, 0.6])
 def test_a_million_replies_with_three_faults_at_once(serial, share):
-    """BRISTLE_WIRE_REPLIES says how many of the peer's replies each of the three shares has, a third of 10^6 by default;
-    BRISTLE_WIRE_SEED with which seed.
+    """BRISTLE_WIRE_REPLIES says how many replies of the peer each of the three shares has, a third of 10^6 by default,
+    and BRISTLE_WIRE_SEED with which seed.
     """
     n_replies = int(os.environ.get("BRISTLE_WIRE_REPLIES", "334000"))
     seed = int(os.environ.get("BRISTLE_WIRE_SEED", "50000"))

@@ -1,6 +1,6 @@
 """Recovery when the disk damaged one of the two files: whichever is whole brings every acknowledged sample back.
 
-The long run harms every byte and every block of both files of a smaller recording, and prints how many cases there were.
+The long run harms every byte and every block of both files of a smaller recording, and prints how many there were.
 """
 
 from __future__ import annotations
