@@ -72,13 +72,14 @@ READERS: Mapping[str, Callable[[Path], object]] = {
     "spreadsheet": import_file,
     "model": ValveModel.read,
     "trace": trace_words,
-    "state": sealed_state,
+    "state": lambda path: load_state(path, "m"),
     "map": RegisterMap.load,
     "csv-map": RegisterMap.load,
     "mapping": with_mapping,
     "plant": PlantFile.read,
     "served-plant": SimulatedPlantFile.load,
 }
+FUZZED = {**READERS, "state": sealed_state}
 
 
 def complaint(reader: Callable[[Path], object], path: Path) -> str:

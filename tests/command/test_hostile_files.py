@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import pytest
 from hostile_files import MAKERS, MODEL, ROWS, corpus, recording
-from hostile_readers import EDITS, READERS, SUFFIXES, WHOLE, complaint, damaged
+from hostile_readers import EDITS, FUZZED, READERS, SUFFIXES, WHOLE, complaint, damaged
 from hypothesis import HealthCheck, given, seed, settings
 from hypothesis import strategies as st
 
@@ -118,7 +118,7 @@ def used() -> float:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("kind", list(READERS))
+@pytest.mark.parametrize("kind", list(FUZZED))
 def test_no_damage_to_a_file_is_a_traceback(kind: str, tmp_path: Path) -> None:
     """Damage to a whole file, and to any of the corpus: it is read, or refused in one line."""
     seeds = [WHOLE[kind](tmp_path)]
@@ -132,7 +132,7 @@ def test_no_damage_to_a_file_is_a_traceback(kind: str, tmp_path: Path) -> None:
     def check(data: bytes, edits: list[tuple[int, int, bytes]]) -> None:
         path.write_bytes(damaged(data, edits))
         before = used()
-        problem = complaint(READERS[kind], path)
+        problem = complaint(FUZZED[kind], path)
         ends["read" if problem else "refused"] += 1
         assert problem in ("", "it was read")
         assert used() - before < MOST_PER_FILE_S
