@@ -63,7 +63,7 @@ def _check_size(path: Path) -> None:
     try:
         with zipfile.ZipFile(path) as parts:
             size = sum(one.file_size for one in parts.infolist())
-    except (zipfile.BadZipFile, OSError) as error:
+    except Exception as error:  # zipfile raises whatever a damaged directory leads to
         raise BadInput(str(path), f"the file is damaged ({error})", "copy it again from its origin") from None
     if size > LARGEST:
         raise BadInput(str(path), f"it unpacks to more than {LARGEST // 1_000_000} MB", "save the table as CSV")
