@@ -179,7 +179,7 @@ def _match(path: Path, head: bytes) -> Match:
     try:
         with zipfile.ZipFile(path) as parts:
             return Match.CONTENT if _WORKBOOK in parts.namelist() else Match.NO
-    except (zipfile.BadZipFile, OSError):
+    except Exception:  # zipfile raises whatever a damaged directory leads to
         return Match.NO
 
 
