@@ -8,7 +8,7 @@ recordings.errors.BadInput: nowhere.h5: there is no such file; check the path
 """
 
 from recordings.arrays import Array, IndexArray, Integers
-from recordings.atomic_files import appearing, json_text, save_json, save_text
+from recordings.atomic_files import appearing, json_text, may_pass, save_json, save_text
 from recordings.column_headers import did_you_mean
 from recordings.discovery import classes_of, instances_of
 from recordings.errors import BadInput, BadParameter, BristleError, LinkError, NegativeAnswer, ProtocolError
@@ -77,6 +77,7 @@ __all__ = [
     "find_unit",
     "instances_of",
     "json_text",
+    "may_pass",
     "open_recording",
     "picture",
     "read",

@@ -37,6 +37,20 @@ _REASONS = {
     errno.EEXIST: ("it exists already", "choose another name, or say that it may be overwritten"),
 }
 
+_PASSING = {
+    errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EMFILE, errno.ENFILE, errno.ENOMEM, errno.EINTR, errno.EAGAIN,
+    errno.ESTALE, errno.ETIMEDOUT,
+}  # fmt: skip
+
+
+def may_pass(error: OSError) -> bool:
+    """Whether the disk or the system is in trouble, which may be over soon, rather than the path a mistake.
+
+    >>> may_pass(OSError(errno.ENOSPC, "no space")), may_pass(OSError(errno.EACCES, "no permission"))
+    (True, False)
+    """
+    return error.errno in _PASSING
+
 
 def check_regular(path: Path) -> None:
     """Refuse what cannot be read as a file, before a library blocks on a pipe or says less.

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from bristle.door.sources import BUNDLED, file_of
-from hil import RegisterMap, Valve, map_file, map_names, valves_of
 from recordings import BadInput
+
+if TYPE_CHECKING:  # whoever shows a recording needs no wire
+    from hil import Valve
 
 REPLAY = "replay:"
 
@@ -23,11 +26,17 @@ def located(address: str) -> str:
 def shown_file(name: str) -> Path:
     """The file that a path, ``bundled:NAME`` or the name of a shipped map means. A file comes before a name."""
     path = file_of(name)
-    return map_file(name) if not path.exists() and name in map_names() else path
+    if path.exists():
+        return path
+    from hil import map_file, map_names
+
+    return map_file(name) if name in map_names() else path
 
 
 def valves_from(map_: str, unit: str | None, names: str | None) -> Sequence[Valve]:
     """The valves of a map, one for each device id of ``1,2,5-7``, with names from ``A,B,C``. Raises BadInput."""
+    from hil import RegisterMap, valves_of
+
     return valves_of(RegisterMap.load(map_), _units(unit), names.split(",") if names else ())
 
 

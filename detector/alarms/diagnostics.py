@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.stats import rankdata
 
 from recordings import Array
 
@@ -33,5 +32,7 @@ def findings(z: Array, block: int) -> tuple[str, ...]:
 
 def _ranked(a: Array, b: Array) -> float:
     """Spearman's rank correlation; equal values, as of quantised data, have equal ranks."""
+    from scipy.stats import rankdata  # takes half a second to load, and whoever only reads a file learns nothing
+
     deviations = [ranks - ranks.mean() for ranks in (rankdata(a), rankdata(b))]
     return float(deviations[0] @ deviations[1] / max(math.sqrt(np.prod([row @ row for row in deviations])), 1e-300))

@@ -57,7 +57,7 @@ class MonitorSession:
 class MonitorEnd:
     """How it ended. alarms : alarm events; stopped_by : the signal, None for the end of the source or of the time;
     recorded : what the recorder did, None without one; failures : how often an event could not be written, the state
-    not be saved, or the recording not go on, by reason.
+    not be saved, or the recording not go on, by reason; unsaved : why the last state could not be saved, None if it is.
     """
 
     alarms: int
@@ -65,6 +65,7 @@ class MonitorEnd:
     stopped_by: signal.Signals | None
     recorded: RecorderReport | None
     failures: Counter[str]
+    unsaved: BadInput | None = None
 
 
 class _Watched(SourceWrapper):
@@ -106,8 +107,8 @@ class _Watched(SourceWrapper):
 async def monitor_session(source: Source, monitor: Monitor, session: MonitorSession) -> MonitorEnd:
     """Watch a source until it ends, the duration is over, or SIGINT or SIGTERM comes; what is learned is saved then.
 
-    Raises BadInput as `Monitor.check`, `Monitor.take` and `Recorder.run` do, also when the state cannot be saved, and
-    PollingStopped as the source does.
+    Raises BadInput as `Monitor.check`, `Monitor.take` and `Recorder.run` do, and PollingStopped as the source does.
+    A state that cannot be saved, an event that cannot be written and a recording that cannot go on are counted.
     """
     monitor.check()
     if session.state is not None:
@@ -120,9 +121,9 @@ async def monitor_session(source: Source, monitor: Monitor, session: MonitorSess
         with Stop(session.duration_s) as stop, repeating(*_jobs(monitor, watched, session, stop)):
             async with watched:
                 report = await (_recorded(recorder, watched, stop) if recorder else watched.run(stop.event))
-    finally:
-        _save(monitor, session)
-    return MonitorEnd(monitor.alarms, stop.seconds, stop.first_signal, report, watched.failures)
+    finally:  # what ended the watching, if anything did, is what is raised
+        unsaved = _save(monitor, session, watched.failures)
+    return MonitorEnd(monitor.alarms, stop.seconds, stop.first_signal, report, watched.failures, unsaved)
 
 
 async def _recorded(recorder: Recorder, watched: _Watched, stop: Stop) -> RecorderReport:
@@ -139,10 +140,7 @@ async def _recorded(recorder: Recorder, watched: _Watched, stop: Stop) -> Record
 
 def _jobs(monitor: Monitor, watched: _Watched, session: MonitorSession, stop: Stop) -> list[RepeatedTask]:
     def save() -> None:
-        try:
-            _save(monitor, session)
-        except BadInput as problem:  # it is tried again, and the last time at the end
-            watched.failures[f"the state could not be saved ({problem.found})"] += 1
+        _save(monitor, session, watched.failures)
 
     jobs: list[RepeatedTask] = [(SAVE_EVERY_S, save)]
     show = session.show
@@ -151,6 +149,12 @@ def _jobs(monitor: Monitor, watched: _Watched, session: MonitorSession, stop: St
     return jobs
 
 
-def _save(monitor: Monitor, session: MonitorSession) -> None:
+def _save(monitor: Monitor, session: MonitorSession, failures: Counter[str]) -> BadInput | None:
+    """Save what is learned, if anything is. What the disk refuses is counted and returned: it is tried again."""
     if session.state is not None and any(valve.watch is not None for valve in monitor.valves.values()):
-        save_state(session.state, list(monitor.valves.values()), session.model_key)
+        try:
+            save_state(session.state, list(monitor.valves.values()), session.model_key)
+        except BadInput as problem:
+            failures[f"the state could not be saved ({problem.found})"] += 1
+            return problem
+    return None

@@ -13,7 +13,7 @@ import numpy as np
 
 from hil.recorder.notes import Notes
 from hil.source.sample import LinkEvent
-from recordings import BadInput, Event, Origin, Plant, RecordingWriter, SignalSpec
+from recordings import BadInput, Event, Origin, Plant, RecordingWriter, SignalSpec, may_pass
 
 Acknowledge = Callable[[Path, int], None]
 """Told after every batch which file holds how many samples that nothing can take any more."""
@@ -58,7 +58,11 @@ class RecorderSettings:
         return self.to.suffix in (".h5", ".hdf5") and not self.to.is_dir()
 
     def check(self, valves: Sequence[str]) -> None:
-        """Make the directory. Raises BadInput when nothing can be written there, or it is one file for many valves."""
+        """Make the directory. Raises BadInput when nothing can be written there, or it is one file for many valves.
+
+        A disk that is full or fails now is no mistake of who asks: the first batch will meet it, and a monitor goes on
+        watching without its recording.
+        """
         if self.is_file and len(valves) > 1:
             raise BadInput(str(self.to), f"it is one file, and there are {len(valves)} valves", "give a directory")
         if self.is_file and not self.rotates and self.to.exists():
@@ -71,6 +75,8 @@ class RecorderSettings:
             trial.unlink()
             os.close(descriptor)
         except OSError as error:
+            if may_pass(error):
+                return
             found = f"nothing can be written there ({error.strerror})"
             raise BadInput(str(folder), found, "choose another directory, or change its permissions") from None
 

@@ -51,9 +51,10 @@ LARGE = 80_000_000
 """Bytes of a file of zeros, which takes no room on the disk."""
 
 
-def corpus(folder: Path) -> Iterator[tuple[str, Path]]:
-    """Write every file; (kind of its reader, path)."""
-    for kind, make in MAKERS.items():
+def corpus(folder: Path, *kinds: str) -> Iterator[tuple[str, Path]]:
+    """Write every file, or those of some kinds; (kind of its reader, path)."""
+    for kind in kinds or MAKERS:
+        make = MAKERS[kind]
         place = folder / kind
         place.mkdir(parents=True, exist_ok=True)
         for number, (name, content) in enumerate(make(place)):
@@ -571,7 +572,7 @@ def mappings(folder: Path) -> Named:
         yield name, text.encode()
 
 
-PLANT = """
+SERVICE_PLANT = """
 name = "Unit 7"
 [[source]]
 address = "tcp://127.0.0.1:1"
@@ -580,43 +581,117 @@ tag = "LC74_20"
 map = "damadics"
 model = "model.json"
 """
-WRONG_PLANTS = {
-    "a program": PLANT + '[events]\nprogram = "touch run"\n',
-    "a program with its option": 'on_event = "touch run"\n' + PLANT,
-    "a tag that leaves the folder": PLANT.replace("LC74_20", "../../outside"),
-    "a tag with a line break": PLANT.replace("LC74_20", "LC\\n74"),
-    "a tag for a shell": PLANT.replace("LC74_20", "$(touch run)"),
-    "a model that is a device": PLANT.replace("model.json", "/dev/zero"),
-    "a model in a pipe": PLANT.replace("model.json", "/dev/fd/0"),
-    "a source that is code": PLANT.replace("tcp://127.0.0.1:1", "__import__('os').system('touch run')"),
-    "a source that is a page": PLANT.replace("tcp://127.0.0.1:1", "http://127.0.0.1/rig.h5"),
-    "a recording that is a device": PLANT.replace("tcp://127.0.0.1:1", "replay:/dev/zero"),
-    "a map that is a device": PLANT.replace("damadics", "/dev/zero"),
-    "rates without end": PLANT.replace("[[source.valve]]", "rate_hz = inf\n[[source.valve]]"),
-    "a rate of a thousand million": PLANT.replace("[[source.valve]]", "rate_hz = 1e9\n[[source.valve]]"),
-    "metrics for all": PLANT + '[metrics]\nlisten = "0.0.0.0:9108\\r\\nX: y"\n',
-    "valves without end": PLANT + '[[source.valve]]\ntag = "V"\nmodel = "model.json"\n' * 600,
+REACHING_PLANTS = {
+    "a program": SERVICE_PLANT + '[events]\nprogram = "touch run"\n',
+    "a program with its option": 'on_event = "touch run"\n' + SERVICE_PLANT,
+    "a tag that leaves the folder": SERVICE_PLANT.replace("LC74_20", "../../outside"),
+    "a tag with a line break": SERVICE_PLANT.replace("LC74_20", "LC\\n74"),
+    "a tag for a shell": SERVICE_PLANT.replace("LC74_20", "$(touch run)"),
+    "a model that is a device": SERVICE_PLANT.replace("model.json", "/dev/zero"),
+    "a model in a pipe": SERVICE_PLANT.replace("model.json", "/dev/fd/0"),
+    "a source that is code": SERVICE_PLANT.replace("tcp://127.0.0.1:1", "__import__('os').system('touch run')"),
+    "a source that is a page": SERVICE_PLANT.replace("tcp://127.0.0.1:1", "http://127.0.0.1/rig.h5"),
+    "a recording that is a device": SERVICE_PLANT.replace("tcp://127.0.0.1:1", "replay:/dev/zero"),
+    "a map that is a device": SERVICE_PLANT.replace("damadics", "/dev/zero"),
+    "rates without end": SERVICE_PLANT.replace("[[source.valve]]", "rate_hz = inf\n[[source.valve]]"),
+    "a rate of a thousand million": SERVICE_PLANT.replace("[[source.valve]]", "rate_hz = 1e9\n[[source.valve]]"),
+    "metrics for all": SERVICE_PLANT + '[metrics]\nlisten = "0.0.0.0:9108\\r\\nX: y"\n',
+    "valves without end": SERVICE_PLANT + '[[source.valve]]\ntag = "V"\nmodel = "model.json"\n' * 600,
     "nested": "x = " + "[" * 100_000,
     "a number of ten thousand digits": "x = " + "9" * 10_000,
     "a million keys": "".join(f"k{k} = 1\n" for k in range(100_000)),
+}
+PLANT = """name = "Unit 7"
+figures_every_s = 60.0
+
+[[source]]
+address = "tcp://127.0.0.1:1"
+rate_hz = 10.0
+
+[[source.valve]]
+tag = "V1"
+model = "model.json"
+map = "damadics"
+unit = 1
+"""
+WRONG_PLANTS: dict[str, str] = {
+    "no name": PLANT.replace("name =", "nam ="),
+    "no source": 'name = "a"\n',
+    "source is a number": 'name = "a"\nsource = 3\n',
+    "no valve": PLANT[: PLANT.index("[[source.valve]]")],
+    "an unknown key": PLANT + "speed = 3\n",
+    "a unit beyond": PLANT.replace("unit = 1", "unit = 248"),
+    "a unit of 5000 digits": PLANT.replace("unit = 1", "unit = " + "9" * 5000),
+    "a rate of nothing": PLANT.replace("rate_hz = 10.0", "rate_hz = 0"),
+    "an infinite rate": PLANT.replace("rate_hz = 10.0", "rate_hz = inf"),
+    "a rate that is no number": PLANT.replace("rate_hz = 10.0", "rate_hz = nan"),
+    "a tag that leaves the folder": PLANT.replace('"V1"', '"../../etc"'),
+    "a tag with an escape": PLANT.replace('"V1"', '"V\\u001b[2J"'),
+    "twice a tag": PLANT + PLANT[PLANT.index("[[source.valve]]") :],
+    "a long tag": PLANT.replace('"V1"', f'"{"V" * 300}"'),
+    "a thousand valves": PLANT
+    + "".join(PLANT[PLANT.index("[[source.valve]]") :].replace("V1", f"W{k}") for k in range(1000)),
+    "figures too often": PLANT.replace("60.0", "1e-9"),
+    "a page without a guard": PLANT + '[page]\nexpose = true\nlisten = "0.0.0.0:80"\n',
+    "a port beyond": PLANT + '[metrics]\nlisten = "127.0.0.1:123456"\n',
+    "a topic of all": PLANT + '[events.mqtt]\nhost = "a"\ntopic = "#"\n',
+    "a program": PLANT + '[events]\nrun = "sh"\n',
 }
 
 
 def plants(folder: Path) -> Named:
     """Plant files that reach out, run something, or have no end."""
     yield from garbage()
-    for name, text in WRONG_PLANTS.items():
+    for name, text in (WRONG_PLANTS | REACHING_PLANTS).items():
+        yield name, text.encode()
+
+
+SERVED = """friction = "lugre"
+noise = true
+
+[set]
+setpoint = 0.3
+
+[[fault]]
+number = 4
+strength = 0.5
+from = 70
+"""
+WRONG_SERVED: dict[str, str] = {
+    "an unknown key": "speed = 3\n" + SERVED,
+    "set is a number": "set = 3\n",
+    "set is infinite": SERVED.replace("0.3", "inf"),
+    "set is beyond all": SERVED.replace("0.3", "1" + "0" * 5000),
+    "set is a word": SERVED.replace("0.3", '"much"'),
+    "a fault in words": SERVED.replace("number = 4", 'number = "four"'),
+    "a fault of no number": SERVED.replace("number = 4\n", ""),
+    "a strength that is no number": SERVED.replace("strength = 0.5", "strength = nan"),
+    "a direction": SERVED + "direction = 2\n",
+    "a negative seed": "seed = -1\n",
+    "faults are a number": "fault = 3\n",
+    "effects are lists": "effect = [1]\n",
+    "effects of lists": "[effect]\nbacklash = [1]\n",
+    "noise is a list": "noise = [1]\n",
+}
+
+
+def served_plants(folder: Path) -> Named:
+    for name, content in garbage():
+        if name != "nothing":  # everything has a default
+            yield name, content
+    for name, text in WRONG_SERVED.items():
         yield name, text.encode()
 
 
 MAKERS: dict[str, Callable[[Path], Named]] = {
     "recording": recordings, "table": tables, "matlab": matlabs, "parquet": parquets, "hdf5": foreign, "model": models,
-    "trace": traces, "state": states, "map": maps, "csv-map": csv_maps, "mapping": mappings,
-    "plant": plants,
+    "trace": traces, "state": states, "map": maps, "csv-map": csv_maps, "mapping": mappings, "plant": plants,
+    "served-plant": served_plants,
 }  # fmt: skip
 SUFFIX = {
     "recording": ".h5", "table": ".csv", "matlab": ".mat", "parquet": ".parquet", "hdf5": ".h5", "model": ".json",
     "trace": ".json", "state": ".json", "map": ".toml", "csv-map": ".csv", "mapping": ".toml", "plant": ".toml",
+    "served-plant": ".toml",
 }  # fmt: skip
 
 

@@ -8,61 +8,24 @@ from __future__ import annotations
 
 import os
 import resource
-import shutil
 import subprocess
 import sys
 from collections import Counter
-from collections.abc import Callable, Mapping
+from itertools import count
 from pathlib import Path
+from time import monotonic
+from typing import NamedTuple
 
 import pytest
-from hostile_files import MAKERS, MODEL, ROWS, SUFFIX, corpus, recording
-from hypothesis import HealthCheck, given, settings
+from hostile_files import MAKERS, MODEL, ROWS, corpus, recording
+from hostile_readers import EDITS, FUZZED, READERS, SUFFIXES, WHOLE, complaint, damaged
+from hypothesis import HealthCheck, given, seed, settings
 from hypothesis import strategies as st
 
-from bristle.cli.tracing import trace_words
-from hil import PlantFile, RegisterMap, ServicePlan, load_state
-from recordings import BadInput, read
-from recordings.importers import import_file, load_mapping
 from simulator import ValveModel
 
 MOST_BYTES = 300_000_000
 MOST_SECONDS = 2.0
-
-
-def with_mapping(path: Path) -> object:
-    """A table whose columns only a mapping could name."""
-    table = path.parent / "good table.csv"
-    table.write_text(ROWS)
-    return import_file(table, load_mapping(path))
-
-
-READERS: Mapping[str, Callable[[Path], object]] = {
-    "recording": read,
-    "table": import_file,
-    "matlab": import_file,
-    "parquet": import_file,
-    "hdf5": import_file,
-    "model": ValveModel.read,
-    "trace": trace_words,
-    "state": lambda path: load_state(path, "m"),
-    "map": RegisterMap.load,
-    "csv-map": RegisterMap.load,
-    "mapping": with_mapping,
-    "plant": lambda path: ServicePlan.of(PlantFile.read(path)),
-}
-
-
-def complaint(reader: Callable[[Path], object], path: Path) -> str:
-    """What is wrong with how a file is refused; empty for nothing."""
-    try:
-        reader(path)
-    except BadInput as error:
-        words = str(error)
-        return "" if "\n" not in words and len(words) < 2000 and str(path.parent) in words else f"said {words[:2000]!r}"
-    except Exception as error:  # a defect: it would be a traceback
-        return f"raised {error!r:.300}"
-    return "it was read"
 
 
 @pytest.mark.parametrize("every", [8, pytest.param(1, marks=pytest.mark.slow)])
@@ -101,61 +64,85 @@ def arguments(kind: str, path: Path, target: Path) -> list[str]:
         return ["replay", rig, "--model", model, "--state", str(path)]
     if kind == "plant":
         return ["monitor", "--check", str(path)]
+    if kind == "served-plant":
+        return ["serve", "--plant", str(path), "--listen", "tcp://127.0.0.1:0"]
     return ["show", str(path)]
+
+
+class Cost(NamedTuple):
+    """What one process took: processor time [s] with that of its children, and the most memory [bytes]."""
+
+    seconds: float
+    memory: int
+    file: str
+
+
+def refused(kind: str, path: Path, target: Path) -> tuple[Cost, str]:
+    """What the command took to refuse a file, and what is wrong with how it did; empty for nothing."""
+    command = [sys.executable, "-m", "bristle", *arguments(kind, path, target)]
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+    assert process.stderr is not None
+    words = process.stderr.read().decode()
+    _, status, used = os.wait4(process.pid, 0)
+    process.returncode = code = os.waitstatus_to_exitcode(status)
+    cost = Cost(used.ru_utime + used.ru_stime, 1024 * used.ru_maxrss, f"{kind}/{path.name}")
+    if code != 2 or words.count("\n") != 1 or target.exists():
+        return cost, f"exit {code}, {words[-300:]!r}"
+    too_much = cost.memory > MOST_BYTES or cost.seconds > MOST_SECONDS
+    return cost, f"{cost.seconds:.2f} s, {cost.memory // 1_000_000} MB" if too_much else ""
 
 
 @pytest.mark.long
 def test_each_hostile_file_is_refused_by_a_process_of_its_own(tmp_path: Path) -> None:
-    wrong, target = {}, tmp_path / "out.h5"
-    for kind, path in corpus(tmp_path):
-        command = [sys.executable, "-m", "bristle", *arguments(kind, path, target)]
-        process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, env=os.environ)
-        assert process.stderr is not None
-        words = process.stderr.read().decode()
-        _, status, used = os.wait4(process.pid, 0)
-        process.returncode = os.waitstatus_to_exitcode(status)
-        seconds, memory = used.ru_utime + used.ru_stime, 1024 * used.ru_maxrss
-        if process.returncode != 2 or words.count("\n") != 1 or memory > MOST_BYTES or seconds > MOST_SECONDS:
-            wrong[f"{kind}/{path.name}"] = (process.returncode, words[-300:], round(seconds, 2), memory // 1_000_000)
-        assert not target.exists()
+    """With the table of the dearest. BRISTLE_HOSTILE_STRIDE takes every n-th file only."""
+    stride, costs, wrong = int(os.environ.get("BRISTLE_HOSTILE_STRIDE", "1")), list[Cost](), {}
+    for number, (kind, path) in enumerate(corpus(tmp_path)):
+        if number % stride == 0 or "bomb" in path.name or path.stat().st_size > 1_000_000:
+            cost, problem = refused(kind, path, tmp_path / "out.h5")
+            costs.append(cost)
+            if problem:
+                wrong[cost.file] = problem
         path.unlink()
+    dearest = [*sorted(costs, reverse=True)[:5], *sorted(costs, key=lambda cost: -cost.memory)[:5]]
+    print(f"{len(costs)} processes", *(f"{s:.2f} s {m // 1_000_000} MB {name}" for s, m, name in dearest), sep="\n")
     assert wrong == {}
 
 
-def damaged(data: bytes, edits: list[tuple[int, int, bytes]]) -> bytes:
-    """A file with some stretches replaced."""
-    for place, length, new in edits:
-        start = place % (len(data) + 1)
-        data = data[:start] + new + data[start + length :]
-    return data
+FUZZ_SECONDS = float(os.environ.get("BRISTLE_FUZZ_SECONDS", "240"))
+"""For each reader: an hour for all of them."""
+
+MOST_PER_FILE_S = 10.0
+"""Processor time for one damaged file, that of a child which tries it first included."""
 
 
-EDITS = st.lists(st.tuples(st.integers(0, 1 << 20), st.integers(0, 40), st.binary(max_size=40)), min_size=1, max_size=6)
+def used() -> float:
+    return sum(os.times()[:4])
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("kind", list(MAKERS))
-def test_no_damage_to_a_file_is_a_traceback(kind: str, tmp_path_factory: pytest.TempPathFactory) -> None:
-    """Damage to any file of the corpus: it is read, or refused in one line. HYPOTHESIS_EXAMPLES says how long."""
-    folder = tmp_path_factory.mktemp("fuzz")
-    seeds = [path.read_bytes() for _, path in corpus_of(kind, folder) if path.stat().st_size < 100_000]
-    path = folder / f"damaged{SUFFIX[kind]}"
+@pytest.mark.parametrize("kind", list(FUZZED))
+def test_no_damage_to_a_file_is_a_traceback(kind: str, tmp_path: Path) -> None:
+    """Damage to a whole file, and to any of the corpus: it is read, or refused in one line."""
+    seeds = [WHOLE[kind](tmp_path)]
+    for _, one in corpus(tmp_path, kind) if kind in MAKERS else ():
+        if one.stat().st_size < 100_000:
+            seeds.append(one.read_bytes())
+        one.unlink()
+    path, ends, end = tmp_path / f"damaged{SUFFIXES[kind]}", Counter[str](), monotonic() + FUZZ_SECONDS
+    files = st.one_of(st.just(seeds[0]), st.sampled_from(seeds))
 
-    @settings(
-        max_examples=int(os.environ.get("HYPOTHESIS_EXAMPLES", "20000")),
-        deadline=None,
-        suppress_health_check=list(HealthCheck),
-        derandomize=True,
-    )
-    @given(st.sampled_from(seeds), EDITS)
     def check(data: bytes, edits: list[tuple[int, int, bytes]]) -> None:
         path.write_bytes(damaged(data, edits))
-        problem = complaint(READERS[kind], path)
+        before = used()
+        problem = complaint(FUZZED[kind], path)
+        ends["read" if problem else "refused"] += 1
         assert problem in ("", "it was read")
+        assert used() - before < MOST_PER_FILE_S
 
-    check()
-    shutil.rmtree(folder)
-
-
-def corpus_of(kind: str, folder: Path) -> list[tuple[str, Path]]:
-    return [(one, path) for one, path in corpus(folder) if one == kind]
+    for number in count():
+        if monotonic() > end:
+            break
+        again = settings(max_examples=100, deadline=None, database=None, suppress_health_check=list(HealthCheck))
+        seed(number)(again(given(files, EDITS)(check)))()
+    memory = max(resource.getrusage(who).ru_maxrss for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    print(f"{kind}: {ends.total()} damaged files, {ends['read']} of them read; peak {memory // 1000} MB")

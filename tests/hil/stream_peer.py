@@ -29,6 +29,17 @@ class Piece(NamedTuple):
     data: bytes
 
 
+class Verdicts(NamedTuple):
+    """What the link made of a peer's replies. replies : that the peer gave, the link's own proofs included; harmed : of
+    them; good : values that were believed; wrong : of them.
+    """
+
+    replies: int
+    harmed: int
+    good: int
+    wrong: int
+
+
 def words_of(number: int, count: int) -> tuple[int, ...]:
     """The registers that request number `number` is answered with."""
     return tuple((number * 40503 + k * 2654435761 >> 7 ^ number) & 0xFFFF for k in range(count))

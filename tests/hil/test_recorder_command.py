@@ -393,3 +393,11 @@ def test_a_map_that_does_not_fit_the_device_ends_it_at_once_and_what_came_can_be
     assert "position: 20 not valid" in shown
     assert "illegal data address" in shown
     assert "every sample of position is missing" in shown
+
+
+def test_a_map_on_which_an_earlier_value_could_not_be_told_is_named_at_the_start(map_file, tmp_path, capsys):
+    command = ["record", "--source", "tcp://127.0.0.1:1", "--map", str(map_file), "--to", str(tmp_path / "runs")]
+    assert run([*command, "--duration", "0.1"]) == 1
+    assert "names no heartbeat" in capsys.readouterr().err.splitlines()[0]
+    assert run([*command, "--duration", "0.1", "--heartbeat", "counter"]) == 1
+    assert "heartbeat" not in capsys.readouterr().err

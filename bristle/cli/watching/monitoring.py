@@ -34,7 +34,7 @@ from hil import (
     load_state,
     monitor_session,
 )  # fmt: skip
-from recordings import BadInput, NegativeAnswer
+from recordings import BadInput, NegativeAnswer, may_pass
 from simulator import ValveModel
 
 MOST_KEPT = 10_000
@@ -141,23 +141,27 @@ class _opened:
 
     def __init__(self, path: Path | None, mute: bool) -> None:
         self._path, self._mute = path, mute and path is None
-        self._file: IO[str] = sys.stdout
+        self._file: IO[str] | None = sys.stdout
 
     def __enter__(self) -> Callable[[MonitorEvent], None]:
         if self._path is not None:
             try:
                 self._file = self._path.open("a", encoding="utf-8")
             except OSError as error:
-                found = f"it cannot be written ({error.strerror})"
-                raise BadInput(str(self._path), found, "give another --events") from None
+                if not may_pass(error):
+                    found = f"it cannot be written ({error.strerror})"
+                    raise BadInput(str(self._path), found, "give another --events") from None
+                self._file = None  # it is tried again with every event
         return self._write
 
     def __exit__(self, *_: Any) -> None:
-        if self._file is not sys.stdout:
+        if self._file is not None and self._file is not sys.stdout:
             with suppress(OSError):  # what could not be written was counted
                 self._file.close()
 
     def _write(self, event: MonitorEvent) -> None:
+        if self._file is None and self._path is not None:
+            self._file = self._path.open("a", encoding="utf-8")
         if not self._mute:
             print(event.json_line(), file=self._file, flush=True)
 
@@ -211,6 +215,8 @@ def _finish(end: MonitorEnd, monitor: Monitor) -> None:
     note(f"{samples} samples in {end.seconds:.1f} s, {end.alarms} alarms{failed}")
     if end.alarms:
         raise NegativeAnswer(f"{end.alarms} alarms were raised")
+    if end.unsaved is not None:
+        raise end.unsaved
     if end.stopped_by is signal.SIGINT:
         raise KeyboardInterrupt
     if learning:

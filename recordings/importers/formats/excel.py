@@ -63,7 +63,7 @@ def _check_size(path: Path) -> None:
     try:
         with zipfile.ZipFile(path) as parts:
             size = sum(one.file_size for one in parts.infolist())
-    except (zipfile.BadZipFile, OSError) as error:
+    except Exception as error:  # zipfile raises whatever a damaged directory leads to
         raise BadInput(str(path), f"the file is damaged ({error})", "copy it again from its origin") from None
     if size > LARGEST:
         raise BadInput(str(path), f"it unpacks to more than {LARGEST // 1_000_000} MB", "save the table as CSV")
@@ -179,7 +179,7 @@ def _match(path: Path, head: bytes) -> Match:
     try:
         with zipfile.ZipFile(path) as parts:
             return Match.CONTENT if _WORKBOOK in parts.namelist() else Match.NO
-    except (zipfile.BadZipFile, OSError):
+    except Exception:  # zipfile raises whatever a damaged directory leads to
         return Match.NO
 
 
