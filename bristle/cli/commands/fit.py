@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, cast
 import typer
 
 if TYPE_CHECKING:
-    from identification import Estimator, Order
+    from identification import Estimator, FreeComparison, FrictionComparison, Order
     from simulator import Causality
 
 
@@ -77,13 +77,18 @@ def command(
             {"--prior": prior, "--constraint": constraint, "--profile": profile, "--bootstrap": bootstrap,
              "--report": report} | ({"--without": without} if free_run else {"--given": given})
         )  # fmt: skip
-        common = {"holdout": holdout or (), "models": friction or (), "area": area, "hold": hold}
         with working("fitting", staged=True) as progress:
-            compared = (
-                br.compare_free_runs(recordings, given=assignments(given or [], "--given"), progress=progress, **common)
+            compared: FrictionComparison | FreeComparison = (
+                br.compare_free_runs(
+                    recordings, holdout=holdout or (), models=friction or (), area=area, hold=hold,
+                    given=assignments(given or [], "--given"), progress=progress,
+                )
                 if free_run
-                else br.compare_friction(recordings, without=without or (), progress=progress, **common)
-            )
+                else br.compare_friction(
+                    recordings, holdout=holdout or (), models=friction or (), area=area, hold=hold,
+                    without=without or (), progress=progress,
+                )
+            )  # fmt: skip
         print_comparison(stdout(), compared)
         answer(compared.as_json())
         if out:
