@@ -32,7 +32,7 @@ class PositionSpeedFriction(Effect):
         Parameter("x0", "m", "place of the middle bell", scale=0.012, tried_at=TriedAt.POSITIONS),
         Parameter("w", "m", "half width of a bell, where it has fallen to 1/e", 0.004, 0.0, positive=True,
                   tried_at=TriedAt.WIDTHS),
-        Parameter("u", "m/s", "speed at which the rise has fallen to 1/e", 0.03, 0.0, positive=True),
+        Parameter("u", "m/s", "speed at which the rise has fallen to 1/e", 0.1, 0.0, positive=True),
     )  # fmt: skip
 
     def friction_level(self, q: Quantities, p: Values, s: Values) -> Expression:
