@@ -86,6 +86,14 @@ def _along(x, p):
 
 
 @compiled
+def _bells(x, v, p):
+    """How friction varies in three bells along the stroke, each loudest at rest, a factor."""
+    d = (x - p.bell_x) / p.bell_w
+    here = p.bell_1 * math.exp(-((d + 1.5) ** 2)) + p.bell_2 * math.exp(-d * d) + p.bell_3 * math.exp(-((d - 1.5) ** 2))
+    return 1.0 + here * math.exp(-((v / p.bell_u) ** 2))
+
+
+@compiled
 def _level(t, x, v, s, u, read, closed, p):
     """Friction level [N]: Stribeck's curve at the velocity `read`, times everything that makes it vary."""
     steep = (read / p.vs) ** 2
@@ -96,6 +104,8 @@ def _level(t, x, v, s, u, read, closed, p):
     g = p.fc * (1.0 + p.asym_coulomb * way) + (p.fs - p.fc) * away
     if p.spot != 0.0 or p.slope != 0.0 or p.wave != 0.0:
         g *= _along(x, p)
+    if p.bell_1 != 0.0 or p.bell_2 != 0.0 or p.bell_3 != 0.0:
+        g *= _bells(x, v, p)
     if p.load != 0.0:
         g *= 1.0 + p.load * abs(u) ** p.load_e
     if p.dwell != 0.0:

@@ -86,6 +86,9 @@ SAME: dict[str, Law] = {
     "asymmetric_viscous": lambda s, v: {"visc": 2.0 * s * v.values["lugre.sigma2"]},
     "position_dependent_friction": lambda s, v: {
         "spot": s, "spot_x": v.place("spot"), "spot_w": v.draw("width", 0.08, 0.2) * v.stroke},
+    "position_speed_friction": lambda s, v: {
+        "bell_1": s, "bell_2": -0.5 * s, "bell_3": s, "bell_x": v.place("bells"),
+        "bell_w": v.draw("bell", 0.15, 0.25) * v.stroke, "bell_u": v.draw("film", 0.02, 0.06)},
     "load_dependent_friction": lambda s, v: {"load": s / v.load},
     "dwell_stiction": lambda s, v: {
         "dwell": s, "dwell_t": v.draw("dwell", 0.3, 2.0), "dwell_d": v.draw("wipe", 2e-4, 1e-3)},

@@ -27,6 +27,12 @@ class Physics(NamedTuple):
     slope: float = 0.0  # share per m
     wave: float = 0.0  # share, sine along the stroke
     wave_l: float = 1.0
+    bell_1: float = 0.0  # shares of three bells in a row, at rest
+    bell_2: float = 0.0
+    bell_3: float = 0.0
+    bell_x: float = 0.0
+    bell_w: float = 1.0
+    bell_u: float = 1.0  # m/s, the speed at which they have fallen to 1/e
     load: float = 0.0  # share per N**load_e
     load_e: float = 1.0
     dwell: float = 0.0

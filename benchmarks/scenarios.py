@@ -2,6 +2,7 @@
 
     python -m benchmarks.scenarios            everything, into the folder scenarios
     python -m benchmarks.scenarios --main     the published friction and sampling only
+    python -m benchmarks.scenarios --main --detectors bank,kalman --long-seeds 1 --hours 24,48,48     a part of it
 
 Goals: 36 of 44 scenarios detected; median time of the abrupt ones below 10 s; right fault or group first in 80 % of
 the detected; false alarms at or below the stated rate; every detection better than the random alarm at 99 %.
@@ -19,6 +20,7 @@ from pathlib import Path
 from benchmarks.machine import machine
 from benchmarks.measured_data import PLANT_HOUR
 from detector.evaluation import (
+    DETECTORS,
     MAIN,
     VARIANTS,
     Evaluation,
@@ -47,15 +49,28 @@ def report(outcome: Evaluation) -> None:
     print("isolation:", isolation_words(outcome))
 
 
+def planned(options: argparse.Namespace) -> Plan:
+    """The evaluation that the options ask for."""
+    learn, calibrate, judge = (float(hours) for hours in options.hours.split(","))
+    return Plan(
+        tuple(options.detectors.split(",")), variants=(MAIN,) if options.main else VARIANTS, seeds=options.seeds,
+        long_seeds=options.long_seeds, healthy_h=(learn, calibrate, judge), examples=options.examples,
+    )  # fmt: skip
+
+
 def main() -> None:
     """Run, write the files, print the figures."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=Path("scenarios"), help="folder for tables, page and results")
     parser.add_argument("--main", action="store_true", help="the published friction and sampling only")
     parser.add_argument("--seeds", type=int, default=5, help="trials of each scenario")
+    parser.add_argument("--long-seeds", type=int, default=3, help="trials of each day-long scenario")
+    parser.add_argument("--detectors", default=",".join(DETECTORS), help="separated by commas; all otherwise")
+    parser.add_argument("--hours", default="24,96,96", help="fault-free hours to learn, to calibrate and to judge")
+    parser.add_argument("--examples", type=int, default=4, help="runs per fault for the signatures; 0: no isolation")
     parser.add_argument("--workers", type=int, default=0, help="processes; 0 for one per core")
     options = parser.parse_args()
-    plan = Plan(variants=(MAIN,) if options.main else VARIANTS, seeds=options.seeds)
+    plan = planned(options)
     print(machine("numpy", "scipy", "numba", "filterpy"))
     start = time.perf_counter()
     outcome = evaluate(plan, options.out, show_progress, options.workers or None)

@@ -13,6 +13,7 @@ Arrays in, arrays out; a path or ``bundled:NAME`` stands for a recording whereve
 `simulate`              a recording of a simulated valve
 `fit`                   friction and spring of a valve, from recordings
 `compare_friction`      models of friction by the force that they predict for a recorded motion
+`compare_free_runs`     models of friction by the motion that a recorded force leads to
 `trace`                 the effect that a valve shows and the model of friction and spring lacks
 `compare`               what changed between two recordings or two models of a valve
 `assess`                whether the valve of a control loop sticks, from SP, PV and OP
@@ -56,6 +57,7 @@ if TYPE_CHECKING:
     from bristle.door.detectors import learn as learn
     from bristle.door.detectors import watch as watch
     from bristle.door.exports import export as export
+    from bristle.door.friction import compare_free_runs as compare_free_runs
     from bristle.door.friction import compare_friction as compare_friction
     from bristle.door.histories import follow as follow
     from bristle.door.links import record as record
@@ -97,7 +99,7 @@ PLACES = {
     "bristle.door.detectors": ("learn", "watch"),
     "bristle.door.exports": ("export",),
     "bristle.door.histories": ("follow",),
-    "bristle.door.friction": ("compare_friction",),
+    "bristle.door.friction": ("compare_free_runs", "compare_friction"),
     "bristle.door.links": ("record", "serve"),
     "bristle.door.loops": ("assess", "simulate_test", "test"),
     "bristle.door.models": ("fit", "trace"),

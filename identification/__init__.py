@@ -9,6 +9,8 @@ from identification.estimators.order import Order
 from identification.friction.comparison import RIG as FRICTION_RIG
 from identification.friction.comparison import VALVE as FRICTION_VALVE
 from identification.friction.comparison import FrictionComparison, compare_friction
+from identification.friction.free_run import FREE_MODELS as FREE_FRICTION_MODELS
+from identification.friction.free_run import FreeComparison, compare_free_runs
 from identification.friction.models import MODELS as FRICTION_MODELS
 from identification.given import free_parameters, with_area, without_effects
 from identification.identified import Identification
@@ -22,6 +24,7 @@ from identification.uncertainty.covariance import Uncertainty, uncertainty_of
 from identification.uncertainty.profile import Profile, profile
 
 __all__ = [
+    "FREE_FRICTION_MODELS",
     "FRICTION_MODELS",
     "FRICTION_RIG",
     "FRICTION_VALVE",
@@ -31,6 +34,7 @@ __all__ = [
     "Estimator",
     "Experiment",
     "Fit",
+    "FreeComparison",
     "FrictionComparison",
     "Identification",
     "Order",
@@ -41,6 +45,7 @@ __all__ = [
     "Trajectory",
     "Uncertainty",
     "ValveComparison",
+    "compare_free_runs",
     "compare_friction",
     "compare_models",
     "compare_recordings",

@@ -10,7 +10,7 @@ from recordings import BadInput, BadParameter
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from identification import FrictionComparison, Identification
+    from identification import FreeComparison, FrictionComparison, Identification
 
 
 def profiled(names: Sequence[str], held: Mapping[str, float]) -> Sequence[str]:
@@ -54,6 +54,35 @@ def refuse_others(options: Mapping[str, object]) -> None:
     for name, value in options.items():
         if value:
             raise BadInput(name, "it belongs to the fit of a valve, not to --friction or --compare", "leave it out")
+
+
+def print_comparison(console: Console, found: FrictionComparison | FreeComparison) -> None:
+    """The table of friction models, by the force or by free runs."""
+    from identification import FreeComparison
+
+    if isinstance(found, FreeComparison):
+        print_free_runs(console, found)
+    else:
+        print_friction(console, found)
+
+
+def print_free_runs(console: Console, found: FreeComparison) -> None:
+    """The table of free runs, best first, and the parameters of the best."""
+    from rich.table import Table
+
+    table = Table("friction", "model", "parameters", "fitted", "held out", title="RMS error of free runs, in µm")
+    for row in found.rows:
+        errors = (f"{1e6 * error:.4g}" for error in (row.fitted_m, row.held_out_m))
+        table.add_row(row.name, row.model.text, str(row.parameters), *errors)
+    console.print(table)
+    console.print(f"{found.split}; from the first sample on only the recorded force enters")
+    for row in found.rows:
+        if row.fit.outcome.name != "CONVERGED":
+            console.print(f"{row.name}: {row.fit.outcome.value}")
+    best = Table("parameter", "value", title=f"{found.best.name}: least error on what was held out")
+    for name, value in found.best.values.items():
+        best.add_row(name, f"{value:.5g}")
+    console.print(best)
 
 
 def print_friction(console: Console, found: FrictionComparison) -> None:

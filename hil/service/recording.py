@@ -22,7 +22,7 @@ from recordings import Plant, SignalSpec
 NAP_S = 0.2
 
 BATCH_S = 2.0
-"""Samples wait so long for the disk [s]: it costs by the batch, and there are many valves. So much a power cut takes."""
+"""Samples wait so long for the disk [s]: it costs by the batch, and valves are many. So much a power cut takes."""
 
 
 class QueuedSource:

@@ -13,9 +13,9 @@ BASE = ("inertia", "spring", "lugre")
 """The effects of the base model."""
 
 ORDER = (
-    *BASE, "asymmetric_coulomb", "asymmetric_viscous", "position_dependent_friction", "load_dependent_friction",
-    "dwell_stiction", "frictional_memory", "stribeck_exponent", "nonlocal_presliding", "friction_drift",
-    "quadratic_drag", "hardening_spring", "contact_stiffness", "flow_force",
+    *BASE, "asymmetric_coulomb", "asymmetric_viscous", "position_dependent_friction", "position_speed_friction",
+    "load_dependent_friction", "dwell_stiction", "frictional_memory", "stribeck_exponent", "nonlocal_presliding",
+    "friction_drift", "quadratic_drag", "hardening_spring", "contact_stiffness", "flow_force",
     "periodic_force", "position_periodic_force", "force_offset_drift",
     "dead_time", "force_gain", "actuator_hysteresis", "actuator_lag",
     "backlash", "sensor_lag", "sensor_nonlinearity", "sensor_drift",

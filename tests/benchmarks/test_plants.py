@@ -20,6 +20,9 @@ NEUTRAL = {"saturated_sensor": -1.0}
 CATALOGUE_PARAMETERS = {
     "asymmetric_coulomb": lambda f: {"a": f["asym_all"]},
     "position_dependent_friction": lambda f: {"a": f["spot"], "x0": f["spot_x"], "w": f["spot_w"], "b": 0.0},
+    "position_speed_friction": lambda f: {
+        "a1": f["bell_1"], "a2": f["bell_2"], "a3": f["bell_3"], "x0": f["bell_x"], "w": f["bell_w"],
+        "u": f["bell_u"]},
     "load_dependent_friction": lambda f: {"c": f["load"]},
     "frictional_memory": lambda f: {"tau": f["late_lag"]},
     "stribeck_exponent": lambda f: {"e": 2.0 - f["curve"]},

@@ -70,6 +70,22 @@ def test_a_stiffening_spring_is_named_and_measured():
     assert "hardening_spring" in found.model.effects
 
 
+@pytest.mark.slow
+def test_friction_in_several_bells_is_named_and_measured():
+    """alpha(x, v) of (2.25): three weights, their place, and the speed up to which they count."""
+    truth = {"a1": 0.6, "a2": -0.4, "a3": 0.8, "x0": 0.012, "w": 0.003, "u": 0.03}
+    found = traced("position_speed_friction", **truth)
+    assert found.effects_added == ("position_speed_friction",)
+    values = {n.removeprefix("position_speed_friction."): v for n, v in found.model.values.items()}
+    assert {n: values[n] for n in truth} == pytest.approx(truth, rel=0.05)
+
+
+@pytest.mark.slow
+def test_one_tight_spot_keeps_the_simpler_name():
+    found = traced("position_dependent_friction", a=0.5, b=0.0, x0=0.012, w=0.003)
+    assert found.effects_added == ("position_dependent_friction",)
+
+
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("effect", "values"),

@@ -53,6 +53,18 @@ def test_friction_rises_at_a_place_and_along_the_stroke(place, level):
     assert tilted - flat == pytest.approx(150 * 2.0 * place, rel=0.05)
 
 
+@pytest.mark.parametrize(("place", "rise"), [(0.010, 0.3), (0.016, -0.2), (0.022, 0.5)])
+@pytest.mark.parametrize("speeds", [0.01, 1.0])
+def test_friction_rises_in_several_bells_and_less_at_speed_as_in_equation_2_25(place, rise, speeds):
+    given = {"a1": 0.3, "a2": -0.2, "a3": 0.5, "x0": 0.016, "w": 0.004, "u": 0.02 / speeds}
+    level = sliding(
+        "position_speed_friction", x0=place, **{f"position_speed_friction__{n}": v for n, v in given.items()}
+    )
+    neighbours = 0.8 if place == 0.016 else -0.2
+    rise += neighbours * np.exp(-(1.5**2))
+    assert level == pytest.approx(150 * (1 + rise * np.exp(-(speeds**2))), rel=0.02)
+
+
 def test_friction_grows_with_the_load_and_with_time():
     assert sliding("load_dependent_friction", u=400.0, load_dependent_friction__c=1e-3) == pytest.approx(210.0)
     assert sliding("load_dependent_friction", u=-400.0, load_dependent_friction__c=1e-3) == pytest.approx(210.0)

@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 
 from simulator.friction import (
+    AlphaNetwork,
     AsymmetricMap,
+    Bells,
     CanudasMap,
     CoulombMap,
     Drive,
@@ -76,6 +78,35 @@ def canudas(axes: Any) -> None:
     axes.plot(1e3 * v, found.map.force(v), label="(2.12), least squares")
     axes.plot(1e3 * v, found.equivalent(0.5).force(v), "--", label="(2.12), other parameters")
     axes.set(xlabel="velocity [mm/s]", ylabel="friction [N]")
+    axes.legend(frameon=False)
+
+
+@picture("LuGre: presliding, break-away and sliding (2.13)-(2.17)", "lugre")
+def lugre(axes: Any) -> None:
+    t = np.arange(0, 2 * np.pi, 1e-3)
+    model = LuGreParameters(1e6, 300.0, 400.0, 60.0, 90.0, 1e-3)
+    for size in (2e-5, 1e-4, 3e-4):
+        x = size * np.sin(2 * t)
+        axes.plot(1e6 * x, model.follow(t, x), label=f"{1e6 * size:g} µm")
+    axes.set(xlabel="position [µm]", ylabel="friction [N]")
+    axes.legend(frameon=False)
+
+
+@picture("Weights of alpha(x, v) learned on line (2.23)-(2.26)", "lugre")
+def network(axes: Any) -> None:
+    bells = Bells(np.array([[p, v] for p in (-0.01, 0.0, 0.01) for v in (-0.03, 0.0, 0.03)]), (0.006, 0.02))
+    weights = np.array([500.0, 700, 500, 300, 500, 300, 500, 700, 500])
+    t = np.arange(0, 20, 2e-3)
+    x = 0.012 * np.sin(2 * t) * np.cos(0.31 * t)
+    force = AlphaNetwork(bells, weights, 1e5, 100.0, 50.0).follow(t, x)
+    net = AlphaNetwork(bells, np.full(9, 500.0), 1e5, 100.0, 50.0)
+    at = np.linspace(-0.012, 0.012, 200)
+    axes.plot(1e3 * at, bells(at, 0.0) @ weights, lw=3, color="0.7", label="true, at rest")
+    for passes in range(9):
+        if passes in (0, 1, 8):
+            axes.plot(1e3 * at, net.alpha(at, 0.0), label=f"learned in {passes * 20} s")
+        net.learn(t, x, force, gain=0.2)
+    axes.set(xlabel="position [mm]", ylabel="alpha [1/m]")
     axes.legend(frameon=False)
 
 

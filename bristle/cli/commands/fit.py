@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, cast
 import typer
 
 if TYPE_CHECKING:
-    from identification import Estimator, Order
+    from identification import Estimator, FreeComparison, FrictionComparison, Order
     from simulator import Causality
 
 
@@ -52,33 +52,44 @@ def command(
     compare: Annotated[
         bool, typer.Option("--compare", help="Compare friction models by held-out error: all, or those of --friction.")
     ] = False,
+    free_run: Annotated[
+        bool, typer.Option("--free-run", help="Compare by where the recorded force moves the stem, not by the force.")
+    ] = False,
 ) -> None:
     """Fit the LuGre friction parameters and the spring of a valve to recordings.
 
     Example: bristle fit bundled:mixed --out model.json --report fit.html
 
-    With --friction or --compare the models of friction are fitted to the force that the recorded motion takes.
+    With --friction or --compare the models of friction are fitted to the force that the recorded motion takes, and
+    with --free-run to the motion that the recorded force leads to.
     """
     import bristle as br
     from bristle.cli.console import assignments, print_identification, writable
-    from bristle.cli.fitting import print_friction, print_profiles, priors, profiled, refuse_others
+    from bristle.cli.fitting import print_comparison, print_profiles, priors, profiled, refuse_others
     from bristle.cli.output.manner import answer, stdout
     from bristle.cli.output.working import working
     from identification import without_effects
 
     for path in (out, report):
         writable(path)
-    if friction or compare:
+    if friction or compare or free_run:
         refuse_others(
-            {"--given": given, "--prior": prior, "--constraint": constraint, "--profile": profile,
-             "--bootstrap": bootstrap, "--report": report}
+            {"--prior": prior, "--constraint": constraint, "--profile": profile, "--bootstrap": bootstrap,
+             "--report": report} | ({"--without": without} if free_run else {"--given": given})
         )  # fmt: skip
         with working("fitting", staged=True) as progress:
-            compared = br.compare_friction(
-                recordings, holdout=holdout or (), models=friction or (), without=without or (), area=area,
-                hold=hold, progress=progress,
+            compared: FrictionComparison | FreeComparison = (
+                br.compare_free_runs(
+                    recordings, holdout=holdout or (), models=friction or (), area=area, hold=hold,
+                    given=assignments(given or [], "--given"), progress=progress,
+                )
+                if free_run
+                else br.compare_friction(
+                    recordings, holdout=holdout or (), models=friction or (), area=area, hold=hold,
+                    without=without or (), progress=progress,
+                )
             )  # fmt: skip
-        print_friction(stdout(), compared)
+        print_comparison(stdout(), compared)
         answer(compared.as_json())
         if out:
             compared.write(out)

@@ -1,0 +1,44 @@
+"""Friction that varies along the stroke and with speed: alpha(x, v) of several bells (equation 2.23-2.26)."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from simulator.effect import Effect, Expression, Parameter, Quantities, Site, TriedAt, Values
+
+BELLS = 3
+"""Number of bells: three make a profile of any bow along a stretch of the stroke."""
+SPACING = 1.5
+"""Distance of two bells in half widths: their sum is even where their strengths are equal."""
+
+
+class PositionSpeedFriction(Effect):
+    """Friction level times 1 + sum over i of a_i exp(-((x - x_i)/w)^2 - (v/u)^2), x_i = x0 + 1.5 (i - 2) w, i = 1..3.
+
+    It is the network (2.25) for the level g = sigma0/alpha, linear in the weights a_i, with bells of position and
+    velocity. Each is loudest at rest: what is rough when slow may ride on its film when fast. Far below u it is a
+    profile along the stroke; one tight spot alone is position_dependent_friction.
+    """
+
+    id = "position_speed_friction"
+    site = Site.FORCE
+    sentence = "friction varies along the stroke in several places, and the more so the slower the stem moves"
+    check = "stem and guides along the named stretch for wear, deposits and lack of lubricant; move it slowly and fast"
+    parameters = (
+        *(
+            Parameter(f"a{i}", "1", f"rise of friction at bell {i}, share of the level", 0.4, lower=-1.0, neutral=0.0)
+            for i in range(1, BELLS + 1)
+        ),
+        Parameter("x0", "m", "place of the middle bell", scale=0.012, tried_at=TriedAt.POSITIONS),
+        Parameter("w", "m", "half width of a bell, where it has fallen to 1/e", 0.004, 0.0, positive=True,
+                  tried_at=TriedAt.WIDTHS),
+        Parameter("u", "m/s", "speed at which the rise has fallen to 1/e", 0.1, 0.0, positive=True),
+    )  # fmt: skip
+
+    def friction_level(self, q: Quantities, p: Values, s: Values) -> Expression:
+        middle = (BELLS + 1) / 2
+        bells = sum(
+            p[f"a{i}"] * ca.exp(-(((q.x - p["x0"]) / p["w"] - SPACING * (i - middle)) ** 2))
+            for i in range(1, BELLS + 1)
+        )
+        return 1 + bells * ca.exp(-((q.v / p["u"]) ** 2))
