@@ -109,7 +109,7 @@ def test_the_program_of_a_figure_has_the_options_that_are_given() -> None:
         ):
             folder, name = module.split(".")
             source = (programs[folder] / f"{name}.py").read_text(encoding="utf-8")
-            options = set(re.findall(r"--[a-z]+", rest))
+            options = set(re.findall(r"--[a-z]+(?:-[a-z]+)*", rest))
             assert {option for option in options if f'"{option}"' not in source} == set(), f"{page.name}: {module}"
 
 
