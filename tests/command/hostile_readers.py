@@ -31,7 +31,7 @@ from hypothesis import strategies as st
 
 from bristle.cli.tracing import trace_words
 from bristle.door.plant_file import SimulatedPlantFile
-from hil import PlantFile, RegisterMap, load_state
+from hil import PlantFile, RegisterMap, ServicePlan, load_state
 from recordings import BadInput, RecordingWriter, SignalSpec, read
 from recordings.importers import import_file, load_mapping, recover_to
 from simulator import ValveModel
@@ -76,10 +76,10 @@ READERS: Mapping[str, Callable[[Path], object]] = {
     "map": RegisterMap.load,
     "csv-map": RegisterMap.load,
     "mapping": with_mapping,
-    "plant": PlantFile.read,
+    "plant": lambda path: ServicePlan.of(PlantFile.read(path)),
     "served-plant": SimulatedPlantFile.load,
 }
-FUZZED = {**READERS, "state": sealed_state}
+FUZZED = {**READERS, "state": sealed_state, "plant": PlantFile.read}
 
 
 def complaint(reader: Callable[[Path], object], path: Path) -> str:

@@ -41,7 +41,7 @@ def test_each_hostile_file_is_refused_in_one_line(tmp_path: Path, every: int) ->
         path.unlink()
     assert wrong == {}
     assert counts.total() >= 400 / every, counts
-    assert set(+counts) == set(READERS)
+    assert set(+counts) == set(MAKERS)
     assert 1024 * (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) < MOST_BYTES
 
 
