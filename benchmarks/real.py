@@ -12,20 +12,17 @@ over the norm of the measured one (A. Janot, M. Gautier, M. Brunot, Data Set and
 from __future__ import annotations
 
 import argparse
-import tempfile
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from scipy.signal import decimate
 
 from benchmarks.machine import machine
-from benchmarks.measured_data import DATA
+from benchmarks.measured_data import DATA, imported
 from identification import Identification, Trace, trace
-from recordings import NegativeAnswer, Recording, read
-from recordings.importers import import_to
+from recordings import NegativeAnswer, Recording
 
 AUTHORS_DECIMATION = 10
 AUTHORS_EDGE = 49
@@ -42,7 +39,7 @@ class Row:
     hold: bool = False
 
     def recordings(self) -> list[Recording]:
-        """Raises FileNotFoundError when the measured data are not here."""
+        """Raises BadInput when the measured data are not here."""
         return [imported(DATA / file, self.mapping) for file in self.files]
 
 
@@ -73,14 +70,6 @@ ROWS = (
     Row("tribometer", ("tribometer_presliding/test_data_2.txt.gz",), "tribometer"),
     kinova(0.03, 0.05, 0.09, 0.1, 0.3),
 )
-
-
-def imported(file: Path, mapping: str) -> Recording:
-    """A measured file as a recording."""
-    with tempfile.TemporaryDirectory() as folder:
-        target = Path(folder) / "measured.h5"
-        import_to(file, target, mapping, {})
-        return read(target)
 
 
 def line(row: Row, found: Trace, seconds: float) -> str:

@@ -42,11 +42,10 @@ class Identification(FitResult):
         if causality == "force" and any(e.causality == "motion" for e in experiments):
             raise BadInput("recordings", "have an imposed motion, and the model a driving force", "fit one to them")
         if causality == "motion":
-            driven = [imposed(e) for e in experiments]
-        else:
-            noisy = self.fit.estimate is not None or self.fit.order != "full"
-            driven = with_smooth_force(experiments) if noisy else experiments
-        return free_runs(self.fit, driven, fitted=False)
+            experiments = [imposed(e) for e in experiments]
+        elif self.fit.smooths_force:
+            experiments = with_smooth_force(experiments)
+        return free_runs(self.fit, experiments, fitted=False)
 
     def report(self, path: str | os.PathLike[str]) -> None:
         """Write the report, one self-contained HTML page. Raises BadInput when it cannot be written."""

@@ -94,15 +94,14 @@ def identify(
     known = uncertainty_of(found)
     scatter = bootstrap_of(found, trials, progress=progress) if trials else None
     known = known if scatter is None else with_bootstrap(found, known, scatter)
-    smooth = found.estimate is not None or found.order != "full"
-    if smooth and found.problem is not None:
+    if found.smooths_force and found.problem is not None:
         experiments = list(found.problem.experiments)
     progress("free runs", 0, 0)
     runs = free_runs(found, experiments, fitted=True)
     others = [experiment(r, causality, hold=hold) for r in holdout]
     if others:
         progress("free runs of the recordings held out", 0, 0)
-    others = with_smooth_force(others) if smooth else others
+    others = with_smooth_force(others) if found.smooths_force else others
     held_out = free_runs(found, others, fitted=False) if others else ()
     if check:
         progress("cross-check", 0, 0)

@@ -8,15 +8,11 @@ measured data (BRISTLE_DATA).
 
 from __future__ import annotations
 
-import tempfile
-from pathlib import Path
-
 import numpy as np
 
-from benchmarks.measured_data import DATA
+from benchmarks.measured_data import DATA, imported
 from identification import FRICTION_RIG, FrictionComparison, compare_friction, with_area
-from recordings import Recording, read
-from recordings.importers import import_to
+from recordings import Recording
 from studies import drawing
 
 AREA_M2 = 0.029
@@ -26,14 +22,6 @@ STROKE_M = 0.0381
 
 RATE_INDEPENDENT = ("coulomb", "lugre", "leuven", "maxwell-slip", "backlash-like")
 """What can be asked of a signature, which has no time."""
-
-
-def imported(source: Path, mapping: str) -> Recording:
-    """A measured file as a recording."""
-    with tempfile.TemporaryDirectory() as folder:
-        target = Path(folder) / "measured.h5"
-        import_to(source, target, mapping, {})
-        return read(target)
 
 
 def tribometer() -> FrictionComparison:

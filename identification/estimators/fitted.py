@@ -73,6 +73,11 @@ class Fit:
         return "output-error" if self.estimate is None else "noise-aware"
 
     @property
+    def smooths_force(self) -> bool:
+        """Whether its free runs take the force smoothed along with the motion: it is noisy, or the order is reduced."""
+        return self.estimate is not None or self.order != "full"
+
+    @property
     def p(self) -> Array:
         """The parameters (n_parameters,) in the order of the kernel, SI units."""
         assert self.minimum is not None

@@ -119,10 +119,8 @@ def compare_friction(
     every = [stretch for one in recordings for stretch in _stretches(_moved(one, hold))]
     if holdout:
         fitted, judging = every, [s for one in holdout for s in _stretches(_moved(one, hold))]
-        split = f"{len(holdout)} recording{'s' if len(holdout) > 1 else ''} held out"
     else:
         fitted, judging = [_part(one, judge=False) for one in every], [_part(one, judge=True) for one in every]
-        split = f"the last {100 * HELD_OUT:.0f} % of each recording held out"
     if not fitted or not any(one.counts.any() for one in fitted) or not any(one.counts.any() for one in judging):
         raise BadInput("friction", "the recordings are too short to be split", "record longer, or hold one out")
     plant = tuple(plant)
@@ -132,7 +130,14 @@ def compare_friction(
         rows.append(_row(MODELS[name], fitted, judging, plant))
     before = _row(NoFriction(), fitted, judging, plant)
     rows.sort(key=lambda row: row.held_out_n)
-    return FrictionComparison(tuple(rows), (before.fitted_n, before.held_out_n), split, tuple(judging))
+    return FrictionComparison(tuple(rows), (before.fitted_n, before.held_out_n), split_of(len(holdout)), tuple(judging))
+
+
+def split_of(n_held_out: int) -> str:
+    """In words what judges: so many recordings held out, or where there are none the last part of each."""
+    if n_held_out:
+        return f"{n_held_out} recording{'s' if n_held_out > 1 else ''} held out"
+    return f"the last {100 * HELD_OUT:.0f} % of each recording held out"
 
 
 def _row(

@@ -19,14 +19,13 @@ from identification.data.experiment import Experiment, experiment
 from identification.data.grid import with_smooth_force
 from identification.estimators.fit import fit
 from identification.estimators.fitted import Fit
+from identification.friction.comparison import HELD_OUT, split_of
 from identification.given import plant_constants
-from identification.result import free_runs
+from identification.result import error_of, free_runs
 from identification.tracing.models.trial_data import divided
 from recordings import BadInput, BadParameter, Progress, Recording, save_json, silent
 from simulator import BASE
 
-HELD_OUT = 0.25
-"""Share at the end of each recording that judges, where no recording is held out."""
 FLAT: Mapping[str, float] = {"lugre.vs": 1e6, "lugre.fc": 1.0}
 """No Stribeck effect: at every speed of a valve the level is lugre.fs."""
 
@@ -158,10 +157,8 @@ def compare_free_runs(
         if name not in FREE_MODELS:
             raise BadParameter("friction", name, "there is no such model", f"there are {', '.join(FREE_MODELS)}")
     fitted, judging = ([_driven(one, hold) for one in some] for some in (recordings, holdout))
-    split = f"{len(holdout)} recording{'s' if len(holdout) > 1 else ''} held out"
     if not holdout:
         fitted, judging = divided(fitted, HELD_OUT)
-        split = f"the last {100 * HELD_OUT:.0f} % of each recording held out"
     if not any(one.segments for one in fitted) or not any(one.segments for one in judging):
         raise BadInput("friction", "the recordings are too short to be split", "record longer, or hold one out")
     held = plant_constants(fitted) | dict(given or {})
@@ -169,7 +166,9 @@ def compare_free_runs(
     for done, name in enumerate(models):
         progress(name, done, len(models))
         rows.append(_row(FREE_MODELS[name], fitted, judging, held))
-    return FreeComparison(tuple(sorted(rows, key=lambda row: np.nan_to_num(row.held_out_m, nan=np.inf))), split)
+    return FreeComparison(
+        tuple(sorted(rows, key=lambda row: np.nan_to_num(row.held_out_m, nan=np.inf))), split_of(len(holdout))
+    )
 
 
 def _driven(one: Recording, hold: bool) -> Experiment:
@@ -186,7 +185,7 @@ def _row(
     found = fit(fitted, effects=(*BASE, *model.added), given={**held, **model.held})
     if not found.outcome.usable:
         return FreeRow(model, found, np.nan, np.nan)
-    if found.estimate is not None or found.order != "full":
+    if found.smooths_force:
         assert found.problem is not None
         fitted, judging = list(found.problem.experiments), with_smooth_force(judging)
     errors = [_error(found, fitted, fitted=True), _error(found, judging, fitted=False)]
@@ -198,7 +197,7 @@ def _error(found: Fit, experiments: Sequence[Experiment], *, fitted: bool) -> fl
     runs = free_runs(found, experiments, fitted=fitted)
     if any(not np.isfinite(run.simulated).any() for run in runs):
         return float("nan")
-    return float(np.sqrt(np.nanmean(np.concatenate([run.measured - run.simulated for run in runs]) ** 2)))
+    return (error_of(runs) or {}).get("rmse_m", float("nan"))
 
 
 def _known(value: float) -> float | None:

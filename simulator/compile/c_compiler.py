@@ -69,7 +69,7 @@ def shared_library(command: tuple[str, ...], *sources: str, native: bool = False
             objects = [_kept("part.o", (*command, *flags, "-c"), here, source) for source in sources]
             key = "\0".join((*(folder.name for folder in objects), *flags, *here))
             parts = [str(folder / "part.o") for folder in objects]
-            folder = artefact(key, lambda folder: _make((*command, *flags), folder / "kernel.so", parts))
+            folder = artefact(key, lambda folder: build((*command, *flags), folder / "kernel.so", parts))
         return ctypes.CDLL(str(folder / "kernel.so"))
     except OSError as error:
         raise BuildFailed(f"the compiled physics cannot be loaded ({error})") from error
@@ -88,11 +88,12 @@ def _kept(name: str, command: tuple[str, ...], here: tuple[str, ...], source: st
 def _compile(command: tuple[str, ...], source: str, name: str, folder: Path) -> None:
     unit = folder / "kernel.c"
     unit.write_text(source, encoding="utf-8")
-    _make(command, folder / name, [str(unit)])
+    build(command, folder / name, [str(unit)])
     unit.unlink()
 
 
-def _make(command: tuple[str, ...], target: Path, inputs: list[str]) -> None:
+def build(command: tuple[str, ...], target: Path, inputs: list[str]) -> None:
+    """Make a target of C sources or objects. command : compiler and flags. Raises BuildFailed, which says why."""
     done = _run((*command, "-o", str(target), *inputs, "-lm"))
     if done.returncode != 0 or not target.is_file():
         said = (done.stderr.strip() or f"exit code {done.returncode}, no message").splitlines()[0]

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import hashlib
 import platform
-import subprocess
 import tempfile
 import zipfile
 from collections.abc import Mapping
@@ -18,7 +17,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from recordings import BadInput, appearing
-from simulator.compile.c_compiler import PATIENCE, compiler
+from simulator.compile.c_compiler import BuildFailed, build, compiler
 from simulator.export.c_source import c_source, environment
 from simulator.export.step_parts import ExportedStep
 from simulator.simulation import FINE_STEP
@@ -76,18 +75,12 @@ def _compiled(sources: Mapping[str, str], path: Path) -> bytes:
     with tempfile.TemporaryDirectory(prefix="bristle-") as folder:
         for name, text in sources.items():
             Path(folder, name).write_text(text, encoding="utf-8")
-        inputs = [f"{NAME}.c", "fmu.c"]
+        library = Path(folder, "library")
         try:
-            done = subprocess.run(
-                [*command, *FLAGS, "-o", "library", *inputs, "-lm"], cwd=folder, capture_output=True, text=True,
-                errors="replace", check=False, timeout=PATIENCE, stdin=subprocess.DEVNULL,
-            )  # fmt: skip
-        except (OSError, subprocess.TimeoutExpired) as error:
-            raise BadInput(str(path), f"the C compiler {command[0]} cannot be run ({error})", "check CC") from error
-        if done.returncode != 0:
-            said = (done.stderr.strip() or "no message").splitlines()[0]
-            raise BadInput(str(path), f"the C compiler {command[0]} failed ({said})", "check CC")
-        return Path(folder, "library").read_bytes()
+            build((*command, *FLAGS), library, [str(Path(folder, name)) for name in (f"{NAME}.c", "fmu.c")])
+        except BuildFailed as error:
+            raise BadInput(str(path), str(error), "check CC") from error
+        return library.read_bytes()
 
 
 def _maker() -> str:

@@ -5,15 +5,14 @@ from __future__ import annotations
 import json
 from functools import cache
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import pytest
 
-from benchmarks.measured_data import DATA
-from benchmarks.real import ROWS, authors_error, imported
+from benchmarks.measured_data import DATA, imported
+from benchmarks.real import ROWS, authors_error
+from benchmarks.real import cylinder as measured_cylinder
 from bristle.cli.app import run
 from identification import Trace, trace
-from recordings import read
 from recordings.importers import import_to
 
 pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason=f"the measured data is not here ({DATA})")
@@ -22,16 +21,11 @@ pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason=f"the measured data is
 @cache
 def cylinder(shape: str, *pressures: int) -> Trace:
     """A trace of the cylinder with one seal at some pressures [bar]; there is no spring."""
-    with TemporaryDirectory() as folder:
-        recordings = []
-        for pressure in pressures:
-            file = DATA / f"pneumatic_cylinder_seals/friction/{shape}_{pressure}bar.csv.gz"
-            if not file.is_file():
-                pytest.skip(f"{file.name} is not in {DATA}")
-            target = Path(folder) / f"{pressure}.h5"
-            import_to(file, target, "pneumatic-cylinder", {})
-            recordings.append(read(target))
-        return trace(recordings, given={"spring.K": 0.0})
+    row = measured_cylinder(shape, *pressures)
+    for file in row.files:
+        if not (DATA / file).is_file():
+            pytest.skip(f"{file} is not in {DATA}")
+    return trace(row.recordings(), given={"spring.K": 0.0})
 
 
 @pytest.mark.slow
