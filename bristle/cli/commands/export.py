@@ -32,7 +32,8 @@ def command(
     from bristle.cli.output.working import working
 
     writable(out)
+    export = br.export  # loading takes longer than most exports, and a refusal is one line
     with working("exporting"):
-        files = br.export(source, to, out, hold=hold, longest_step=longest_step, sub_steps=sub_steps)  # type: ignore[arg-type]
+        files = export(source, to, out, hold=hold, longest_step=longest_step, sub_steps=sub_steps)  # type: ignore[arg-type]
     answer({"to": to, "files": [str(path) for path in files]})
     say(f"wrote {' and '.join(str(path) for path in files)}")
