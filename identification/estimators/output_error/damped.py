@@ -35,9 +35,9 @@ FEWEST = 5
 """Samples between two settings back."""
 TUNINGS = (100.0, 20.0, 3.0)
 """Tunings of the Cauchy loss, in sigmas, one after the other: to the first, a slip that is missed is a small error."""
-STARTS, FOLLOWED, FINISHED, TRADED, CHANGED = 128, 6, 2, 3, 3
-"""Starts that are compared, those of them that are followed through the wide losses, those that are followed to the
-end, `_trades` of the best end, and in every round changes of it.
+STARTS, FOLLOWED, TRADED, CHANGED = 128, 6, 3, 3
+"""Starts that are compared, those of them that are followed, `_trades` of the best end, and in every round changes of
+it. A wide loss does not tell which end will be the best in the narrow one, so all are followed to it.
 """
 ROUNDS = 5
 """Rounds of `changes`, as long as they help and the recordings are not explained."""
@@ -145,7 +145,7 @@ class Search:
     def best(self, ends: Sequence[Solution]) -> Solution | None:
         """The best end of the descents that go on from where the search ended."""
         found: Solution | None = None
-        for end in ends[:FINISHED]:
+        for end in ends:
             found = _better(found, self._staged(self.problem, end.theta[: self.coordinates.n_free], TUNINGS[-1:]))
         for _ in range(ROUNDS):
             better = None if found is None else self._improved(found, _trades(self._values(found)), TRADED)
