@@ -153,7 +153,7 @@ def compare_free_runs(
     for name in models:
         if name in REFUSED:
             found = f"it cannot be run freely: {REFUSED[name]}"
-            raise BadParameter("friction", name, found, "leave out --free-run to compare the force")
+            raise BadParameter("friction", name, found, "leave it out, or compare the force instead of free runs")
         if name not in FREE_MODELS:
             raise BadParameter("friction", name, "there is no such model", f"there are {', '.join(FREE_MODELS)}")
     fitted, judging = ([_driven(one, hold) for one in some] for some in (recordings, holdout))
@@ -175,7 +175,7 @@ def _driven(one: Recording, hold: bool) -> Experiment:
     made = experiment(one, hold=hold)
     if made.causality != "force":
         found = "its motion is imposed, so that no force decides where the stem goes"
-        raise BadInput(one.label, found, "leave out --free-run to compare the force")
+        raise BadInput(one.label, found, "compare the force instead of free runs", parameter="free_run")
     return made
 
 

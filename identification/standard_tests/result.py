@@ -94,7 +94,7 @@ class ValveTest:
             why = (
                 "the test was carried out; with nothing to compare, it says how the valve is and not whether it changed"
             )
-            action = "keep test.json, and give it with --reference to the next test"
+            action = "keep test.json, and give it to the next test as its reference"
             return ReportOpening("watch" if self.problems else "good", why, sure, action)
         return ReportOpening(
             "good", "nothing changed beyond the noise of both tests", sure, "test again at the next inspection"
@@ -118,7 +118,7 @@ def changed_words(one: Mapping[str, Any]) -> str:
 
 def reference_values(path: str | os.PathLike[str], kind: str) -> Mapping[str, Any]:
     """The values of a reference test. Raises BadInput when it is no test of this kind."""
-    remedy = f"give a test.json of bristle test --kind {kind}"
+    remedy = f"give a test.json of a test of the kind {kind}"
     content = read_small_json(Path(path), remedy)
     if not isinstance(content, dict) or content.get("format") != FORMAT or not isinstance(content.get("values"), dict):
         raise BadInput(str(path), "it is no valve test", remedy)
