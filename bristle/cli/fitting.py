@@ -53,7 +53,9 @@ def refuse_others(options: Mapping[str, object]) -> None:
     """Refuse options of the fit of a whole valve beside those that compare friction. Raises BadInput."""
     for name, value in options.items():
         if value:
-            raise BadInput(name, "it belongs to the fit of a valve, not to --friction or --compare", "leave it out")
+            raise BadInput(
+                name, "it belongs to the fit of a valve, not to this comparison of friction models", "leave it out"
+            )
 
 
 def print_comparison(console: Console, found: FrictionComparison | FreeComparison) -> None:

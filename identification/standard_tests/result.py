@@ -8,17 +8,19 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from identification.shown_findings import ShownFindings
 from identification.standard_tests.interval import Interval
 from recordings import BadInput, read_small_json, save_json
 
 if TYPE_CHECKING:
+    from identification.report.findings_page import Findings
     from identification.report.opening import ReportOpening
 
 FORMAT, VERSION = "valve-test", 1
 
 
 @dataclass(frozen=True, repr=False)
-class ValveTest:
+class ValveTest(ShownFindings):
     """A standard test of a valve. kind : which; values : by name, the unit is its end; changed : against a reference,
     None without one; problems : what limits it, in sentences; curves : pairs of arrays for pictures, by name; tag :
     of the valve; files : the recordings.
@@ -61,18 +63,16 @@ class ValveTest:
         """Write `test.json`, all or nothing. Raises BadInput when it cannot be written."""
         save_json(Path(path), self.as_json())
 
-    def report(self, path: str | os.PathLike[str]) -> None:
-        """Write the report, one self-contained HTML page. Raises BadInput when it cannot be written."""
-        from identification.report.findings_page import Findings, write_findings
+    def findings(self) -> Findings:
+        """What its page shows."""
+        from identification.report.findings_page import Findings
 
         rows = [(name, *_ends(value)) for name, value in self.values.items() if isinstance(value, Interval)]
         words = [line for line in self.lines() if not line.startswith(tuple(self.values))]
         table = (("quantity", "value", "lower", "upper"), rows)
         heading = f"Valve {self.tag}: {self.kind} test" if self.tag else f"Valve test: {self.kind}"
         lines = (", ".join(self.files),) if self.files else ()
-        write_findings(
-            path, Findings(heading, "Valve test", tuple(words), (table,), self.curves, self._opening(), lines)
-        )
+        return Findings(heading, "Valve test", tuple(words), (table,), self.curves, self._opening(), lines)
 
     def _opening(self) -> ReportOpening:
         """What the page opens with."""

@@ -132,7 +132,9 @@ def swept(seed: int, friction: float = 120.0, spring: float = 1.1e5, stroke: flo
 
 @pytest.mark.parametrize("seed", [21, 22, 23])
 def test_natural_movement_tells_friction_and_spring_rate(seed):
-    found = window_result(swept(seed), ("position", "setpoint", "pressure"), Plant(stroke_m=0.04, diaphragm_area_m2=0.03))
+    found = window_result(
+        swept(seed), ("position", "setpoint", "pressure"), Plant(stroke_m=0.04, diaphragm_area_m2=0.03)
+    )
     assert found.values["friction"].value == pytest.approx(120.0, rel=0.03)
     assert found.values["spring_rate"].value == pytest.approx(1.1e5, rel=0.03)
     assert found.friction_unit == "N"
