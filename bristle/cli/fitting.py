@@ -81,9 +81,9 @@ def print_free_runs(console: Console, found: FreeComparison) -> None:
     for row in found.rows:
         if row.fit.outcome.name != "CONVERGED":
             console.print(f"{row.name}: {row.fit.outcome.value}")
-    best = Table("parameter", "value", title=f"{found.best.name}: least error on what was held out")
+    best = Table("parameter", "value", "unit", title=f"{found.best.name}: least error on what was held out")
     for name, value in found.best.values.items():
-        best.add_row(name, f"{value:.5g}")
+        best.add_row(name, f"{value:.5g}", found.best.unit(name))
     console.print(best)
 
 

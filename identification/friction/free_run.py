@@ -101,6 +101,11 @@ class FreeRow:
         free = self.fit.coordinates.free_names
         return {name: value for name, value in self.fit.values.items() if name in free} if self.fit.minimum else {}
 
+    def unit(self, name: str) -> str:
+        """The unit of a parameter."""
+        kernel = self.fit.kernel
+        return kernel.catalogue.parameters(kernel.effects)[name].unit
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FreeComparison(ShownFindings):
@@ -148,9 +153,10 @@ class FreeComparison(ShownFindings):
              row.fit.outcome.value)
             for row in self.rows
         ]  # fmt: skip
-        values = [(name, f"{value:.5g}") for name, value in best.values.items()]
-        runs = [(row.name, run.t, 1e3 * run.simulated) for row in self.rows for run in row.held_out[:1]]
-        measured = [("measured", run.t, 1e3 * run.measured) for run in best.held_out[:1]]
+        values = [(name, f"{value:.5g}", best.unit(name)) for name, value in best.values.items()]
+        missed = [
+            (row.name, run.t, 1e6 * (run.measured - run.simulated)) for row in self.rows for run in row.held_out[:1]
+        ]
         if best.held_out:
             why = f"{best.name} follows the held-out motion best, to {1e6 * best.held_out_m:.3g} µm"
             opening = ReportOpening("good", why, self.split, "trace the recordings for what it still lacks")
@@ -161,8 +167,8 @@ class FreeComparison(ShownFindings):
             "Friction models", "Friction models",
             ("RMS error of free runs: from the first sample on only the recorded force enters.",),
             ((("model", "equation", "parameters", "fitted [µm]", "held out [µm]", "fit"), errors),
-             (("parameter", "value [SI]"), values)),
-            {"Held-out motion": ("time [s]", "position [mm]", [*measured, *runs])},
+             (("parameter", "value", "unit"), values)),
+            {"What each misses of the held-out motion": ("time [s]", "measured - free run [µm]", missed)},
             opening,
         )  # fmt: skip
 
