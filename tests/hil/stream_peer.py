@@ -116,6 +116,17 @@ class StreamPeer(asyncio.Transport):
             self._protocol.data_received(data)
 
 
+class Sending(asyncio.Protocol):
+    """What the peer says goes out on a connection."""
+
+    def __init__(self, transport: asyncio.Transport) -> None:
+        self._transport = transport
+
+    def data_received(self, data: bytes) -> None:
+        if not self._transport.is_closing():
+            self._transport.write(data)
+
+
 class Faults:
     """Up to three faults in a share of the replies, and the stream in pieces.
 
