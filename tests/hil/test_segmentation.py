@@ -158,7 +158,7 @@ async def harmed_replies(transport: str, opened: Opened, n_replies: int, share: 
     random, serial = Random(seed), transport == "rtu"
     faults = Faults(random, share, TIMEOUT, QUIET, foreign_rtu if serial else foreign_tcp)
     wire, peer = await opened(faults)
-    good, wrong, before = 0, 0, 0
+    good, wrong, untold, before = 0, 0, 0, 0
     for k in count():
         if before + peer.n_requests >= n_replies:
             break
@@ -166,10 +166,10 @@ async def harmed_replies(transport: str, opened: Opened, n_replies: int, share: 
             before += peer.n_requests
             wire, peer = await opened(faults)
         reply, is_wrong = await asked(wire, peer, 7 * k % 60_000, LENGTHS[k % 4] if serial else random.choice(LENGTHS))
-        good += reply.fault is None
-        wrong += is_wrong
+        nobody_could = is_wrong and peer.untold(CLEAN_REPLIES)
+        good, wrong, untold = good + (reply.fault is None), wrong + (is_wrong > nobody_could), untold + nobody_could
     wire.close()
-    return Verdicts(before + peer.n_requests, faults.harmed, good, wrong)
+    return Verdicts(before + peer.n_requests, faults.harmed, good, wrong, untold)
 
 
 @pytest.mark.parametrize("transport", ["tcp", "tls", "rtu"])
