@@ -23,7 +23,7 @@ OVERSHOOT = 1.0
 """How far the axes go beyond the measured signal for the sake of a simulated one, in ranges of the measured."""
 
 
-def canvas(x_label: str, y_label: str, height: int, title: str = "", **options: Any) -> Any:
+def canvas(x_label: str, y_label: str, height: int, **options: Any) -> Any:
     """An empty bokeh figure as wide as the page: box zoom, pan, wheel zoom on demand, reset, save. Height in pixels.
 
     Its lettering may be of a file's: it is plain text, in which no mathematics is read.
@@ -31,6 +31,7 @@ def canvas(x_label: str, y_label: str, height: int, title: str = "", **options: 
     from bokeh.models import PlainText
     from bokeh.plotting import figure
 
+    title = options.pop("title", "")
     plot = figure(
         height=height, sizing_mode="stretch_width", min_width=260, x_axis_label=PlainText(x_label),
         y_axis_label=PlainText(y_label),
