@@ -6,6 +6,7 @@ import asyncio
 import gc
 import signal
 import threading
+from collections import Counter
 from collections.abc import Awaitable, Callable, Coroutine, Iterator, Sequence
 from contextlib import AbstractAsyncContextManager, contextmanager, nullcontext, suppress
 from types import TracebackType
@@ -86,9 +87,12 @@ class Stop:
 
 
 @contextmanager
-def repeating(*jobs: RepeatedTask) -> Iterator[None]:
-    """Do each job again and again while the context lasts. Needs a running event loop."""
-    tasks = [asyncio.ensure_future(_repeat(every_s, work)) for every_s, work in jobs]
+def repeating(failures: Counter[str], *jobs: RepeatedTask) -> Iterator[None]:
+    """Do each job again and again while the context lasts. Needs a running event loop.
+
+    A job that fails, on a terminal that has gone for example, is tried again at its next time, and counted.
+    """
+    tasks = [asyncio.ensure_future(_repeat(every_s, work, failures)) for every_s, work in jobs]
     try:
         yield
     finally:
@@ -96,10 +100,13 @@ def repeating(*jobs: RepeatedTask) -> Iterator[None]:
             task.cancel()
 
 
-async def _repeat(every_s: float, work: Callable[[], None]) -> None:
+async def _repeat(every_s: float, work: Callable[[], None], failures: Counter[str]) -> None:
     while True:
         await asyncio.sleep(every_s)
-        work()
+        try:
+            work()
+        except Exception as error:
+            failures[f"what is done every {every_s:g} s failed ({error})"] += 1
 
 
 def freeze_garbage() -> None:

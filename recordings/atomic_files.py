@@ -81,7 +81,7 @@ def check_regular(path: Path) -> None:
 
 @contextmanager
 def writing(path: Path) -> Iterator[None]:
-    """Turn an error of the disk while writing `path` into a `BadInput` in words."""
+    """Turn an error of the disk, or a lack of memory, while writing `path` into a `BadInput` in words."""
     try:
         yield
     except OSError as error:
@@ -89,6 +89,9 @@ def writing(path: Path) -> Iterator[None]:
             error.errno or 0, (f"it cannot be written ({error})", "check the path and the disk")
         )
         raise BadInput(str(path), found, remedy) from error
+    except MemoryError as error:
+        found = "there is not enough memory to write it"
+        raise BadInput(str(path), found, "end other programs, then try again") from error
 
 
 @contextmanager

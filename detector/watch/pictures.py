@@ -52,7 +52,7 @@ def page(seen: DrawnWatch) -> str:
     from bokeh.models import Div
     from bokeh.resources import INLINE
 
-    shown = column(Div(text=table(seen)), picture(seen), sizing_mode="stretch_width")
+    shown = column(Div(text=table(seen), disable_math=True), picture(seen), sizing_mode="stretch_width")
     return file_html(shown, INLINE, "What the detector saw")
 
 

@@ -116,14 +116,15 @@ async def monitor_session(source: Source, monitor: Monitor, session: MonitorSess
     watched = _Watched(source, monitor, session.sinks, session.taken)
     record = session.record
     recorder = None if record is None else Recorder(watched, replace(record, notes=watched.notes))
+    failures = watched.failures
     freeze_garbage()
     try:
-        with Stop(session.duration_s) as stop, repeating(*_jobs(monitor, watched, session, stop)):
+        with Stop(session.duration_s) as stop, repeating(failures, *_jobs(monitor, watched, session, stop)):
             async with watched:
                 report = await (_recorded(recorder, watched, stop) if recorder else watched.run(stop.event))
     finally:  # what ended the watching, if anything did, is what is raised
-        unsaved = _save(monitor, session, watched.failures)
-    return MonitorEnd(monitor.alarms, stop.seconds, stop.first_signal, report, watched.failures, unsaved)
+        unsaved = _save(monitor, session, failures)
+    return MonitorEnd(monitor.alarms, stop.seconds, stop.first_signal, report, failures, unsaved)
 
 
 async def _recorded(recorder: Recorder, watched: _Watched, stop: Stop) -> RecorderReport:

@@ -37,7 +37,7 @@ async def record_session(
     freeze_garbage()
     with Stop(duration_s) as stop:
         shown = [(SHOW_EVERY_S, lambda: show(recorder.report, stop.seconds))] if show else []
-        with repeating(*shown):
+        with repeating(source.statistics.failures, *shown):
             async with source:
                 report = await recorder.run(stop.event)
     return RecorderEnd(report, stop.seconds, signal.SIGINT in stop.signals)

@@ -5,6 +5,7 @@ A map is a TOML file (or a CSV table of its points). It is a value: nothing in i
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -37,6 +38,11 @@ class ReadBlock:
     def function_code(self) -> int:
         """The Modbus function code of the request: 1, 2, 3 or 4."""
         return READ_FUNCTION[self.table]
+
+    @property
+    def form(self) -> tuple[int, int, int]:
+        """What a serial line tells replies apart by: unit, function code and bytes of data."""
+        return self.unit_id, self.function_code, (self.count + 7) // 8 if self.table in BIT_TABLES else 2 * self.count
 
     def registers_of(self, point: Point, reply: Sequence[int]) -> Sequence[int]:
         """The part of a reply, `count` registers, that belongs to a point; shorter when the reply is too short."""
@@ -107,6 +113,14 @@ class RegisterMap(BaseModel):
         [(100, 3), (0, 8)]
         """
         return grouped(self.points, self.max_hole, self.max_read)
+
+    def look_alikes(self) -> tuple[ReadBlock, ...]:
+        """The reads whose replies have the form of another one's: on a serial line, where replies have no number, one
+        in the place of the other cannot be told.
+        """
+        reads = self.reads()
+        forms = Counter(block.form for block in reads)
+        return tuple(block for block in reads if forms[block.form] > 1)
 
     def on_unit(self, unit_id: int) -> RegisterMap:
         """The same map for another device id, for several equal devices on one line."""

@@ -9,20 +9,18 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 
-from pymodbus import FramerType
-
 from hil.modbus.addresses import SerialLine
 from hil.modbus.pty import PtyLine
 from hil.modbus.serial_line import check_serial_line, usable
 from hil.modbus.terminals import TerminalError
 from hil.modbus.tls import Certificates
 from hil.server.address import NetworkAddress, PtyAddress, ServerAddress
-from hil.server.handler import CarefulSerialServer, CarefulTcpServer, CarefulTlsServer
+from hil.server.handler import CarefulSerialServer, CarefulTcpServer, Room
 from hil.server.unit import ServedUnit
 from hil.server.wire import Clock, devices
 from recordings import BadInput
 
-_Server = CarefulTcpServer | CarefulTlsServer | CarefulSerialServer
+_Server = CarefulTcpServer | CarefulSerialServer
 
 
 @dataclass(frozen=True)
@@ -40,11 +38,15 @@ class Endpoint:
 
 
 async def open_endpoint(
-    address: ServerAddress, units: Mapping[int, ServedUnit], clock: Clock, certificates: Certificates | None
+    address: ServerAddress,
+    units: Mapping[int, ServedUnit],
+    clock: Clock,
+    certificates: Certificates | None,
+    room: Room | None = None,
 ) -> Endpoint:
-    """Start to listen. Raises BadInput when that is not possible."""
+    """Start to listen. room : for the connections, shared by a server's listeners. Raises BadInput where it cannot."""
     if isinstance(address, NetworkAddress):
-        return await _open_network(address, units, clock, certificates)
+        return await _open_network(address, units, clock, certificates, room)
     if isinstance(address, SerialLine):
         check_serial_line(f"rtu:{address.device}", address)
         server = _serial_server(address, units, clock)
@@ -54,20 +56,21 @@ async def open_endpoint(
 
 
 async def _open_network(
-    address: NetworkAddress, units: Mapping[int, ServedUnit], clock: Clock, certificates: Certificates | None
+    address: NetworkAddress,
+    units: Mapping[int, ServedUnit],
+    clock: Clock,
+    certificates: Certificates | None,
+    room: Room | None,
 ) -> Endpoint:
     _try_network(address)
-    place = (address.host, address.port)
-    server: CarefulTcpServer | CarefulTlsServer
-    if address.kind == "tcp":
-        server = CarefulTcpServer(devices(units, clock), address=place, units=units.keys(), clock=clock)
-    else:
+    tls = None
+    if address.kind != "tcp":
         if certificates is None:
             remedy = "give certificate and private key of the server, and the authority of its clients"
             raise BadInput(address.at(address.port), "TLS needs certificates", remedy, parameter="certificates")
-        # The library's TLS framer swallows two requests that arrive together; the plain one has the same frames.
-        secure = {"sslctx": certificates.server_context(), "framer": FramerType.SOCKET}
-        server = CarefulTlsServer(devices(units, clock), address=place, units=units.keys(), clock=clock, **secure)
+        tls = certificates.server_context()
+    place = (address.host, address.port)
+    server = CarefulTcpServer(devices(units, clock), address=place, units=units.keys(), clock=clock, room=room, tls=tls)
     await _serve(server, address.at(address.port))
     port = server.transport.sockets[0].getsockname()[1]  # type: ignore[attr-defined]
     return Endpoint(address.at(port), server, lambda: None)

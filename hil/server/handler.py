@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import ssl
 from collections.abc import Callable, Collection
 from typing import Any
 
 from pymodbus.constants import ExcCodes
 from pymodbus.exceptions import NoSuchIdException
 from pymodbus.pdu import ExceptionResponse, ModbusPDU
-from pymodbus.server import ModbusSerialServer, ModbusTcpServer, ModbusTlsServer
+from pymodbus.server import ModbusSerialServer, ModbusTcpServer
 from pymodbus.server.requesthandler import ServerRequestHandler
 
 from hil.modbus.framing import FrameHeader
@@ -43,12 +44,15 @@ def _open_files() -> int:
 
 
 MOST_CONNECTIONS = min(128, _open_files() // 2)
-"""Connections of one listener. One more takes the place of the one that has been silent for longest: idle clients never
-shut a polling one out, and descriptors never run out.
+"""Connections of a server, on all its listeners. One more takes the place of the one that has been silent for longest:
+idle clients never shut a polling one out, and descriptors never run out.
 """
 
 IDLE_S = 300.0
 """A connection that asks nothing for so long is closed."""
+
+HANDSHAKE_S = 10.0
+"""What a client has for its TLS handshake."""
 
 PATIENCE = 1 << 16
 """Bytes of unanswered requests or unread answers with which a peer is dropped."""
@@ -68,31 +72,79 @@ class _Guard(ServerRequestHandler):
         return _Refused(pdu, pdu.dev_id in self.units)
 
 
+class Room:
+    """The connections of one server, be they on different listeners or still in their handshake."""
+
+    def __init__(self) -> None:
+        self._taken: set[_Connection] = set()
+
+    def enter(self, one: _Connection) -> None:
+        """Take a place; the connection that has been silent for longest goes where there is none."""
+        if len(self._taken) >= MOST_CONNECTIONS:
+            min(self._taken, key=lambda other: other.heard_at).close()
+        self._taken.add(one)
+
+    def leave(self, one: _Connection) -> None:
+        """Give the place back; a second time does nothing."""
+        self._taken.discard(one)
+
+
 class _Connection(_Guard):
     """A connection on TCP or TLS: requests in turn, however they arrive."""
 
+    heard_at = 0.0
     _waiting = b""
     _busy = False
-    _heard_at = 0.0
+    _socket: asyncio.Transport | None = None
     _idle: asyncio.TimerHandle | None = None
+    _handshake: asyncio.Task[None] | None = None
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """A client has connected."""
-        super().connection_made(transport)
-        self._heard_at = self.loop.time()
+        """A client has connected; where there is TLS its handshake comes first."""
+        assert isinstance(transport, asyncio.Transport)
+        self._socket = transport
+        self.heard_at = self.loop.time()
         self._idle = self.loop.call_later(IDLE_S, self._close_when_idle)
-        others = [one for one in self.server.active_connections.values() if one is not self]
-        if len(others) >= MOST_CONNECTIONS:
-            min(others, key=lambda one: one._heard_at).close()
+        self.server.room.enter(self)
+        if self.server.tls is None:
+            super().connection_made(transport)
+        else:
+            self._handshake = self.loop.create_task(self._secure(transport, self.server.tls))
+
+    async def _secure(self, transport: asyncio.Transport, tls: ssl.SSLContext) -> None:
+        try:
+            async with asyncio.timeout(HANDSHAKE_S):
+                secured = await self.loop.start_tls(transport, self, tls, server_side=True)
+        except OSError as error:  # that of TLS, and that of a time that is over, are such
+            _LOG.debug("a handshake failed: %s", error)
+            self.close()
+            return
+        assert secured is not None
+        super().connection_made(secured)
+        self._serve_next()
 
     def connection_lost(self, reason: Exception | None) -> None:
         """The client has gone, or was sent away."""
-        if self._idle is not None:
-            self._idle.cancel()
+        self._end()
         super().connection_lost(reason)
 
+    def close(self, reconnect: bool = False) -> None:
+        """Send the client away."""
+        insecure = self._socket if self.transport is None else None
+        self._end()
+        super().close(reconnect)
+        if insecure is not None:
+            insecure.abort()
+
+    def _end(self) -> None:
+        self.server.room.leave(self)
+        if self._idle is not None:
+            self._idle.cancel()
+        if self._handshake is not None and self._handshake is not asyncio.current_task():
+            self._handshake.cancel()
+
     def _close_when_idle(self) -> None:
-        left = self._heard_at + IDLE_S - self.loop.time()
+        left = self.heard_at + IDLE_S - self.loop.time()
         if left > 0:
             self._idle = self.loop.call_later(left, self._close_when_idle)
         else:
@@ -100,7 +152,7 @@ class _Connection(_Guard):
 
     def data_received(self, data: bytes) -> None:
         """Bytes from the peer, cut anywhere."""
-        self._heard_at = self.loop.time()
+        self.heard_at = self.loop.time()
         self._waiting += data
         unread = self.transport.get_write_buffer_size() if self.transport else 0  # type: ignore[attr-defined]
         if max(len(self._waiting), unread) > PATIENCE:
@@ -165,12 +217,23 @@ class _Refused(ModbusPDU):
 
 
 class _Careful:
-    """Goes in front of one of the library's servers. units : the ids that are served; clock : monotonic [s]."""
+    """Goes in front of one of the library's servers. units : the ids that are served; clock : monotonic [s]; room : of
+    the connections; tls : what a server shows, None for none.
+    """
 
     handler: type[_Guard] = _Connection
 
-    def __init__(self, *what: Any, units: Collection[int], clock: Callable[[], float], **more: Any) -> None:
+    def __init__(
+        self,
+        *what: Any,
+        units: Collection[int],
+        clock: Callable[[], float],
+        room: Room | None = None,
+        tls: ssl.SSLContext | None = None,
+        **more: Any,
+    ) -> None:
         self._units, self._clock = units, clock
+        self.room, self.tls = room or Room(), tls
         super().__init__(*what, **more)
 
     def callback_new_connection(self) -> _Guard:
@@ -179,11 +242,9 @@ class _Careful:
 
 
 class CarefulTcpServer(_Careful, ModbusTcpServer):
-    """Modbus TCP."""
-
-
-class CarefulTlsServer(_Careful, ModbusTlsServer):
-    """Modbus/TCP Security."""
+    """Modbus TCP, and Modbus/TCP Security where there is `tls`: the library's own server for it swallows two requests
+    that arrive together, and does not see clients that never end their handshake.
+    """
 
 
 class CarefulSerialServer(_Careful, ModbusSerialServer):

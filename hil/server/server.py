@@ -15,6 +15,7 @@ from hil.plant.plant import ServedPlant
 from hil.registers.register_map import RegisterMap, WriteMap
 from hil.server.address import NetworkAddress, ServerAddress
 from hil.server.endpoint import Endpoint, open_endpoint
+from hil.server.handler import Room
 from hil.server.layout import layout
 from hil.server.unit import ServedUnit
 from hil.server.wire import Clock
@@ -73,11 +74,10 @@ class Server:
     async def __aenter__(self) -> Self:
         self.settings.exposure()
         self.units.update({unit_id: self._unit(unit_id, plant) for unit_id, plant in self._plants.items()})
+        room, certificates = Room(), self.settings.certificates
         try:
             for address in self.settings.listen:
-                self._endpoints.append(
-                    await open_endpoint(address, self.units, self._clock, self.settings.certificates)
-                )
+                self._endpoints.append(await open_endpoint(address, self.units, self._clock, certificates, room))
         except BaseException:
             await self._close()
             raise

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from recordings import BadInput
+from recordings import BadInput, read_small_json
 from simulator import CATALOGUE, Catalogue, Value, ValveModel
 
 NO_TRACE = "give a model.json of a fit, or a trace.json of 'bristle trace'"
@@ -18,10 +17,7 @@ def models_of(path: Path, catalogue: Catalogue = CATALOGUE) -> dict[str, ValveMo
 
     Raises BadInput for a file that is neither.
     """
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise BadInput(str(path), f"it cannot be read ({error})", NO_TRACE) from None
+    content = read_small_json(path, NO_TRACE)
     if not isinstance(content, dict) or content.get("format") != "valve-trace":
         return {path.stem: ValveModel.read(path, catalogue)}
     try:

@@ -24,15 +24,23 @@ OVERSHOOT = 1.0
 
 
 def canvas(x_label: str, y_label: str, height: int, **options: Any) -> Any:
-    """An empty bokeh figure as wide as the page: box zoom, pan, wheel zoom on demand, reset, save. Height in pixels."""
+    """An empty bokeh figure as wide as the page: box zoom, pan, wheel zoom on demand, reset, save. Height in pixels.
+
+    Its lettering may be of a file's: it is plain text, in which no mathematics is read.
+    """
+    from bokeh.models import PlainText
     from bokeh.plotting import figure
 
+    title = options.pop("title", "")
     plot = figure(
-        height=height, sizing_mode="stretch_width", min_width=260, x_axis_label=x_label, y_axis_label=y_label,
+        height=height, sizing_mode="stretch_width", min_width=260, x_axis_label=PlainText(x_label),
+        y_axis_label=PlainText(y_label),
         tools="pan,box_zoom,wheel_zoom,reset,save", active_drag="box_zoom", active_scroll=None,
         toolbar_location="above", min_border_right=16, background_fill_color=None, border_fill_color=None,
         outline_line_color=None, **options,
     )  # fmt: skip
+    if title:
+        plot.title.text = PlainText(title)
     plot.toolbar.logo = None
     unprinted(plot.toolbar)
     for axis in plot.axis:

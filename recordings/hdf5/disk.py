@@ -66,8 +66,9 @@ class Disk:
         os.fsync(self._descriptor)
 
     def close(self) -> None:
-        """Let the file and its lock go."""
-        os.close(self._descriptor)
+        """Let the file and its lock go. What the library would still write then goes nowhere."""
+        descriptor, self._descriptor = self._descriptor, -1
+        os.close(descriptor)
 
     # What HDF5 calls, by the names h5py wants.
 

@@ -23,7 +23,7 @@ from recordings.hdf5.header import Header, Origin
 from recordings.hdf5.journal import Chunk, Journal
 from recordings.hdf5.layout_writer import append_events, append_samples, create_columns, create_events, write_header
 from recordings.hdf5.opening import check_vacant, journal_path, open_hdf5
-from recordings.hdf5.problems import h5py_errors
+from recordings.hdf5.problems import h5py_errors, hdf5_refusals
 from recordings.hdf5.recover import recover
 from recordings.plant import Event, Plant
 from recordings.sample_checks import TIME_REMEDY, codes_problem, time_fault
@@ -94,14 +94,15 @@ class RecordingWriter:
         self._n_rows, self._last_time, self._n_chunks, self._chunk_rows = 0, -np.inf, 0, chunk_rows
         self._run, self._failed, self._closed = secrets.token_hex(8), False, False
         self._checksums: list[tuple[int, ...]] = []  # of the values of each full chunk, signal by signal
-        check_vacant(self.path, overwrite, "a run makes a new file: choose another name")
-        with writing(self.path), undisturbed():
+        with writing(self.path), undisturbed(), hdf5_refusals(self.path):
+            check_vacant(self.path, overwrite, "a run makes a new file: choose another name")
             if overwrite:  # else somebody may begin to record there just now
                 self.path.unlink(missing_ok=True)
                 journal_path(self.path).unlink(missing_ok=True)
             self._disk = Disk(self.path)
             try:
                 self._file = self._create(header)
+                self._datasets = [self._file[column.group][column.name] for column in self._columns]
                 self._disk.sync()
                 sync(self.path.parent)
                 self._journal = Journal(self.path, self._run, chunk_rows, header)
@@ -111,7 +112,6 @@ class RecordingWriter:
                 self.path.unlink()
                 self._disk.close()
                 raise
-        self._datasets = [self._file[column.group][column.name] for column in self._columns]
 
     def __enter__(self) -> RecordingWriter:
         return self
@@ -189,7 +189,7 @@ class RecordingWriter:
         self._closed = True
         with writing(self.path):
             try:
-                with undisturbed():
+                with undisturbed(), hdf5_refusals(self.path):
                     self._finish()
                     if self._failed and journal_path(self.path).exists():
                         self._disk.put_back(self.path)
@@ -203,7 +203,8 @@ class RecordingWriter:
     def _finish(self) -> None:
         if self._failed:
             self._journal.close()
-            self._file.close()
+            with suppress(BadInput), h5py_errors(str(self.path)):  # it is made anew from the journal
+                self._file.close()
             return
         self._disk.sync()
         end = [dataset[self._n_chunks * self._chunk_rows :].tobytes() for dataset in self._datasets]
@@ -279,7 +280,7 @@ class RecordingWriter:
     def _acknowledging(self) -> Iterator[None]:
         """Whatever stops a write half way leaves the two files apart; only `close` may follow."""
         self._failed = True
-        with writing(self.path), undisturbed():
+        with writing(self.path), undisturbed(), hdf5_refusals(self.path):
             yield
             self._failed = False
 

@@ -1,13 +1,14 @@
 """What is wrong with a file: raised at once when reading, collected when validating.
 
-Here, and nowhere else, what h5py raises on a damaged file becomes a `BadInput`. It raises almost anything, depending on
-which byte is wrong.
+Here, and nowhere else, what h5py raises becomes a `BadInput`. On a damaged file it raises almost anything,
+depending on which byte is wrong.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 from recordings.errors import BadInput
 
@@ -33,6 +34,20 @@ def h5py_errors(where: str) -> Iterator[None]:
         raise
     except _H5PY_RAISES as error:
         raise unreadable(where, error) from error
+
+
+@contextmanager
+def hdf5_refusals(path: Path) -> Iterator[None]:
+    """Turn what h5py raises while it writes into a `BadInput`, where it has no words of its own: without memory it
+    raises almost anything.
+    """
+    try:
+        yield
+    except (BadInput, OSError, MemoryError):
+        raise
+    except _H5PY_RAISES as error:
+        words = " ".join(str(error).split())[:150]
+        raise BadInput(str(path), f"it cannot be written (HDF5: {words})", "record into a new file") from error
 
 
 def unreadable(where: str, error: Exception) -> BadInput:

@@ -23,6 +23,7 @@ from recordings.hdf5.disk import new_hdf5
 from recordings.hdf5.journal import Contents, read_journal
 from recordings.hdf5.layout_writer import append_events, append_samples, create_columns, create_events, write_header
 from recordings.hdf5.opening import journal_path
+from recordings.hdf5.problems import hdf5_refusals
 from recordings.hdf5.reader import open_recording, validate
 from recordings.hdf5.recorded_file import RecordedFile, recorded_file
 from recordings.plant import Event
@@ -63,7 +64,7 @@ def recover(path: str | Path) -> Recovery:
     if not journal.exists():
         with open_recording(path) as file:
             return Recovery(path, len(file), merged=False)
-    with writing(path), _alone_with(path), recorded_file(path) as stored:
+    with writing(path), hdf5_refusals(path), _alone_with(path), recorded_file(path) as stored:
         try:
             contents = read_journal(path)
         except BadInput:

@@ -10,6 +10,7 @@ import numpy as np
 
 from recordings.errors import BadInput
 from recordings.exchange import ABOUT, COLUMNS, REMEDY, WholeTable
+from recordings.hdf5.probe import probe
 from recordings.importers.formats.matlab_size import check_unpacked
 from recordings.importers.table import check_expansion
 
@@ -50,6 +51,7 @@ def _read_matlab(path: Path) -> WholeTable | None:
     from scipy.io import loadmat, whosmat
 
     check_unpacked(path)
+    probe(path, lambda: loadmat(path), "scipy")
     try:
         if not {ABOUT, COLUMNS} <= {name for name, *_ in whosmat(path)}:
             return None

@@ -29,11 +29,14 @@ from hostile_files import (
 )
 from hypothesis import strategies as st
 
+from bristle.cli.shown.results import events_words
 from bristle.cli.tracing import trace_words
 from bristle.door.plant_file import SimulatedPlantFile
 from hil import PlantFile, RegisterMap, ServicePlan, load_state
-from recordings import BadInput, RecordingWriter, SignalSpec, read
-from recordings.importers import import_file, load_mapping, recover_to
+from identification.next_test.rivals import models_of
+from recordings import BadInput, Event, Plant, Recording, RecordingWriter, Signal, SignalSpec, read
+from recordings.exchange import ABOUT, table_of, write_table
+from recordings.importers import import_file, import_to, load_mapping, recover_to
 from simulator import ValveModel
 
 
@@ -62,6 +65,21 @@ def sealed_state(path: Path) -> object:
     return load_state(path, "m")
 
 
+def imported(path: Path) -> object:
+    """A file that `bristle export` may have made, as a recording."""
+    return import_to(path, path.with_name("imported.h5"), overwrite=True)
+
+
+def about_a_table(path: Path) -> object:
+    """An exported table; what it says of the recording is the file."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    made, columns = path.with_name("exported.parquet"), {"time": np.arange(N) / 100.0, "position": np.sin(np.arange(N))}
+    pq.write_table(pa.table(columns).replace_schema_metadata({ABOUT: path.read_bytes()}), made)
+    return imported(made)
+
+
 READERS: Mapping[str, Callable[[Path], object]] = {
     "recording": read,
     "journal": recovered,
@@ -79,7 +97,10 @@ READERS: Mapping[str, Callable[[Path], object]] = {
     "plant": lambda path: ServicePlan.of(PlantFile.read(path)),
     "served-plant": SimulatedPlantFile.load,
 }
-FUZZED = {**READERS, "state": sealed_state, "plant": PlantFile.read}
+FUZZED = {
+    **READERS, "state": sealed_state, "plant": PlantFile.read, "events": events_words, "next-test": models_of,
+    "exported-matlab": imported, "exported-about": about_a_table,
+}  # fmt: skip
 
 
 def complaint(reader: Callable[[Path], object], path: Path) -> str:
@@ -116,6 +137,17 @@ def hdf5_of(folder: Path, whole: bool) -> bytes:
         with h5py.File(path, "w") as file:
             file["time"], file["position"] = np.arange(N) / 100.0, np.sin(np.arange(N))
     return path.read_bytes()
+
+
+def whole_recording() -> Recording:
+    time = Signal("time", np.arange(N) / 100.0, "s", "time")
+    signals = [time, Signal("position", np.sin(np.arange(N)), "mm", "output", "stem", 0.01)]
+    return Recording.of(signals, title="t", plant=Plant(stroke_m=0.04), events=(Event(0.1, "note", "a"),))
+
+
+def exported_of(folder: Path) -> bytes:
+    write_table(folder / "exported.mat", whole_recording(), "matlab")
+    return (folder / "exported.mat").read_bytes()
 
 
 def parquet_of() -> bytes:
@@ -166,10 +198,17 @@ WHOLE: Mapping[str, Callable[[Path], bytes]] = {
     "mapping": lambda folder: b'[time]\ncolumn = 1\nunit = "s"\n[signals.position]\ncolumn = 2\nunit = "mm"\n',
     "plant": lambda folder: PLANT.encode(),
     "served-plant": lambda folder: SERVED.encode(),
+    "events": lambda folder: 3 * b'{"time": "2026", "valve": "A", "kind": "alarm", "text": "x"}\n',
+    "next-test": lambda folder: json.dumps(TRACE | {"base": MODEL}).encode(),
+    "exported-matlab": exported_of,
+    "exported-about": lambda folder: table_of(whole_recording()).about.encode(),
 }
 """A file of each kind that is read; damage begins with it, and with the files of the corpus."""
 
-SUFFIXES = SUFFIX | {"journal": ".h5.journal", "spreadsheet": ".xlsx"}
+SUFFIXES = SUFFIX | {
+    "journal": ".h5.journal", "spreadsheet": ".xlsx", "events": ".jsonl", "next-test": ".json",
+    "exported-matlab": ".mat", "exported-about": ".json",
+}  # fmt: skip
 
 _WORDS = (
     b"", b"\0", b'"', b"'", b"[", b"]", b"{", b"}", b",", b";", b"=", b"\n", b"-", b"1e308", b"1e999", b"nan", b"NaN",

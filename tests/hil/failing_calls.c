@@ -9,7 +9,7 @@
 #include <sys/types.h>
 #include <unistd.h>
 
-enum { OPEN = 1, WRITE, SHORT, FSYNC, RENAME, CLOSE, UNLINK, TRUNCATE };
+enum { OPEN = 1, WRITE, SHORT, FSYNC, RENAME, CLOSE, UNLINK, TRUNCATE, MALLOC };
 
 static char folder[4096];
 static unsigned char mine[65536];
@@ -89,6 +89,18 @@ int unlink(const char *path) { return here(path) && fails(UNLINK) ? -1 : REAL("u
 int ftruncate(int fd, off_t size) {
     return owned(fd) && fails(TRUNCATE) ? -1 : REAL("ftruncate", int, int, off_t)(fd, size);
 }
+
+/* Allocations have no folder: every one of the process counts. The names are glibc's, which dlsym would allocate for. */
+extern void *__libc_malloc(size_t size);
+extern void *__libc_calloc(size_t n, size_t size);
+extern void *__libc_realloc(void *old, size_t size);
+
+static int starves(void) { return kind == MALLOC && fails(MALLOC); }
+
+void *malloc(size_t size) { return starves() ? NULL : __libc_malloc(size); }
+void *calloc(size_t n, size_t size) { return starves() ? NULL : __libc_calloc(n, size); }
+void *realloc(void *old, size_t size) { return starves() ? NULL : __libc_realloc(old, size); }
+
 int ftruncate64(int fd, off64_t size) {
     return owned(fd) && fails(TRUNCATE) ? -1 : REAL("ftruncate64", int, int, off64_t)(fd, size);
 }

@@ -1,9 +1,9 @@
 """The recorder, the monitor and the writer of recordings, again and again, each time with another call failing.
 
-Arguments: a folder, the scenario (`record`, `monitor` or `memory`; `monitor:open,write` tries those calls only), the
-stride of the cases, and for `monitor` a model and a healthy recording. Runs with `failing_calls.so` preloaded. One
-child process a case, all forked from this one, which has imported and learned everything before. The last line is
-JSON: the number of cases, how they ended, and what was promised and not kept.
+Arguments: a folder, the scenario (`record`, `monitor`, `memory` or `malloc`; `monitor:open,write` tries those calls
+only), the stride of the cases, and for `monitor` a model and a healthy recording. Runs with `failing_calls.so`
+preloaded. One child process a case, all forked from this one, which has imported and learned everything before. The
+last line is JSON: the number of cases, how they ended, and what was promised and not kept.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ import sys
 import traceback
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -42,7 +43,8 @@ from recordings import BadInput, BristleError, RecordingWriter, SignalSpec, read
 
 SHIM = ctypes.CDLL(None)  # with failing_calls.so before everything else, else it has none of its functions
 KINDS = {"open": 1, "write": 2, "short write": 3, "fsync": 4, "rename": 5, "close": 6, "unlink": 7, "truncate": 8}
-ERRORS = {"open": errno.EMFILE, "write": errno.ENOSPC, "truncate": errno.ENOSPC}
+CALLS = KINDS | {"malloc": 9}
+ERRORS = {"open": errno.EMFILE, "write": errno.ENOSPC, "truncate": errno.ENOSPC, "malloc": errno.ENOMEM}
 STEP, N_SAMPLES, BATCH = 0.01, 60, 10
 SPECS = (SignalSpec("time", "s", "time"), SignalSpec("position", "mm", "output"), SignalSpec("mode", "1", "extra"))
 PATIENCE = 400
@@ -106,22 +108,36 @@ def record(folder: Path, report: Report) -> None:
     asyncio.run(Recorder(source, settings).run(asyncio.Event()))  # type: ignore[arg-type]
 
 
-def memory(folder: Path, n: int, report: Report) -> None:
-    """The writer, where the n-th allocation of Python's fails."""
-    import _testcapi
-
+def write_batches(folder: Path, report: Report, around: Callable[[int], AbstractContextManager[object]]) -> None:
+    """The writer alone. around : what is done with a batch of that number."""
     path = folder / "run.h5"
     with RecordingWriter(path, SPECS, chunk_rows=16) as writer:
-        for first in range(0, N_SAMPLES, BATCH):
-            rows = np.arange(first, first + BATCH)
-            batch = {"time": STEP * rows, "position": np.sin(rows), "mode": rows % 3.0}
-            if first == 2 * BATCH:
-                _testcapi.set_nomemory(n, n + 1)
-            try:
-                writer.append(batch)
-            finally:
-                _testcapi.remove_mem_hooks()
+        for number in range(N_SAMPLES // BATCH):
+            rows = np.arange(number * BATCH, (number + 1) * BATCH)
+            with around(number):
+                writer.append({"time": STEP * rows, "position": np.sin(rows), "mode": rows % 3.0})
             report("acknowledged", [str(path), len(writer)])
+
+
+def memory(folder: Path, n: int, report: Report) -> None:
+    """The n-th allocation of Python's fails in the third batch."""
+    import _testcapi
+
+    @contextmanager
+    def starving(number: int) -> Iterator[None]:
+        if number == 2:
+            _testcapi.set_nomemory(n, n + 1)
+        try:
+            yield
+        finally:
+            _testcapi.remove_mem_hooks()
+
+    write_batches(folder, report, starving)
+
+
+def malloc(folder: Path, report: Report) -> None:
+    """For allocations of the C library's, which HDF5 and numpy use, wherever they are made."""
+    write_batches(folder, report, lambda number: nullcontext())
 
 
 class Watching:
@@ -271,7 +287,7 @@ def calls_failing(
             SHIM.failing_calls_arm.argtypes = [
                 ctypes.c_char_p, ctypes.c_int, ctypes.c_long, ctypes.c_int, ctypes.c_int
             ]  # fmt: skip
-            arm = partial(SHIM.failing_calls_arm, str(folder).encode(), KINDS[kind], number, error, for_good)
+            arm = partial(SHIM.failing_calls_arm, str(folder).encode(), CALLS[kind], number, error, for_good)
             found = run_case(partial(work, folder), folder, arm)
             if found.get("calls", number) < number:
                 break
@@ -296,6 +312,9 @@ def main(folder: Path, scenario: str, stride: int, *more: str) -> None:
     kinds = chosen.split(",") if chosen else KINDS
     if scenario == "memory":
         made = allocations_failing(folder, stride)
+    elif scenario == "malloc":  # it may end the process, and take nothing with it
+        which = cases(["malloc"], stride, 1)
+        made = calls_failing(malloc, folder, which, lambda found: broken(found, folder, crash_allowed=True))
     elif scenario == "record":
         made = calls_failing(record, folder, cases(kinds, stride, 1), lambda found: broken(found, folder))
     else:

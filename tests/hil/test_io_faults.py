@@ -68,3 +68,11 @@ def test_nothing_acknowledged_is_lost_when_memory_runs_out(library, tmp_path, st
     found = outcome(library, tmp_path / "case", "memory", stride)
     assert found["wrong"] == []
     assert found["cases"] > 0
+
+
+@pytest.mark.parametrize("stride", [251, pytest.param(1, marks=pytest.mark.long)])
+def test_nothing_acknowledged_is_lost_when_an_allocation_of_the_hdf5_library_fails(library, tmp_path, stride):
+    found = outcome(library, tmp_path / "case", "malloc", stride)
+    assert found["wrong"] == []
+    assert found["cases"] > 10
+    print(found)

@@ -403,3 +403,18 @@ def test_a_map_on_which_an_earlier_value_could_not_be_told_is_named_at_the_start
     assert "names no heartbeat" in capsys.readouterr().err.splitlines()[0]
     assert run([*command, "--duration", "0.1", "--heartbeat", "counter"]) == 1
     assert "heartbeat" not in capsys.readouterr().err
+
+
+def test_reads_whose_replies_no_serial_line_tells_apart_are_named_at_the_start(map_file, tmp_path, capsys):
+    apart = MAP_TEXT.replace("address = 0", "address = 200").replace("address = 3", "address = 100")
+    map_file.write_text('heartbeat = "counter"\n' + apart)
+    command = ["record", "--map", str(map_file), "--to", str(tmp_path / "runs"), "--duration", "0.1", "--source"]
+    near, far = os.openpty()
+    try:
+        assert run([*command, f"rtu:{os.ttyname(far)}?parity=N"]) == 1
+    finally:
+        os.close(near)
+        os.close(far)
+    assert "reads from input 2, input 100 have one form" in capsys.readouterr().err.splitlines()[0]
+    assert run([*command, "tcp://127.0.0.1:1"]) == 1
+    assert "one form" not in capsys.readouterr().err

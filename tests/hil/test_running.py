@@ -6,6 +6,7 @@ import asyncio
 import os
 import signal
 import threading
+from collections import Counter
 
 import pytest
 from link_peers import within
@@ -48,7 +49,7 @@ def test_a_job_is_repeated_until_the_session_ends():
             if len(times) == 3:
                 enough.set()
 
-        with repeating((0.001, work)):
+        with repeating(Counter(), (0.001, work)):
             await within(enough.wait())
         done = list(times)
         for _ in range(5):
@@ -57,6 +58,23 @@ def test_a_job_is_repeated_until_the_session_ends():
         return done
 
     assert asyncio.run(story())[:3] == [0, 1, 2]
+
+
+def test_a_job_that_fails_is_counted_and_tried_again():
+    async def story() -> Counter[str]:
+        failures, enough = Counter[str](), asyncio.Event()
+
+        def work() -> None:
+            if failures.total() == 2:
+                enough.set()
+            raise OSError("the terminal has gone")
+
+        with repeating(failures, (0.001, work)):
+            await within(enough.wait())
+        return failures
+
+    (words,) = asyncio.run(story())
+    assert "the terminal has gone" in words
 
 
 def test_a_loop_in_a_thread_gives_results_and_errors_and_is_gone_after_closing():

@@ -8,19 +8,21 @@ from __future__ import annotations
 import asyncio
 import os
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Awaitable, Callable, Sequence
 from itertools import count, product
 from random import Random
 
 import pytest
 from link_peers import in_virtual_time
 from stream_peer import Faults, Piece, StreamPeer, Verdicts, rtu_frame, tcp_frame, words_of
+from stream_tls import connected
 
 from hil import parse_address
 from hil.client.rtu import RtuAddress, RtuWire
 from hil.client.tcp import CLEAN_REPLIES, TcpWire
 from hil.modbus.checks import transactions
 from hil.modbus.messages import Reply, ReplyFault, Request
+from hil.testing import LoopbackAuthority, make_loopback_authority
 
 TIMEOUT, QUIET = 0.05, 0.1
 Stream = Callable[[bytes, bytes, int], Sequence[Piece]]
@@ -122,28 +124,58 @@ nobody could tell there.
 """
 
 
-async def harmed_replies(serial: bool, n_replies: int, share: float, seed: int) -> Verdicts:
+Opened = Callable[[Stream], Awaitable[tuple[TcpWire | RtuWire, StreamPeer]]]
+"""A connection to the peer that sends that stream."""
+
+
+@pytest.fixture(scope="module")
+def authority(tmp_path_factory: pytest.TempPathFactory) -> LoopbackAuthority:
+    return make_loopback_authority(tmp_path_factory.mktemp("authority"))
+
+
+@pytest.fixture
+def opened(transport: str, authority: LoopbackAuthority) -> Opened:
+    """How a connection is opened on the transport that a test is for."""
+    client, server = authority.client.client_context(), authority.server.server_context()
+    random = Random(transport)
+
+    async def tls(stream: Stream) -> tuple[TcpWire, StreamPeer]:
+        def lost(error: BaseException | None) -> None:
+            peer.gone = True
+
+        wire = TcpWire(TIMEOUT, transactions(), Counter(), lost)
+        peer = await connected(wire, lambda sending: StreamPeer(sending, False, stream), client, server, random)
+        return wire, peer
+
+    async def plain(stream: Stream) -> tuple[TcpWire | RtuWire, StreamPeer]:
+        return rtu(stream) if transport == "rtu" else tcp(stream)
+
+    return tls if transport == "tls" else plain
+
+
+async def harmed_replies(transport: str, opened: Opened, n_replies: int, share: float, seed: int) -> Verdicts:
     """What became of so many replies of the peer."""
-    random = Random(seed)
+    random, serial = Random(seed), transport == "rtu"
     faults = Faults(random, share, TIMEOUT, QUIET, foreign_rtu if serial else foreign_tcp)
-    wire, peer = rtu(faults) if serial else tcp(faults)
-    good, wrong, before = 0, 0, 0
+    wire, peer = await opened(faults)
+    good, wrong, untold, before = 0, 0, 0, 0
     for k in count():
         if before + peer.n_requests >= n_replies:
             break
         if peer.gone:
             before += peer.n_requests
-            wire, peer = tcp(faults)
+            wire, peer = await opened(faults)
         reply, is_wrong = await asked(wire, peer, 7 * k % 60_000, LENGTHS[k % 4] if serial else random.choice(LENGTHS))
-        good += reply.fault is None
-        wrong += is_wrong
-    return Verdicts(before + peer.n_requests, faults.harmed, good, wrong)
+        nobody_could = is_wrong and peer.untold(CLEAN_REPLIES)
+        good, wrong, untold = good + (reply.fault is None), wrong + (is_wrong > nobody_could), untold + nobody_could
+    wire.close()
+    return Verdicts(before + peer.n_requests, faults.harmed, good, wrong, untold)
 
 
-@pytest.mark.parametrize("serial", [False, True])
+@pytest.mark.parametrize("transport", ["tcp", "tls", "rtu"])
 @pytest.mark.parametrize("share", [0.05, 0.25, 0.6])
-def test_three_faults_at_once_and_any_cut_give_no_wrong_value(serial, share):
-    found = in_virtual_time(harmed_replies(serial, round(700 / share), share, seed=1))
+def test_three_faults_at_once_and_any_cut_give_no_wrong_value(transport, opened, share):
+    found = in_virtual_time(harmed_replies(transport, opened, round(700 / share), share, seed=1))
     assert found.wrong == 0
     assert found.good > 70
     assert found.harmed > 600
@@ -201,14 +233,14 @@ def test_what_was_asked_before_the_line_was_opened_is_never_an_answer():
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("serial", [False, True])
+@pytest.mark.parametrize("transport", ["tcp", "tls", "rtu"])
 @pytest.mark.parametrize("share", [0.05, 0.25, 0.6])
-def test_a_million_replies_with_three_faults_at_once(serial, share):
+def test_a_million_replies_with_three_faults_at_once(transport, opened, share):
     """BRISTLE_WIRE_REPLIES says how many replies of the peer each of the three shares has, a third of 10^6 by default,
     and BRISTLE_WIRE_SEED with which seed.
     """
     n_replies = int(os.environ.get("BRISTLE_WIRE_REPLIES", "334000"))
     seed = int(os.environ.get("BRISTLE_WIRE_SEED", "50000"))
-    found = in_virtual_time(harmed_replies(serial, n_replies, share, seed))
-    print("in memory,", "rtu" if serial else "tcp", f"share {share}:", found)
+    found = in_virtual_time(harmed_replies(transport, opened, n_replies, share, seed))
+    print("in memory,", transport, f"share {share}:", found)
     assert found.wrong == 0

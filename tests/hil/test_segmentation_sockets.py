@@ -16,7 +16,7 @@ from random import Random
 from time import monotonic
 
 import pytest
-from stream_peer import Faults, StreamPeer, Verdicts, rtu_frame, tcp_frame, words_of
+from stream_peer import Faults, Sending, StreamPeer, Verdicts, rtu_frame, tcp_frame, words_of
 
 from hil import parse_address
 from hil.client.transport import LinkSide
@@ -53,17 +53,6 @@ class ServedStream(asyncio.Protocol):
         while len(self._pending) >= REQUEST_BYTES:
             request, self._pending = self._pending[:REQUEST_BYTES], self._pending[REQUEST_BYTES:]
             self._connections[-1].write(request)
-
-
-class Sending(asyncio.Protocol):
-    """What the peer says goes out on a connection."""
-
-    def __init__(self, transport: asyncio.Transport) -> None:
-        self._transport = transport
-
-    def data_received(self, data: bytes) -> None:
-        if not self._transport.is_closing():
-            self._transport.write(data)
 
 
 class SendingOnLine(asyncio.Protocol):

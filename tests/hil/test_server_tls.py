@@ -12,9 +12,10 @@ from datetime import UTC, datetime, timedelta
 import pytest
 from cryptography import x509
 from pymodbus.client import AsyncModbusTcpClient, AsyncModbusTlsClient
-from served_ramp import Ramp, port_of, settings
+from served_ramp import Ramp, connected, port_of, settings
 
 from hil import Certificates, Server
+from hil.server import handler
 from hil.testing import make_loopback_authority
 from recordings import BadInput
 
@@ -110,6 +111,47 @@ def test_a_client_without_tls_gets_nothing_and_the_server_goes_on(authority):
             assert await answer(context_for(authority.client), port) == [3]
 
     asyncio.run(main())
+
+
+async def end_of(reader):
+    """What a client reads when it is sent away."""
+    with contextlib.suppress(ConnectionError):
+        return await asyncio.wait_for(reader.read(1), 5)
+    return b""
+
+
+def test_clients_that_never_end_their_handshake_shut_nobody_out_on_any_listener(authority, monkeypatch):
+    """Thirty of them, where eight clients have room: one that polls stays, and a new one gets in."""
+    monkeypatch.setattr(handler, "MOST_CONNECTIONS", 8)
+
+    async def main():
+        s = settings("tcp://127.0.0.1:0", "tls://127.0.0.1:0", speed=None, certificates=authority.server)
+        async with Server({1: Ramp()}, s) as server, connected(server) as polling:
+            port, silent = port_of(server.addresses[1]), []
+            for _ in range(30):
+                silent.append(await asyncio.open_connection("127.0.0.1", port))
+                assert not (await polling.read_input_registers(0, count=1, device_id=1)).isError()
+            assert await answer(context_for(authority.client), port) == [3]
+            ends = [await end_of(reader) for reader, _ in silent[:20]]
+            for _, writer in silent:
+                writer.close()
+            return ends
+
+    assert asyncio.run(main()) == [b""] * 20
+
+
+def test_a_client_that_never_ends_its_handshake_is_sent_away(authority, monkeypatch):
+    monkeypatch.setattr(handler, "HANDSHAKE_S", 0.05)
+
+    async def main():
+        s = settings("tls://127.0.0.1:0", speed=None, certificates=authority.server)
+        async with Server({1: Ramp()}, s) as server:
+            reader, writer = await asyncio.open_connection("127.0.0.1", port_of(server.addresses[0]))
+            end = await end_of(reader)
+            writer.close()
+            return end
+
+    assert asyncio.run(main()) == b""
 
 
 def test_the_test_authority_vouches_for_loopback_only_and_keeps_its_keys_private(authority):

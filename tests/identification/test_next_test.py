@@ -187,8 +187,11 @@ def test_a_file_that_is_no_trace_is_refused(tmp_path):
     (tmp_path / "old.json").write_text(json.dumps({"format": "valve-trace", "verdict": "backlash"}))
     with pytest.raises(BadInput, match="it is no trace that has its models"):
         models_of(tmp_path / "old.json")
-    with pytest.raises(BadInput, match="cannot be read"):
+    with pytest.raises(BadInput, match="no such file"):
         models_of(tmp_path / "none.json")
+    (tmp_path / "deep.json").write_text("[" * 100_000)
+    with pytest.raises(BadInput, match="nested"):
+        models_of(tmp_path / "deep.json")
 
 
 def test_limits_of_a_text():

@@ -217,8 +217,8 @@ def test_a_notebook_gets_the_main_pictures_of_a_fit_with_units(name, request):
     shown = figures(request.getfixturevalue(name))
     assert list(shown)[:2] == ["Measured and simulated", "Valve signature: force against position"]
     for plot in shown.values():
-        assert re.search(r"\[.+\]$", plot.xaxis[0].axis_label)
-        assert re.search(r"\[.+\]$", plot.yaxis[0].axis_label)
+        assert re.search(r"\[.+\]$", plot.xaxis[0].axis_label.text)
+        assert re.search(r"\[.+\]$", plot.yaxis[0].axis_label.text)
 
 
 def test_an_effect_of_ones_own_gets_its_sentence_and_its_check(report):

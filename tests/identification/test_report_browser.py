@@ -35,7 +35,7 @@ INKED = """
 MODELS = """
     const models = Bokeh.documents.flatMap(d => d.roots()).flatMap(root => [...root.references()]);
     const figures = models.filter(m => m.type === "Figure");
-    const residual = figures.find(f => f.left[0].axis_label.startsWith("residual ["));
+    const residual = figures.find(f => f.left[0].axis_label.text.startsWith("residual ["));
     const stack = figures.filter(f => f.x_range === residual.x_range);
 """
 

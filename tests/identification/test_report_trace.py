@@ -124,7 +124,7 @@ def test_a_notebook_gets_the_curves_before_and_after(name, page_of):
     for plot in shown.values():
         names = [item.label.value for item in plot.legend.items]
         assert names[-2:] == ["model before", "model after"]
-        assert re.search(r"\[(mm|µm|N)\]$", plot.yaxis[0].axis_label)
+        assert re.search(r"\[(mm|µm|N)\]$", plot.yaxis[0].axis_label.text)
         assert all(np.isfinite([plot.y_range.start, plot.y_range.end]))
 
 

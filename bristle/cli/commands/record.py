@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -9,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 if TYPE_CHECKING:
-    from hil import RecorderEnd, RecorderReport
+    from hil import RecorderEnd, RecorderReport, RegisterMap
 
 
 def command(
@@ -70,8 +71,8 @@ def command(
     valves = valves_from(map_, unit, valve) if map_ else ()
     live = Latest(open_source(located(source), valves, plan, name=valve))
     settings.check(list(live.signals))
-    if valves and not ring and not (heartbeat or valves[0].map.heartbeat):
-        note("the map names no heartbeat: a value that stands still, or is an earlier one, cannot be told")
+    if valves and not ring:
+        note(*_untold(source, valves[0].map, heartbeat))
 
     def show(report: RecorderReport, seconds: float) -> None:
         line.update(seconds, f"{_progress(report, seconds)}  {live.words()}")
@@ -88,6 +89,19 @@ def command(
         raise KeyboardInterrupt
     if not end.report.samples:
         raise NegativeAnswer(f"{source}: no sample came in {end.seconds:.1f} s, nothing was recorded")
+
+
+def _untold(source: str, read: RegisterMap, heartbeat: str | None) -> Iterator[str]:
+    """What could go wrong with a map on which the protocol itself could not tell it."""
+    if not (heartbeat or read.heartbeat):
+        yield "the map names no heartbeat: a value that stands still, or is an earlier one, cannot be told"
+    alike = read.look_alikes()
+    if source.startswith("rtu:") and alike:
+        places = ", ".join(f"{block.table} {block.address}" for block in alike[:4]) + (", ..." if alike[4:] else "")
+        yield (
+            f"replies to the reads from {places} have one form: on a serial line one in the place of another cannot be "
+            "told; let each read another number of registers"
+        )
 
 
 def _acknowledge(path: Path, n_samples: int) -> None:

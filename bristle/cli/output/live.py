@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import sys
 from collections.abc import Mapping
+from contextlib import suppress
 
 from bristle.cli.output.manner import manner
 from bristle.cli.output.terminal import plain_text
@@ -95,5 +96,6 @@ class LiveLine:
     def end(self) -> None:
         """Leave the line as it stands."""
         if self._standing:
-            print(file=sys.stderr, flush=True)
             self._standing = False
+            with suppress(OSError):  # the terminal may have gone
+                print(file=sys.stderr, flush=True)

@@ -140,6 +140,7 @@ def events_words(file: Path) -> str:
 
 SHOWN = 20
 """Events that are shown."""
+LARGEST_EVENTS = 32_000_000
 
 
 def events_facts(file: Path) -> FileContent:
@@ -147,6 +148,9 @@ def events_facts(file: Path) -> FileContent:
     events: list[dict[str, Any]] = []
     number = 0
     try:
+        if file.stat().st_size > LARGEST_EVENTS:
+            found = f"it is larger than {LARGEST_EVENTS // 1_000_000} MB"
+            raise BadInput(str(file), found, f"show its end: tail -n 10000 {file.name} > last.jsonl")
         with file.open(encoding="utf-8") as lines:
             for line in lines:
                 number += 1
@@ -156,6 +160,8 @@ def events_facts(file: Path) -> FileContent:
                 events.append(event)
     except OSError as error:
         raise BadInput(str(file), f"it cannot be read ({error.strerror})", "check the path") from None
+    except BadInput:
+        raise
     except (ValueError, TypeError, RecursionError) as error:
         found = f"it is no event ({error})"
         raise BadInput(f"{file}: line {number}", found, "give a file of bristle monitor --events") from None

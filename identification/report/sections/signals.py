@@ -67,16 +67,14 @@ def overlay(identification: FitResult) -> Any:
     """Measured and simulated signal of the first held-out recording, or of the first one where none is held out."""
     every = runs(identification)
     run = next((r for r in every if r.role == "held out"), every[0])
-    plot = _signal(run, _source(run, MOST_POINTS, 1.0))
-    plot.xaxis.axis_label = "time [s]"
-    return plot
+    return _signal(run, _source(run, MOST_POINTS, 1.0), "time [s]")
 
 
-def _signal(run: RecordingRun, source: Any) -> Any:
+def _signal(run: RecordingRun, source: Any, x_label: str = "") -> Any:
     """Measured and simulated signal over time."""
     factor, unit = DRAWN[run.trajectory.unit]
     limits = robust_range(factor * run.trajectory.measured, [factor * run.trajectory.simulated])
-    plot = canvas("", f"{output_name(run)} [{unit}]", 300, y_range=limits)
+    plot = canvas(x_label, f"{output_name(run)} [{unit}]", 300, y_range=limits)
     plot.x_range.range_padding = 0.01
     plot.line("t", "measured", source=source, color=MEASURED, line_width=WIDE, legend_label="measured")
     inked(plot.line("t", "simulated", source=source, color=INK, line_width=NARROW, legend_label="simulated"))
