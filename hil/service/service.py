@@ -22,6 +22,7 @@ from hil.monitor.event import MonitorEvent
 from hil.running import LoopThread, freeze_garbage
 from hil.service.acquisition import Acquisition, ItemQueue, ValveLink
 from hil.service.keeping import StateFolder
+from hil.service.in_service.window import prepare
 from hil.service.lane import ValveLane, utc_now
 from hil.service.outlets.metrics import MetricsServer
 from hil.service.outlets.notify import Notifier
@@ -223,6 +224,7 @@ class Service:
     async def _figure(self) -> None:
         """In-service figures: of each valve when its window is full or old, one after the other."""
         loop, looked = asyncio.get_running_loop(), dict.fromkeys(self._lanes, time.monotonic())
+        await loop.run_in_executor(self._aside, prepare)
         while True:
             await asyncio.sleep(FIGURES_LOOK_S)
             for tag, lane in self._lanes.items():
