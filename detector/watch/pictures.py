@@ -1,4 +1,4 @@
-"""What a detector saw, as a picture, as a page, and as a small table for a notebook."""
+"""What a detector saw, as a picture and as a table."""
 
 from __future__ import annotations
 
@@ -45,23 +45,12 @@ def picture(seen: DrawnWatch) -> Any:
     return plot
 
 
-def page(seen: DrawnWatch) -> str:
-    """The picture and the table as one self-contained HTML page."""
-    from bokeh.embed import file_html
-    from bokeh.layouts import column
-    from bokeh.models import Div
-    from bokeh.resources import INLINE
-
-    shown = column(Div(text=table(seen)), picture(seen), sizing_mode="stretch_width")
-    return file_html(shown, INLINE, "What the detector saw")
-
-
-def table(seen: DrawnWatch) -> str:
+def table(seen: DrawnWatch, caption: str = "") -> str:
     """When an alarm began, ended or changed its kind, as an HTML table."""
     heads = "".join(f"<th>{word}</th>" for word in ("time [s]", "what", "kind", "test", "score, limit 1"))
     rows = "".join(f"<tr>{''.join(f'<td>{escape(word)}</td>' for word in _row(one))}</tr>" for one in seen.changes)
-    caption = escape(repr(seen).strip("<>"))
-    return f"<table><caption>{caption}</caption><thead><tr>{heads}</tr></thead><tbody>{rows}</tbody></table>"
+    above = f"<caption>{escape(caption)}</caption>" if caption else ""
+    return f"<table>{above}<thead><tr>{heads}</tr></thead><tbody>{rows}</tbody></table>"
 
 
 def _row(one: Judgement) -> Sequence[str]:
