@@ -62,6 +62,9 @@ OVERLAPPING = """
 A4_WIDTH = 703
 """Pixels between the margins of an A4 page: (210 - 24) mm at 96 to the inch."""
 
+DRAWN_OUT = "!window.Bokeh || Bokeh.documents.every((one) => one.is_idle)"
+"""Whether every drawing of a page is there; also where it has none."""
+
 BEYOND = """
     (() => {
         const cut = (e) => ["auto", "scroll", "hidden"].includes(getComputedStyle(e).overflowX)
@@ -152,6 +155,9 @@ class Browser:
         self.devtools("Emulation.setEmulatedMedia", media="print")
         try:
             self.open(page)
+            for _ in range(2):  # printing opens what is folded
+                self.wait(f"document.readyState == 'complete' && ({DRAWN_OUT})")
+                self.run("for (const block of document.querySelectorAll('details')) block.open = true;")
             found = self.overlapping()
             for what in self.run(f"return {BEYOND.strip()};"):
                 found.append(f"beyond the right side: {what}")

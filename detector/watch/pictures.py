@@ -38,10 +38,12 @@ def picture(seen: DrawnWatch) -> Any:
         tools="pan,box_zoom,wheel_zoom,reset,save", active_drag="box_zoom",
     )  # fmt: skip
     plot.line(seen.time_s, seen.load, color=LOAD, legend_label="score")
-    plot.line(seen.time_s[[0, -1]] if len(seen.time_s) else [], np.ones(2 * bool(len(seen.time_s))), color=LIMIT)
+    plot.line(seen.time_s[[0, -1]] if len(seen.time_s) else [], np.ones(2 * bool(len(seen.time_s))), color=LIMIT,
+              legend_label="limit")  # fmt: skip
     over = seen.alarm
     plot.scatter(seen.time_s[over], seen.load[over], color=ALARM, size=3, legend_label="alarm")
-    plot.legend.click_policy = "hide"
+    plot.legend.click_policy, plot.legend.orientation, plot.toolbar.logo = "hide", "horizontal", None
+    plot.add_layout(plot.legend[0], "above")  # never over the data
     return plot
 
 
