@@ -153,5 +153,6 @@ def test_a_day_of_twenty_valves_does_not_grow(tmp_path):
         assert (one.link.samples, one.link.lost) == (int(DAY_S), 0)
         assert one.phase == "watching", one.evidence
         assert one.figures is not None
+        assert one.figures.at.timestamp() <= DAY_S, "a recording has its own time"
         kept = json.loads((tmp_path / "state" / f"{one.tag}.service.json").read_text())
         assert kept["movements"]["observed_s"] == pytest.approx(DAY_S, rel=1e-3)
