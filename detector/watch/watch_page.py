@@ -60,6 +60,7 @@ def watch_page(valves: Sequence[WatchedValve]) -> str:
 def _section(valve: WatchedValve, plot: str, several: bool) -> str:
     heading = f"<h2>{escape(valve.tag)}</h2>" if several else ""
     course = valve.course
-    said = f"{course.samples} samples, {course.used} of them judged; {course.alarms} alarm{"" if course.alarms == 1 else "s"}."
+    alarms = "1 alarm" if course.alarms == 1 else f"{course.alarms} alarms"
+    said = f"{course.samples} samples, {course.used} of them judged; {alarms}."
     shown = f"<div class='wide'>{table(course)}</div>" if course.changes else ""
     return f"{heading}{watch_opening(valve).html}<p class='note'>{said}</p>{plot}{shown}"

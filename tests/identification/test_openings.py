@@ -10,6 +10,7 @@ import bristle as br
 from identification.loops import simulated_loop
 from identification.report.openings import comparison_opening
 
+
 @pytest.fixture(scope="module")
 def compared():
     return br.compare("bundled:mixed", "bundled:step")

@@ -31,5 +31,7 @@ def command(
     from hil import open_source
 
     address = f"replay:{file_of(recording)}" + (f"?pace={pace:g}" if pace else "")
-    options = monitoring.MonitorOptions(model, learn, calibrate or (), state, false_alarms, events, own_clock=True, report=report)
+    options = monitoring.MonitorOptions(
+        model, learn, calibrate or (), state, false_alarms, events, own_clock=True, report=report
+    )
     monitoring.watch(open_source(address, name=valve), options)
