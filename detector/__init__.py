@@ -14,15 +14,19 @@ from detector.observer.observer import Bounds, Observer, Start
 from detector.observer.screening import SampleVerdict, Screening
 from detector.observer.state import Decision, Decisions, ObserverState
 from detector.observer.velocity import HighPass, Kalman, Measured, SteadyKalman, Velocity
+from detector.watch.advice import ADVICE
+from detector.watch.course import WatchCourse
 from detector.watch.judgement import KINDS, Judgement
 from detector.watch.learning import learn
 from detector.watch.state import WatchState
 from detector.watch.strokes import LEAST_STROKES, strokes_of
 from detector.watch.watch import Watch
+from detector.watch.watch_page import WatchedValve, watch_page
 from detector.watch.watched import Watched, learn_recordings, watch_recording
 from detector.watch.words import described
 
 __all__ = [
+    "ADVICE",
     "KINDS",
     "LEAST_STROKES",
     "MONTH_S",
@@ -55,8 +59,10 @@ __all__ = [
     "SteadyKalman",
     "Velocity",
     "Watch",
+    "WatchCourse",
     "WatchState",
     "Watched",
+    "WatchedValve",
     "calibrate",
     "described",
     "healthy_residual",
@@ -65,5 +71,6 @@ __all__ = [
     "learn_recordings",
     "regressors",
     "strokes_of",
+    "watch_page",
     "watch_recording",
 ]

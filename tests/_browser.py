@@ -59,6 +59,24 @@ OVERLAPPING = """
 """Pairs of texts of a page that lie over each other."""
 
 
+A4_WIDTH = 703
+"""Pixels between the margins of an A4 page: (210 - 24) mm at 96 to the inch."""
+
+DRAWN_OUT = "!window.Bokeh || Bokeh.documents.every((one) => one.is_idle)"
+"""Whether every drawing of a page is there; also where it has none."""
+
+BEYOND = """
+    (() => {
+        const cut = (e) => ["auto", "scroll", "hidden"].includes(getComputedStyle(e).overflowX)
+            && e.scrollWidth > e.clientWidth + 1 && e.clientWidth > 1;
+        const found = [...document.querySelectorAll("body, body *")].filter(
+            (e) => e.getBoundingClientRect().right > innerWidth + 1 || cut(e));
+        return found.slice(0, 5).map((e) => e.tagName + "." + e.className + " " + e.textContent.trim().slice(0, 40));
+    })()
+"""
+"""Parts of a page that reach beyond its right side, or hide a part of themselves."""
+
+
 class Browser:
     """One browser with one page. Use as a context manager; starting it raises RuntimeError with the driver's words."""
 
@@ -130,6 +148,22 @@ class Browser:
     def printed(self) -> bytes:
         """The page printed on A4, as PDF."""
         return base64.b64decode(self._call("POST", "/print", {"page": {"width": 21.0, "height": 29.7}}))
+
+    def lost_on_a4(self, page: Path | str) -> list[str]:
+        """What a page loses when it is printed on A4: parts that reach beyond its right side, and words on words."""
+        self.resize(A4_WIDTH, 1000)
+        self.devtools("Emulation.setEmulatedMedia", media="print")
+        try:
+            self.open(page)
+            for _ in range(2):  # printing opens what is folded
+                self.wait(f"document.readyState == 'complete' && ({DRAWN_OUT})")
+                self.run("for (const block of document.querySelectorAll('details')) block.open = true;")
+            found = self.overlapping()
+            for what in self.run(f"return {BEYOND.strip()};"):
+                found.append(f"beyond the right side: {what}")
+        finally:
+            self.devtools("Emulation.setEmulatedMedia", media="")
+        return found if self.printed().startswith(b"%PDF") else [*found, "it is not printed"]
 
     def console(self) -> list[str]:
         """Errors and warnings on the console since it was last asked for."""

@@ -1,4 +1,4 @@
-"""What a detector saw, as a picture, as a page, and as a small table for a notebook."""
+"""What a detector saw, as a picture and as a table."""
 
 from __future__ import annotations
 
@@ -38,30 +38,21 @@ def picture(seen: DrawnWatch) -> Any:
         tools="pan,box_zoom,wheel_zoom,reset,save", active_drag="box_zoom",
     )  # fmt: skip
     plot.line(seen.time_s, seen.load, color=LOAD, legend_label="score")
-    plot.line(seen.time_s[[0, -1]] if len(seen.time_s) else [], np.ones(2 * bool(len(seen.time_s))), color=LIMIT)
+    plot.line(seen.time_s[[0, -1]] if len(seen.time_s) else [], np.ones(2 * bool(len(seen.time_s))), color=LIMIT,
+              legend_label="limit")  # fmt: skip
     over = seen.alarm
     plot.scatter(seen.time_s[over], seen.load[over], color=ALARM, size=3, legend_label="alarm")
-    plot.legend.click_policy = "hide"
+    plot.legend.click_policy, plot.legend.orientation, plot.toolbar.logo = "hide", "horizontal", None
+    plot.add_layout(plot.legend[0], "above")  # never over the data
     return plot
 
 
-def page(seen: DrawnWatch) -> str:
-    """The picture and the table as one self-contained HTML page."""
-    from bokeh.embed import file_html
-    from bokeh.layouts import column
-    from bokeh.models import Div
-    from bokeh.resources import INLINE
-
-    shown = column(Div(text=table(seen), disable_math=True), picture(seen), sizing_mode="stretch_width")
-    return file_html(shown, INLINE, "What the detector saw")
-
-
-def table(seen: DrawnWatch) -> str:
+def table(seen: DrawnWatch, caption: str = "") -> str:
     """When an alarm began, ended or changed its kind, as an HTML table."""
     heads = "".join(f"<th>{word}</th>" for word in ("time [s]", "what", "kind", "test", "score, limit 1"))
     rows = "".join(f"<tr>{''.join(f'<td>{escape(word)}</td>' for word in _row(one))}</tr>" for one in seen.changes)
-    caption = escape(repr(seen).strip("<>"))
-    return f"<table><caption>{caption}</caption><thead><tr>{heads}</tr></thead><tbody>{rows}</tbody></table>"
+    above = f"<caption>{escape(caption)}</caption>" if caption else ""
+    return f"<table>{above}<thead><tr>{heads}</tr></thead><tbody>{rows}</tbody></table>"
 
 
 def _row(one: Judgement) -> Sequence[str]:

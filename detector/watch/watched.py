@@ -13,9 +13,11 @@ from numpy.typing import NDArray
 
 from detector.measurements import Measurements
 from detector.watch import pictures
+from detector.watch.course import WatchCourse
 from detector.watch.judgement import Judgement
 from detector.watch.learning import learn
 from detector.watch.watch import Watch
+from detector.watch.watch_page import WatchedValve, watch_page
 from recordings import Array, Progress, Recording, save_text, silent
 from simulator import CATALOGUE, Catalogue, ValveModel
 
@@ -25,13 +27,16 @@ REPORTED = 1000
 
 @dataclass(frozen=True)
 class Watched:
-    """A recording as a detector saw it. judgements : one for each sample, in order.
+    """A recording as a detector saw it. judgements : one for each sample, in order; tag : of the valve, empty where
+    none is known; learned : in words, how often a false alarm comes.
 
     >>> Watched(())
     <Watched: 0 samples, 0 alarms>
     """
 
     judgements: tuple[Judgement, ...]
+    tag: str = ""
+    learned: str = ""
 
     @property
     def time_s(self) -> Array:
@@ -73,15 +78,18 @@ class Watched:
         return f"<Watched: {len(self.judgements)} samples, {count} {'alarm' if count == 1 else 'alarms'}>"
 
     def _repr_html_(self) -> str:
-        return pictures.table(self)
+        return pictures.table(self, repr(self).strip("<>"))
 
     def plot(self) -> Any:
         """The largest score over time, with its limit and the alarms, as a bokeh figure."""
         return pictures.picture(self)
 
     def report(self, path: str | os.PathLike[str]) -> None:
-        """Write one self-contained HTML page. Raises BadInput when it cannot be written."""
-        save_text(Path(path), pictures.page(self))
+        """Write one self-contained HTML page, which opens with verdict, confidence and what to do next. Raises BadInput
+        when it cannot be written.
+        """
+        seen = WatchedValve(self.tag, self.learned, WatchCourse.of(self.judgements))
+        save_text(Path(path), watch_page([seen]))
 
     def _column(self, name: str) -> Array:
         return np.array([getattr(one, name) for one in self.judgements], float)
@@ -115,4 +123,4 @@ def watch_recording(watch: Watch, recording: Recording, progress: Progress = sil
         state, judged = watch.run(state, data[first : first + REPORTED])
         found += judged
     progress("samples", len(data), len(data))
-    return Watched(tuple(found))
+    return Watched(tuple(found), recording.plant.tag or "", watch.evidence.promise.sentence)

@@ -42,7 +42,8 @@ def main() -> None:
     questions = FileIO(os.dup(1), "wb")
     os.dup2(2, 1)  # whatever is printed must not stand among the questions
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the monitor hears it, and closes the pipe
-    logging.getLogger("tornado.access").setLevel(logging.ERROR)  # who asks for nonsense shall not fill the journal
+    for name in ("tornado.access", "bokeh.server.views.ws"):  # who asks for nonsense, or leaves while something is
+        logging.getLogger(name).setLevel(logging.ERROR)  # sent, shall not fill the journal
     os.nice(NICENESS)
     with suppress(ConnectionError):  # the monitor has gone
         asyncio.run(_main(questions))

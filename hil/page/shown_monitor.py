@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import time
-from collections import deque
 from collections.abc import Callable, Mapping
 from datetime import UTC, datetime
 from types import MappingProxyType
@@ -14,12 +13,10 @@ from hil.monitor.event import MonitorEvent
 from hil.monitor.monitor import Monitor
 from hil.service.acquisition import ValveLink
 from hil.service.health import Standing, ValveFacts
-from hil.service.recent import RecentRing
+from hil.service.recent import NewestEvents, RecentRing
 from hil.service.status import PlantStatus, RecentSamples, ValveStatus
 from hil.source.sample import LinkEvent, Sample
 from simulator import ValveModel
-
-EVENTS_KEPT = 50
 
 
 class ShownMonitor:
@@ -55,14 +52,14 @@ class _ShownValve:
         self._tag, self._monitor = tag, monitor
         self._link = ValveLink(tag, source, rate_hz, ())
         self._standing, self._alarm_text = Standing.first(), ""
-        self._events: deque[MonitorEvent] = deque(maxlen=EVENTS_KEPT)
+        self._events = NewestEvents()
         self._stroke_m, self._area_m2 = (_known(model, name) for name in ("stroke_m", "diaphragm_area_m2"))
         self.ring = RecentRing(math.isfinite(self._stroke_m), True)
 
     def take(self, item: Sample | LinkEvent, event: MonitorEvent | None) -> None:
         self._link.take(item, time.monotonic())
         if event is not None:
-            self._events.append(event)
+            self._events.add(event)
             self._alarm_text = event.text if event.kind == "alarm" else self._alarm_text
         watch = self._monitor.valves[self._tag]
         if not isinstance(item, Sample) or watch.measured is None:
@@ -91,7 +88,7 @@ class _ShownValve:
         cause = worst.cause
         return ValveStatus(
             self._tag, cause.health, cause.reason, worst.since, cause.evidence, cause.check,
-            self._link.status(clock, late), None, self._latest(facts), tuple(self._events), watch.phase, watch.load,
+            self._link.status(clock, late), None, self._latest(facts), self._events.all, watch.phase, watch.load,
         )  # fmt: skip
 
     def _latest(self, facts: ValveFacts) -> Mapping[str, float]:

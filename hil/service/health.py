@@ -13,6 +13,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
+from detector import ADVICE
 from hil.service.status import Health
 
 
@@ -57,37 +58,10 @@ _CABLE = (
     "power of the device and of the gateway", "cable and plugs", "address, device id and baud rate in the plant file",
 )  # fmt: skip
 
-_ALARMS: Mapping[str | None, tuple[Health, str, tuple[str, ...]]] = {
-    "friction": (
-        Health.MAINTENANCE, "the friction has changed",
-        ("packing: tightness, lubrication, dirt", "stem and guides for scoring or bending",
-         "compare with a signature test: bristle test --kind signature"),
-    ),
-    "spring": (
-        Health.MAINTENANCE, "the spring, or the area of the diaphragm, has changed",
-        ("actuator for air that leaks at diaphragm or seals", "spring for a broken coil",
-         "bench set, by a signature test"),
-    ),
-    "sensor": (
-        Health.FAILURE, "the position cannot be believed: position and flow do not fit each other",
-        ("feedback lever and its coupling to the stem", "zero and span of the position transmitter",
-         "stem position by eye"),
-    ),
-    "supply": (
-        Health.OUT_OF_SPEC, "the supply pressure is not usual",
-        ("air supply and its filter regulator", "other consumers on the same line"),
-    ),
-    "flow": (
-        Health.OUT_OF_SPEC, "flow or process pressures are not what belongs to the opening",
-        ("process conditions against those learned in", "plug and seat for erosion or something stuck",
-         "flow transmitter"),
-    ),
-    None: (
-        Health.OUT_OF_SPEC, "the valve moves unlike it was learned, for a reason that has no name",
-        ("positioner and its air lines", "work that was done on the valve lately",
-         "record it and trace: bristle trace"),
-    ),
+_STATES: Mapping[str | None, Health] = {
+    "friction": Health.MAINTENANCE, "spring": Health.MAINTENANCE, "sensor": Health.FAILURE,
 }  # fmt: skip
+"""The state of an alarm by its kind; of all others the valve is not in its usual conditions."""
 
 
 def causes(facts: ValveFacts) -> Iterator[HealthCause]:
@@ -113,9 +87,11 @@ def causes(facts: ValveFacts) -> Iterator[HealthCause]:
             "learning", Health.CHECK, "it is still being learned, nothing is judged yet", (facts.learned,), move
         )
     elif facts.phase == "alarm":
-        health, reason, check = _ALARMS.get(facts.kind, _ALARMS[None])
+        advice = ADVICE.get(facts.kind, ADVICE[None])
+        health = _STATES.get(facts.kind, Health.OUT_OF_SPEC)
         score = f"largest score {facts.load:.3g}, limit 1"
-        yield HealthCause(f"alarm {facts.kind}", health, reason, tuple(filter(None, (facts.alarm_text, score))), check)
+        shown = tuple(filter(None, (facts.alarm_text, score)))
+        yield HealthCause(f"alarm {facts.kind}", health, advice.reason, shown, advice.check)
 
 
 def communication(facts: ValveFacts) -> HealthCause | None:

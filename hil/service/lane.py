@@ -20,7 +20,7 @@ from hil.service.health import Standing, ValveFacts
 from hil.service.in_service.figures import InServiceFigures
 from hil.service.in_service.movements import Movements
 from hil.service.plan import ValvePlan
-from hil.service.recent import RecentRing
+from hil.service.recent import NewestEvents, RecentRing
 from hil.service.status import ValveStatus
 from hil.source.sample import LinkEvent, Sample
 from recordings import read
@@ -30,8 +30,6 @@ NAP_S = 0.1
 
 BATCH = 32
 """Samples after which others get their turn."""
-
-EVENTS_KEPT = 50
 
 Publish = Callable[[MonitorEvent], None]
 """Told of every event."""
@@ -60,10 +58,10 @@ class ValveLane:
         self.monitor: Monitor = plan.monitor(on_learned=learned)
         self.standing = Standing.first()
         self.figures: InServiceFigures | None = None
-        self.movements = Movements(plan)
+        self.movements, self.newest_wall = Movements(plan), time.time()
         self.counts: Counter[str] = Counter()
         self.error = ""
-        self._events: tuple[MonitorEvent, ...] = ()
+        self._events = NewestEvents()
         self._alarm_text = ""
         names = {spec.name for spec in plan.signals}
         stroke, area = plan.known("stroke_m"), plan.known("diaphragm_area_m2")
@@ -123,7 +121,7 @@ class ValveLane:
             self.counts[event.kind] += 1
             if event.kind == "alarm":
                 self._alarm_text = event.text
-            self._events = (*self._events[1 - EVENTS_KEPT :], event)
+            self._events.add(event)
             if self._notes is not None and event.judged:
                 self._notes.add(Note(item.time, self.tag, event.kind, event.text))
             self._publish(event)
@@ -142,6 +140,7 @@ class ValveLane:
                 judgement.threshold if judgement and judgement.verdict.used else math.nan,
             )
             self.movements.add(measured)
+            self.newest_wall = item.wall
         return event
 
     def judge(self, now: datetime, monotonic_s: float) -> None:
@@ -165,7 +164,7 @@ class ValveLane:
         link = self.link.status(now, late)
         return ValveStatus(
             self.tag, cause.health, cause.reason, standing.since, cause.evidence, cause.check, link,
-            self.figures, self._latest(link.age_s), self._events, watch.phase, watch.load,
+            self.figures, self._latest(link.age_s), self._events.all, watch.phase, watch.load,
         )  # fmt: skip
 
     def _latest(self, age_s: float) -> Mapping[str, float]:

@@ -1,17 +1,21 @@
-"""The newest samples of a valve, for whoever looks: a ring that is written by one thread and copied by others."""
+"""The newest samples and events of a valve, for whoever looks: written by one thread and copied by others."""
 
 from __future__ import annotations
 
 import threading
+from collections import deque
 
 import numpy as np
 
+from hil.monitor.event import MonitorEvent
 from hil.service.status import RecentSamples
 
 KEPT = 6000
 """Samples that are kept of each valve: 10 min at 10 Hz, 1 min at 100 Hz; 0.3 MB."""
 
 _COLUMNS = 6
+
+EVENTS_KEPT = 25
 
 
 class RecentRing:
@@ -51,3 +55,18 @@ class RecentRing:
             residual,
             threshold,
         )
+
+
+class NewestEvents:
+    """The newest events of a valve, `kept` judgements of the detector and as many others: a bad link must not push an
+    alarm out of sight. `all` has them in the order in which they came.
+    """
+
+    def __init__(self, kept: int = EVENTS_KEPT) -> None:
+        self._judged, self._others = deque[MonitorEvent](maxlen=kept), deque[MonitorEvent](maxlen=kept)
+        self.all: tuple[MonitorEvent, ...] = ()
+
+    def add(self, event: MonitorEvent) -> None:
+        """One more."""
+        (self._judged if event.judged else self._others).append(event)
+        self.all = tuple(sorted((*self._judged, *self._others), key=lambda one: one.t_s))

@@ -123,9 +123,10 @@ def branch_distances(run: ValveRun) -> list[float]:
         return []
     low, high = np.quantile(run.position, (0.02, 0.98))
     grid = np.linspace(low + 0.15 * (high - low), high - 0.15 * (high - low), 15)
-    up, down = (np.nanmedian([branch_at(grid, *one) for one in sides[side]], axis=0) for side in (1, -1))
-    distance = (up - down) * gain_of(run)
-    return [float(d) for d in distance[np.isfinite(distance)]]
+    up, down = (np.array([branch_at(grid, *one) for one in sides[side]]) for side in (1, -1))
+    both = np.isfinite(up).any(axis=0) & np.isfinite(down).any(axis=0)
+    distance = (np.nanmedian(up[:, both], axis=0) - np.nanmedian(down[:, both], axis=0)) * gain_of(run)
+    return [float(d) for d in distance]
 
 
 def branch_at(grid: Array, position: Array, driven: Array) -> Array:

@@ -110,6 +110,7 @@ def test_the_page_draws_every_scenario_and_keeps_its_axes_in_line(small, browser
     assert len(edges) == 2 * len(SCENARIOS)
     assert len({tuple(edge) for edge in edges}) == 1
     assert not [entry for entry in browser.console() if entry.startswith("SEVERE")]
+    assert browser.lost_on_a4(small[1] / "evaluation.html") == []
     assert [address for address in browser.requests() if not address.startswith("file:")] == []
 
 

@@ -54,6 +54,12 @@ def test_outliers_and_pooled_estimates_are_of_the_newest_recordings_of_a_type(ro
     assert together.std[tags.index("FV-07")] < 0.6 * own["FV-07"]
 
 
+@pytest.mark.browser
+def test_the_page_prints_on_a4_with_nothing_cut(rows, browser, tmp_path):
+    write_fleet_page(tmp_path / "fleet.html", "fit", rows, tmp_path / "valves")
+    assert browser.lost_on_a4(tmp_path / "fleet.html") == []
+
+
 def test_the_page_says_it_and_leads_to_the_valves(rows, tmp_path):
     write_fleet_page(tmp_path / "fleet.html", "fit", rows, tmp_path / "valves")
     page = (tmp_path / "fleet.html").read_text()

@@ -12,7 +12,8 @@ import pytest
 from service_rig import plan_of, plant_file, until
 
 from detector import Measurement
-from hil import BackOff, Health
+from hil import BackOff, Health, MonitorEvent
+from hil.page.views.events import event_rows
 from hil.service.acquisition import ValveLink
 from hil.service.health import HealthCause, Lasting, Standing
 from hil.service.in_service.movements import KeptMovements, Movements
@@ -22,7 +23,7 @@ from hil.service.in_service.window import SIGNALS, looked_at
 from hil.service.keeping import StateFolder
 from hil.service.lane import ValveLane, utc_now
 from hil.service.queue import BoundedQueue
-from hil.service.recent import RecentRing
+from hil.service.recent import NewestEvents, RecentRing
 from hil.service.supervision import SupervisedTask
 from recordings import BadInput, Plant, SignalSpec
 
@@ -223,3 +224,18 @@ def test_a_state_folder_that_cannot_be_written_is_refused_at_once(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(BadInput, match="nothing can be written there"):
         StateFolder(tmp_path / "file" / "state")
+
+
+def test_a_bad_link_does_not_push_an_alarm_out_of_sight_and_its_troubles_share_a_row():
+    newest = NewestEvents(kept=5)
+    newest.add(MonitorEvent(0.5, 0.5, "V", "alarm", "the friction has changed", "friction"))
+    newest.add(MonitorEvent(0.7, 0.7, "V", "alarm", "now named", "friction"))
+    for k in range(1, 40):
+        newest.add(MonitorEvent(float(k), float(k), "V", "deadline_missed", f"trouble {k}"))
+    newest.add(MonitorEvent(40.0, 40.0, "V", "cleared", "nothing above its limit"))
+    assert [one.t_s for one in newest.all] == [0.5, 0.7, 35.0, 36.0, 37.0, 38.0, 39.0, 40.0]
+    rows = event_rows(newest.all)
+    assert [(row.kind, row.times) for row in rows] == [
+        ("cleared", 1), ("deadline_missed", 5), ("alarm", 1), ("alarm", 1),
+    ]  # fmt: skip
+    assert (rows[1].text, rows[1].wall) == ("trouble 39", 39.0)

@@ -80,6 +80,12 @@ def test_a_year_is_followed_to_its_limit(year, tmp_path, capsys):
     assert "<html" in page.read_text()
 
 
+@pytest.mark.browser
+def test_the_page_prints_on_a4_with_nothing_cut(year, browser, tmp_path):
+    br.follow(year, limits={"fc": 200.0}).report(tmp_path / "page.html")
+    assert browser.lost_on_a4(tmp_path / "page.html") == []
+
+
 def test_a_limit_that_is_crossed_is_said(year):
     assert br.follow(year, limits={"fc": 120.0}).quantities["fc"].crossing.crossed
 

@@ -119,6 +119,13 @@ def test_a_set_point_goes_through_a_positioner():
     assert 20.0 <= found.sequence.min() <= found.sequence.max() <= 80.0
 
 
+@pytest.mark.browser
+def test_the_page_prints_on_a4_with_nothing_cut(browser, tmp_path):
+    bounds = DesignBounds(travel=(30.0, 70.0), duration=1.0, pressure=(1.0, 300.0))
+    next_test({"valve": model_of(3, ("lugre.vs",))}, bounds, sampling=50.0, bends=1).report(tmp_path / "page.html")
+    assert browser.lost_on_a4(tmp_path / "page.html") == []
+
+
 def test_the_command_writes_sequence_and_page(tmp_path, capsys):
     model, out, page = tmp_path / "model.json", tmp_path / "sequence.csv", tmp_path / "page.html"
     model_of(3, ("lugre.vs",)).write(model)

@@ -133,3 +133,8 @@ def test_printing_a_dark_page_prints_every_recording(valve_fit, opened, browser)
     assert browser.printed().startswith(b"%PDF")
     assert browser.run("return document.querySelectorAll('details:not([open])').length;") == 0
     assert not browser.run("return document.documentElement.classList.contains('night');")
+
+
+@pytest.mark.parametrize("name", FITS)
+def test_every_fit_prints_on_a4_with_nothing_cut(name, written, browser, request):
+    assert browser.lost_on_a4(written(request.getfixturevalue(name))) == []

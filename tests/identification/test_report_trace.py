@@ -148,3 +148,4 @@ def test_the_page_draws_by_itself_and_nothing_overlaps_at_any_width(name, story,
         assert browser.run(f"return document.querySelector('{first}').getBoundingClientRect().bottom;") < 900
     assert set(browser.requests()) == {path.as_uri()}
     assert browser.console() == []
+    assert browser.lost_on_a4(path) == []

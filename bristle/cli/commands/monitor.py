@@ -2,13 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated
 
-from typer import Argument, Option
+from click.core import ParameterSource
+from typer import Argument, Context, Option
+
+PLANT_FILE, OF_PLANT_FILES = ("plant_file", "plant", "check"), ("metrics", "on_event")
+OF_BOTH = ("duration", "page", "expose", "page_token", "page_cert", "page_key")
+
+
+def _refuse(context: Context, names: Iterable[str], remedy: str) -> None:
+    """Raise BadInput for the first of these options that was given: one that is not heard must not pass for heard."""
+    from recordings import BadInput
+
+    for name in names:
+        if context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
+            option = f"--{name.rstrip('_').replace('_', '-')}"
+            raise BadInput(option, "it does nothing here", remedy)
 
 
 def command(
+    context: Context,
     plant_file: Annotated[Path | None, Argument(help="Plant file (TOML): many valves, as a service.")] = None,
     plant: Annotated[Path | None, Option(help="The same as an option.")] = None,
     check: Annotated[bool, Option("--check", help="Only say what a plant file would do; nothing is sent.")] = False,
@@ -39,6 +55,7 @@ def command(
     unit: Annotated[str | None, Option(help="Device ids of equal valves on one line: 1,2,5-7.")] = None,
     valve: Annotated[str | None, Option(help="Names of the valves, one for each device id: A,B,C.")] = None,
     ring: Annotated[bool, Option("--ring", help="Fetch every sample that the device keeps in its ring.")] = False,
+    report: Annotated[Path | None, Option(help="Write a self-contained HTML page here at the end.")] = None,
     page: Annotated[str | None, Option(help="Show a live page: [HOST:]PORT; 0 for any free port.")] = None,
     expose: Annotated[
         bool, Option("--expose", help="Let other machines look at the page; needs the three below.")
@@ -61,8 +78,13 @@ def command(
     if plant_file or plant or check:
         from bristle.cli.watching.service import plant_service
 
+        others = set(context.params) - {*PLANT_FILE, *OF_PLANT_FILES, *OF_BOTH}
+        _refuse(
+            context, sorted(others), "it is for one source; write it into the plant file, which has keys of its own"
+        )
         plant_service(plant_file or plant, check, duration, metrics, on_event, settings)
         return
+    _refuse(context, OF_PLANT_FILES, "it is for a plant file: give --plant, too")
     from bristle.cli.sources import located, valves_from
     from bristle.cli.watching import monitoring
     from hil import Polling, RecorderSettings, RingReading, open_source
@@ -77,6 +99,6 @@ def command(
     kept = state or model.with_name(f"{model.stem}.state.json")
     options = monitoring.MonitorOptions(
         model, learn, calibrate or (), kept, false_alarms, events, duration, recorded, source.startswith("replay:"),
-        settings, source, rate,
+        settings, source, rate, report,
     )  # fmt: skip
     monitoring.watch(live, options)

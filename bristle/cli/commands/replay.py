@@ -19,6 +19,7 @@ def command(
     false_alarms: Annotated[float, Option(help="Allowed false alarms a month.", min=1e-3, max=1e4)] = 1.0,
     events: Annotated[Path | None, Option(help="Append events to this file instead of printing them.")] = None,
     valve: Annotated[str | None, Option(help="Name of the valve; the recording's own otherwise.")] = None,
+    report: Annotated[Path | None, Option(help="Write a self-contained HTML page here.")] = None,
     pace: Annotated[float | None, Option(help="Times real time; as fast as possible otherwise.", min=1e-3)] = None,
 ) -> None:
     """Watch a recording as if it were live: the same detector, the same events. Exit code 1 when there was an alarm.
@@ -30,5 +31,7 @@ def command(
     from hil import open_source
 
     address = f"replay:{file_of(recording)}" + (f"?pace={pace:g}" if pace else "")
-    options = monitoring.MonitorOptions(model, learn, calibrate or (), state, false_alarms, events, own_clock=True)
+    options = monitoring.MonitorOptions(
+        model, learn, calibrate or (), state, false_alarms, events, own_clock=True, report=report
+    )
     monitoring.watch(open_source(address, name=valve), options)

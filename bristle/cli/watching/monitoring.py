@@ -17,8 +17,9 @@ from bristle.cli.output.live import Latest, LiveLine
 from bristle.cli.output.manner import answer, manner, note
 from bristle.cli.watching.live_page import announce
 from bristle.door.sources import read
-from detector import LEAST_STROKES, Watch, described, learn_recordings
+from detector import LEAST_STROKES, Judgement, Watch, WatchCourse, WatchedValve, described, learn_recordings, watch_page
 from hil import (
+    LinkEvent,
     Monitor,
     MonitorEnd,
     MonitorEvent,
@@ -27,6 +28,7 @@ from hil import (
     PageSettings,
     PollingStopped,
     RecorderSettings,
+    Sample,
     ShownMonitor,
     Source,
     Statistics,
@@ -34,7 +36,7 @@ from hil import (
     load_state,
     monitor_session,
 )  # fmt: skip
-from recordings import BadInput, NegativeAnswer, may_pass
+from recordings import BadInput, NegativeAnswer, may_pass, save_text
 from simulator import ValveModel
 
 MOST_KEPT = 10_000
@@ -45,7 +47,7 @@ MOST_KEPT = 10_000
 class MonitorOptions:
     """The options of both commands. model : file; learn_s [s]; calibrate : recordings of a healthy valve; state : file
     to resume from and to save to; false_alarms : a month; events : file, None for stdout; page : where it is served,
-    None for no page; address, rate_hz : of the source, for the page.
+    None for no page; address, rate_hz : of the source, for the page; report : file to write at the end, None for none.
     """
 
     model: Path
@@ -60,6 +62,7 @@ class MonitorOptions:
     page: PageSettings | None = None
     address: str = ""
     rate_hz: float = 10.0
+    report: Path | None = None
 
 
 def watch(source: Source, options: MonitorOptions) -> None:
@@ -75,7 +78,7 @@ def watch(source: Source, options: MonitorOptions) -> None:
         on_learned=lambda valve, found: _learned(valve, found, line),
     )
     _resume(monitor, options, model)
-    kept = deque[MonitorEvent](maxlen=MOST_KEPT)
+    kept, courses = deque[MonitorEvent](maxlen=MOST_KEPT), _Courses(monitor)
 
     def show(status: tuple[WatchStatus, ...], statistics: Statistics, seconds: float) -> None:
         line.update(seconds, f"{_standing(status, statistics)}  {live.words()}")
@@ -83,7 +86,7 @@ def watch(source: Source, options: MonitorOptions) -> None:
     with _opened(options.events, mute=manner().json) as sink:
         sinks = (sink, kept.append)
         session = MonitorSession(
-            sinks, options.duration_s, options.state, model.model_dump_json(), options.record, show
+            sinks, options.duration_s, options.state, model.model_dump_json(), options.record, show, courses.take
         )
         if options.page is None:
             end = _ended(monitor_session(live, monitor, session))
@@ -91,6 +94,8 @@ def watch(source: Source, options: MonitorOptions) -> None:
             end = _shown(live, monitor, session, options, model)
     line.end()
     answer(_result(end, monitor, kept))
+    if options.report is not None:
+        save_text(options.report, courses.page())
     _finish(end, monitor)
 
 
@@ -110,7 +115,13 @@ def _shown(
     folder = None if options.record is None else options.record.to
     with Page(options.page or PageSettings(), shown, folder) as page:
         announce(page)
-        told = replace(session, taken=shown.take)
+
+        def take(item: Sample | LinkEvent, event: MonitorEvent | None) -> None:
+            shown.take(item, event)
+            if session.taken is not None:
+                session.taken(item, event)
+
+        told = replace(session, taken=take)
 
         async def both() -> MonitorEnd:
             serving = asyncio.ensure_future(page.always())
@@ -134,6 +145,28 @@ def _resume(monitor: Monitor, options: MonitorOptions, model: ValveModel) -> Non
         for name in monitor.resume(known):
             note(f"{name}: resumed from {options.state}")
             _learned(name, known[name][0], LiveLine())
+
+
+class _Courses:
+    """What was seen of every valve so far, for the report at the end."""
+
+    def __init__(self, monitor: Monitor) -> None:
+        self._monitor = monitor
+        self._courses = {name: WatchCourse() for name in monitor.valves}
+        self._newest: dict[str, Judgement | None] = dict.fromkeys(monitor.valves)
+
+    def take(self, item: Sample | LinkEvent, event: MonitorEvent | None) -> None:
+        """An item of the source, after the monitor has taken it."""
+        judgement = self._monitor.valves[item.valve].judgement
+        if judgement is not None and judgement is not self._newest[item.valve]:
+            self._courses[item.valve].add(judgement)
+            self._newest[item.valve] = judgement
+
+    def page(self) -> str:
+        """The report."""
+        watches = {name: valve.watch for name, valve in self._monitor.valves.items()}
+        learned = {name: "" if one is None else one.evidence.promise.sentence for name, one in watches.items()}
+        return watch_page([WatchedValve(name, learned[name], course) for name, course in self._courses.items()])
 
 
 class _opened:

@@ -11,6 +11,7 @@ import numpy as np
 from detector.evaluation.outcome import Evaluation
 from detector.evaluation.results.opening import opening
 from detector.evaluation.results.table import ResultTable
+from detector.page import whole_page
 from simulator.damadics import scenario
 
 if TYPE_CHECKING:
@@ -36,27 +37,10 @@ _ON_PAGE = 400
 
 _FOLDED = ("isolation", "trials")
 
-_STYLE = """
-body { font: 15px/1.5 system-ui, sans-serif; margin: 2rem auto; max-width: 75rem; padding: 0 1rem; color: #1c2127; }
-h2 { margin: 2.2rem 0 .4rem; font-size: 1.25rem; } .note { max-width: 60rem; color: #4a525c; margin: .2rem 0 .8rem; }
-table { border-collapse: collapse; font-size: 13px; font-variant-numeric: tabular-nums; }
-td, th { padding: 2px 8px; border-bottom: 1px solid #d5d9df; text-align: left; white-space: nowrap; }
-th { background: #f3f5f7; position: sticky; top: 0; } td.long { white-space: normal; min-width: 22rem; }
-.wide { overflow: auto; max-height: 44rem; } summary { cursor: pointer; padding: 4px 0; }
-#opening { border-left: 5px solid #8a8f98; background: #f3f5f7; padding: 4px 14px; } #opening p { margin: 4px 0; }
-@page { size: A4; margin: 14mm 12mm; }
-@media print {
-  body { margin: 0; padding: 0; max-width: none; font-size: 11px; } .wide { overflow: visible; max-height: none; }
-  table { font-size: 9px; } td, th { white-space: normal; overflow-wrap: anywhere; position: static; padding: 2px 4px; }
-  td.long { min-width: 0; } tr { break-inside: avoid; } h2 { break-after: avoid; }
-}
-"""
-
 
 def page(outcome: Evaluation, made: Sequence[ResultTable]) -> str:
     """The page; it needs no network."""
     from bokeh.embed import components
-    from bokeh.resources import Resources
 
     drawn = {name: trials[0]["curves"] for name, trials in _main(outcome).items() if "curves" in trials[0]}
     plots = {name: _plot(name, curves) for name, curves in drawn.items()}
@@ -67,11 +51,8 @@ def page(outcome: Evaluation, made: Sequence[ResultTable]) -> str:
     for number, name in enumerate(plots):
         opened = " open" if number < _OPEN else ""
         sections.append(f"<details{opened}><summary>{escape(scenario(name).text)}</summary>{places[name]}</details>")
-    view = "<meta name='viewport' content='width=device-width, initial-scale=1'>"
-    head = f"<meta charset='utf-8'>{view}<title>Detectors on the benchmark</title><style>{_STYLE}</style>"
-    inline = Resources(mode="inline", components=["bokeh"]).render_js()
-    body = "\n".join(["<h1>Detectors on the benchmark</h1>", opening(outcome), _compared(outcome), *sections])
-    return f"<!DOCTYPE html><html lang='en'><head>{head}{inline}</head><body>{body}{script}</body></html>"
+    body = "\n".join([opening(outcome), _compared(outcome), *sections])
+    return whole_page("Detectors on the benchmark", body, script)
 
 
 def _main(outcome: Evaluation) -> Mapping[str, Any]:

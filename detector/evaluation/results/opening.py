@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from datetime import UTC, datetime
 from html import escape
 
 from detector.evaluation.outcome import Evaluation
 from detector.evaluation.results.verdicts import detected
+from detector.page import OpeningVerdict, PageOpening, dated
 
 KEY = (
     "Key: fN-abrupt or fN-incipient is fault N of the DAMADICS benchmark, sudden or growing; play and lugre are two "
@@ -31,7 +31,7 @@ def opening(outcome: Evaluation) -> str:
     rate = outcome.plan.rate_per_h
     kept = false <= max(3.0 * rate * hours, 1.0)
     whole = seen[best] == len(scenarios)
-    word, shape = ("Good", "●") if kept and whole else ("Watch", "▲") if kept else ("Repair", "■")
+    word: OpeningVerdict = "good" if kept and whole else "watch" if kept else "repair"
     why = f"{best} sees {seen[best]} of {len(scenarios)} scenarios, the most of {len(seen)} detectors"
     sure = (
         f"{false} false alarms in {hours:.1f} fault-free hours, {rate:g} an hour stated; "
@@ -40,7 +40,5 @@ def opening(outcome: Evaluation) -> str:
     action = f"use {best}" if kept and whole else "see what is missed, and why, before relying on it" if kept else (
         f"do not use {best} at this rate: it raises more false alarms than stated"
     )  # fmt: skip
-    lines = (("Verdict", f"{shape} {word}: {why}"), ("Confidence", sure), ("Next", action))
-    said = "".join(f"<p><b>{name}:</b> {escape(text)}</p>" for name, text in lines)
-    date = f"<p class='note'>DAMADICS benchmark actuator, simulated. Report of {datetime.now(UTC):%Y-%m-%d}</p>"
-    return f"{date}<div id='opening'>{said}</div><p class='note'>{escape(KEY)}</p>"
+    about = dated("DAMADICS benchmark actuator, simulated.")
+    return f"{about}{PageOpening(word, why, sure, action).html}<p class='note'>{escape(KEY)}</p>"

@@ -13,6 +13,7 @@ from bokeh.document import Document, without_document_lock
 from bokeh.models import ColumnDataSource
 
 from hil.page.feed import Feed, FeedSamples
+from hil.page.views.events import event_rows
 from hil.page.views.figures import figure_rows, histograms, signature
 from hil.page.views.history import RecordedHistories, RecordedHistory, about, history_of
 from hil.page.views.live import CARRIER, LivePage
@@ -21,10 +22,8 @@ from hil.page.views.plots import LOOP_S, SHOWN_S, LivePlots, history_plot, live_
 from hil.page.views.rendering import template
 from hil.page.views.words import SHOWN, clock, measured, since
 from hil.service.in_service.figures import InServiceFigures
-from hil.service.status import ValveStatus
 from recordings import Array, BadInput
 
-NEWEST_EVENTS = 20
 MOST_DRAWN = 4000
 """Samples in a drawing that follows."""
 
@@ -67,7 +66,7 @@ class ValvePage:
             ),
             "check": template("check.html").render(evidence=valve.evidence, check=valve.check),
             "figures": _figures(valve.figures),
-            "events": template("events.html").render(events=_newest(valve), clock=clock),
+            "events": template("events.html").render(events=event_rows(valve.events), clock=clock),
             "link": template("link.html").render(link=valve.link),
             "history": template("history.html").render(
                 files=self._recordings.files, chosen=self._chosen, said=self._said
@@ -122,10 +121,6 @@ def _figures(figures: InServiceFigures | None) -> str:
         histograms=[] if figures is None else histograms(figures),
         signature=None if figures is None else signature(figures.signature),
     )  # fmt: skip
-
-
-def _newest(valve: ValveStatus) -> Sequence[object]:
-    return valve.events[::-1][:NEWEST_EVENTS]
 
 
 def stream(plots: LivePlots, samples: FeedSamples, n_new: int) -> None:

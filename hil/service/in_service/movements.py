@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from typing import Annotated, Protocol
@@ -89,20 +88,19 @@ class Movements:
         rows, self._n = self._rows[: self._n].copy(), 0
         return rows
 
-    def figures(self, rows: Array, at: float | None = None) -> InServiceFigures:
-        """Look at a window, and give all figures. at : POSIX [s], now otherwise. It takes a second at most."""
-        when = time.time() if at is None else at
+    def figures(self, rows: Array, at: float) -> InServiceFigures:
+        """Look at a window, and give all figures. at : of its newest sample, POSIX [s]. It takes a second at most."""
         if self._stroke is None:
             self._notes = ("the model does not know the stroke: plant.stroke_m",)
         elif len(rows) >= 2:
-            self._learn(looked_at(rows, self._present, self._plant), when)
+            self._learn(looked_at(rows, self._present, self._plant), at)
         places, lengths = self._travel.histograms
         known = {
             name: trended(self._history.get(name, ()), self._friction_unit if name == "friction" else unit)
             for name, unit in QUANTITIES.items()
         }
         return InServiceFigures(
-            datetime.fromtimestamp(when, UTC), self._travel.observed_s, places, lengths, self._travel.whole / 100.0,
+            datetime.fromtimestamp(at, UTC), self._travel.observed_s, places, lengths, self._travel.whole / 100.0,
             self._travel.reversals, self._curve, **known, steps=self._steps, notes=self._notes,
         )  # fmt: skip
 
