@@ -94,11 +94,12 @@ def main() -> None:
         "[friction](../models/friction.md), [LuGre](../models/lugre.md), [Leuven](../models/leuven.md), "
         "[backlash](../models/backlash.md) and [Preisach](../models/preisach.md); `bristle fit --compare` makes such a "
         "table of any recording.\n\n"
-        "The output of (2.39) and (2.52) is late, and a friction leads: as frictions they are a slope less such an output. "
-        "Maxwell slip is a case of the Preisach model, whose grid resolves it where there are thousands of samples, as on "
-        "the tribometer. A signature has some forty points of one loop, which does not carry first-order curves; so its "
-        "grid is of four cells a side, and the hysteresis, narrow against the stroke, falls between its levels. A "
-        "signature has no time either: its points follow one another at one speed, so that nothing depends on the speed."
+        "The output of (2.39) and (2.52) is late, and a friction leads: as frictions they are a slope less such an "
+        "output. Maxwell slip is a case of the Preisach model, whose grid resolves it where there are thousands of "
+        "samples, as on the tribometer. A signature has some forty points of one loop, which does not carry "
+        "first-order curves; so its grid is of four cells a side, and the hysteresis, narrow against the stroke, falls "
+        "between its levels. A signature has no time either: its points follow one another at one speed, so that "
+        "nothing depends on the speed."
     )
     head = ("data", "model", "", "parameters", "fitted [N]", "held out [N]")
     rows = [*table(rig, "tribometer"), *table(valve, "signature")]

@@ -25,7 +25,6 @@ from simulator.friction import (
 )
 from simulator.hysteresis import Everett, MaxwellSlip, Preisach
 
-
 CELLS = 16
 """Most cells along each side of the grid of the Preisach model."""
 PER_MASS = 8
@@ -55,8 +54,8 @@ class FrictionModel(ABC):
     """A friction model along an imposed motion, as columns that the linear parameters multiply.
 
     id : what it is called; text : in words, with its equation; linear : names and units of the linear parameters;
-    positive : names of those that may not be negative; slope : the one that is a spring to the motion, which is left out
-    where spring.K is fitted: the two are one, and the motion does not tell them apart.
+    positive : names of those that may not be negative; slope : the one that is a spring to the motion, which is left
+    out where spring.K is fitted: the two are one, and the motion does not tell them apart.
     """
 
     id: str
@@ -192,7 +191,10 @@ class PreisachModel(FrictionModel):
     id, text, slope = "preisach", "slope less Preisach, masses over a grid (2.52-2.58)", "k"
 
     def __init__(self, low: float = 0.0, high: float = 1.0, cells: int = CELLS) -> None:
-        self._levels, self._cells = np.linspace(low, high, cells + 1), [(a, b) for a in range(cells) for b in range(a + 1)]
+        self._levels, self._cells = (
+            np.linspace(low, high, cells + 1),
+            [(a, b) for a in range(cells) for b in range(a + 1)],
+        )
         self.linear = (("k", "N/m"), *((f"mu {a}.{b}", "N") for a, b in self._cells))
         self.positive = tuple(name for name, _ in self.linear)
 

@@ -107,10 +107,10 @@ def functional_remainder(alpha: StribeckAlpha, nominal: float, order: int, veloc
 
 
 def functional_both_basis(nominal: tuple[float, float], order: int, velocity: ArrayLike) -> Array:
-    """S (n_samples, 1 + order (order + 1)) of the expansion in c1 and c2: v^2i exp(-k v^2/c2n)/(1 + c1n exp(..))^(k + 1).
+    """S (n_samples, 1 + order (order + 1)) of the expansion in c1 and c2: v^2i e^k/(1 + c1n e)^(k + 1).
 
-    nominal : c1n and c2n. First i = k = 0, then for each k from 1 to the order all i from 0 to the order. Raises
-    BadParameter as `functional_basis`.
+    nominal : c1n and c2n; e = exp(-v^2/c2n). First i = k = 0, then for each k from 1 to the order all i from 0 to the
+    order. Raises BadParameter as `functional_basis`.
     """
     c1n, c2n = nominal
     plain = functional_basis(c1n, c2n, order, velocity)

@@ -64,7 +64,9 @@ class Everett:
         0.28125
         """
         if negative not in get_args(Negative):
-            raise BadParameter("negative", negative, "it is no way to treat it", f"one of {', '.join(get_args(Negative))}")
+            raise BadParameter(
+                "negative", negative, "it is no way to treat it", f"one of {', '.join(get_args(Negative))}"
+            )
         levels, outputs = tabulated(curves, noise)
         values = (np.diag(outputs)[:, None] - outputs) / 2
         middle = (outputs[-1, -1] + outputs[0, 0]) / 2

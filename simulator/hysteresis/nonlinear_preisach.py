@@ -38,9 +38,7 @@ class NonlinearPreisach:
         self._past = DominantExtrema(low, high)
 
     @classmethod
-    def learned(
-        cls, levels: ArrayLike, first: ArrayLike, second: ArrayLike, noise: float = 0.0
-    ) -> NonlinearPreisach:
+    def learned(cls, levels: ArrayLike, first: ArrayLike, second: ArrayLike, noise: float = 0.0) -> NonlinearPreisach:
         """The model of measured curves at rising levels (n).
 
         first (n, n) : output at input level k on the first-order curve from level i >= k; second (n, n, n) : the same
@@ -90,7 +88,9 @@ def _check_second(u: Array, P: Array, allowed: float) -> None:
     if crossed.any():
         a, b, at = (int(x[0]) for x in np.nonzero(crossed))
         found = f"from {u[a]:g} over {u[b]:g} lies above that over {u[b + 1]:g} at {u[at]:g}"
-        raise BadParameter("second", "", f"the curve {found}", "measured curves do not cross: average, or leave one out")
+        raise BadParameter(
+            "second", "", f"the curve {found}", "measured curves do not cross: average, or leave one out"
+        )
 
 
 def _odd(P: Array) -> Array:

@@ -41,7 +41,6 @@ class Lines:
             (self.ct + self.mr * self.cr) / (self.mr - self.mt), (self.cb + self.ml * self.cl) / (self.ml - self.mb),
         )  # fmt: skip
 
-
     def enclosing(self) -> Lines:
         """These lines. Raises BadParameter where they have crossed, so that no loop is between them."""
         v1, v2, v3, v4 = self.corners

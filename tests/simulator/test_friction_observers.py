@@ -104,6 +104,7 @@ def test_the_parameters_of_the_smoothed_sign_are_observed():
     found = TanhObserver(2.0, 0.01, 3000.0).follow(t, u, v)
     assert found.parameters[-1] == pytest.approx([60.0, 30.0, 200.0], rel=0.03)
     assert np.abs(found.velocity - v)[-1000:].max() < 1e-3
+    assert TanhObserver(2.0, 0.01).regressors(v)["fc"] == pytest.approx(np.tanh(3000.0 * v))  # 30 in units of vs
     one = TanhObserver(2.0, 0.01, 3000.0, unknown=("fc",), known={"excess": 30.0, "sigma2": 200.0}).follow(t, u, v)
     assert one.parameters[-1] == pytest.approx([60.0], rel=0.01)
 

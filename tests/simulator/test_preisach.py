@@ -152,7 +152,7 @@ def test_second_order_curves_that_cross_are_refused_unless_by_noise():
         NonlinearPreisach.learned(levels, first, swapped)
     lowered = first.copy()
     lowered[5] -= 0.5
-    with pytest.raises(BadParameter, match="curves from 1: at 0 it lies below the one from 0.8"):
+    with pytest.raises(BadParameter, match=r"curves from 1: at 0 it lies below the one from 0\.8"):
         NonlinearPreisach.learned(levels, lowered, second)
     curves = first_order_curves(Preisach(smooth, 0.0, 1.0).update, levels)
     with pytest.raises(BadParameter, match="curves from 1: at 0 it lies below"):
