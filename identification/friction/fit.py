@@ -52,7 +52,11 @@ class FrictionFit:
         """Value and unit of every parameter by name; those of the friction begin with the model's id."""
         units = dict(PLANT)
         named = [(name, units[name]) for name in self.plant]
-        named += [(f"{self.model.id}.{name}", unit) for name, unit in self.model.linear]
+        named += [
+            (f"{self.model.id}.{name}", unit)
+            for (name, unit), fitted in zip(self.model.linear, _fitted(self.model, self.plant), strict=True)
+            if fitted
+        ]
         found = {name: (float(value), unit) for (name, unit), value in zip(named, self.linear, strict=True)}
         shapes = self.model.shapes(ImposedPath(np.zeros(2), np.zeros(2), np.zeros(2)))
         return found | {
@@ -110,22 +114,32 @@ def _solved(
     rows = np.concatenate([_columns(model, plant, one, shapes)[one.counts] for one in stretches])
     size = np.linalg.norm(rows, axis=0)
     size = np.where(size > 0, size, 1.0)
-    if model.positive:
-        linear = _not_negative(rows / size, target, len(plant)) / size
-    else:
-        linear = np.linalg.lstsq(rows / size, target, rcond=1e-10)[0] / size
+    fitted = _fitted(model, plant)
+    signs = [name in model.positive for (name, _), kept in zip(model.linear, fitted, strict=True) if kept]
+    linear = _least_squares(rows / size, target, np.array([False] * len(plant) + signs)) / size
     return linear, rows @ linear - target
 
 
-def _not_negative(rows: Array, target: Array, free: int) -> Array:
-    """Least squares with only the first `free` coefficients of either sign; by QR, so that it is small."""
-    from scipy.optimize import lsq_linear
+def _least_squares(rows: Array, target: Array, positive: NDArray[np.bool_]) -> Array:
+    """Coefficients, some of them not negative: these after the free ones are projected out."""
+    from scipy.optimize import nnls
 
-    q, r = np.linalg.qr(rows)
-    low = np.concatenate([np.full(free, -np.inf), np.zeros(rows.shape[1] - free)])
-    return np.asarray(lsq_linear(r, q.T @ target, (low, np.inf)).x, np.float64)
+    found = np.zeros(rows.shape[1])
+    free, bound = rows[:, ~positive], rows[:, positive]
+    if bound.shape[1]:
+        directions, sizes, _ = np.linalg.svd(free, full_matrices=False)
+        q = directions[:, sizes > 1e-10 * sizes.max(initial=0.0)]
+        found[positive] = nnls(bound - q @ (q.T @ bound), target - q @ (q.T @ target), maxiter=100 * len(found))[0]
+    found[~positive] = np.linalg.lstsq(free, target - bound @ found[positive], rcond=1e-10)[0]
+    return found
+
+
+def _fitted(model: FrictionModel, plant: tuple[str, ...]) -> list[bool]:
+    """Which linear parameters of a model are fitted: all, but for a slope beside the spring of the plant."""
+    return [not (name == model.slope and "spring.K" in plant) for name, _ in model.linear]
 
 
 def _columns(model: FrictionModel, plant: tuple[str, ...], one: Stretch, shapes: Array) -> Array:
     carried = {"mass.m": one.a, "spring.K": one.path.x, "spring.F0": np.ones(len(one.a))}
-    return np.column_stack([*(carried[name] for name in plant), model.columns(one.path, shapes)])
+    own = model.columns(one.path, shapes)[:, _fitted(model, plant)]
+    return np.column_stack([*(carried[name] for name in plant), own])

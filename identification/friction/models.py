@@ -25,6 +25,11 @@ from simulator.friction import (
 )
 from simulator.hysteresis import Everett, MaxwellSlip, Preisach
 
+CELLS = 16
+"""Most cells along each side of the grid of the Preisach model."""
+PER_MASS = 8
+"""Fewest samples for each of its masses."""
+
 
 @dataclass(frozen=True)
 class ImposedPath:
@@ -49,13 +54,15 @@ class FrictionModel(ABC):
     """A friction model along an imposed motion, as columns that the linear parameters multiply.
 
     id : what it is called; text : in words, with its equation; linear : names and units of the linear parameters;
-    positive : whether none of these may be negative.
+    positive : names of those that may not be negative; slope : the one that is a spring to the motion, which is left
+    out where spring.K is fitted: the two are one, and the motion does not tell them apart.
     """
 
     id: str
     text: str
     linear: tuple[tuple[str, str], ...]
-    positive = False
+    positive: tuple[str, ...] = ()
+    slope = ""
 
     def bound(self, path: ImposedPath) -> FrictionModel:
         """The model with what a motion fixes once for all, as the levels of a grid."""
@@ -101,7 +108,7 @@ def _lengths(path: ImposedPath) -> tuple[float, float]:
 class LuGreModel(FrictionModel):
     """LuGre (2.13-2.17) for unit friction: its deflection fc/sigma0 and its Stribeck curve are searched."""
 
-    id, text, positive = "lugre", "LuGre (2.13-2.17)", True
+    id, text, positive = "lugre", "LuGre (2.13-2.17)", ("fc", "sigma1", "sigma2")
     linear = (("fc", "N"), ("sigma1", "N s/m"), ("sigma2", "N s/m"))
 
     def shapes(self, path: ImposedPath) -> tuple[ShapeRange, ...]:
@@ -122,7 +129,7 @@ class LuGreModel(FrictionModel):
 class LeuvenModel(FrictionModel):
     """The Leuven model (2.32-2.35) of a straight F_d(z), whose transition bends by n."""
 
-    id, text, positive = "leuven", "Leuven integrated model (2.32-2.35)", True
+    id, text, positive = "leuven", "Leuven integrated model (2.32-2.35)", ("fc", "sigma2")
     linear = (("fc", "N"), ("sigma2", "N s/m"))
 
     def shapes(self, path: ImposedPath) -> tuple[ShapeRange, ...]:
@@ -140,8 +147,9 @@ class LeuvenModel(FrictionModel):
 class MaxwellModel(FrictionModel):
     """Maxwell slip: elements that slip at even shares of a searched deflection, each with a friction of its own."""
 
-    id, text, positive = "maxwell-slip", "Maxwell slip, six elements (2.33)", True
+    id, text = "maxwell-slip", "Maxwell slip, six elements (2.33)"
     linear = (*((f"f{i}", "N") for i in range(1, 7)), ("sigma2", "N s/m"))
+    positive = tuple(name for name, _ in linear)
 
     def shapes(self, path: ImposedPath) -> tuple[ShapeRange, ...]:
         return (ShapeRange("d", "m", *_lengths(path)),)
@@ -152,44 +160,60 @@ class MaxwellModel(FrictionModel):
 
 
 class BacklashLikeModel(FrictionModel):
-    """Backlash-like hysteresis (2.39): linear in c, B1 and its first value."""
+    """A slope less backlash-like hysteresis (2.39), F = k x - w with c > B1: linear in k - c and c - B1.
 
-    id, text = "backlash-like", "backlash-like hysteresis (2.39)"
-    linear = (("c", "N/m"), ("c - B1", "N/m"), ("ahead", "N"))
+    The output of (2.39) is late, and a friction leads: along its loop the force is higher on the way up. The memory of
+    the start fades slowly, so c - B1 is in two shares: that of a start that had settled on the way up, and down.
+    """
+
+    id, text = "backlash-like", "slope less backlash-like hysteresis (2.39)"
+    linear = (("k - c", "N/m"), ("c - B1 up", "N/m"), ("c - B1 down", "N/m"))
+    positive, slope = ("c - B1 up", "c - B1 down"), "k - c"
 
     def shapes(self, path: ImposedPath) -> tuple[ShapeRange, ...]:
         low, high = _lengths(path)
         return (ShapeRange("alpha", "1/m", 1 / high, 1 / low),)
 
     def columns(self, path: ImposedPath, shapes: Array) -> Array:
-        travelled = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(path.x)))])
-        loop = SmoothBacklash(float(shapes[0]), 1.0, 0.0, (float(path.x[0]), float(path.x[0])))
-        hysteresis = np.array([loop.update(float(x)) for x in path.x]) - path.x
-        return np.column_stack([path.x, hysteresis, np.exp(-shapes[0] * travelled)])
+        x, alpha = path.x.tolist(), float(shapes[0])
+        loops = [SmoothBacklash(alpha, 1.0, 0.0, (x[0], x[0] + way / alpha)) for way in (-1, 1)]
+        late = [[loop.update(value) for value in x] for loop in loops]
+        return np.column_stack([path.x, *(path.x - np.array(row) for row in late)])
 
 
 class PreisachModel(FrictionModel):
-    """The classical Preisach model (2.52-2.58) over an even grid of levels, with a mass in every cell of its plane."""
+    """A slope less the classical Preisach model, F = k x - f (2.52-2.58), with a mass in every cell of an even grid.
 
-    id, text, positive = "preisach", "Preisach, masses over a grid of eight levels (2.52-2.58)", True
-    linear = tuple((f"mu {a}.{b}", "N") for a in range(8) for b in range(a + 1))
+    The output of (2.52) is late, and a friction leads. A slope less a play is a spring that slips, so Maxwell slip is
+    the case in which a mass depends on alpha - beta alone.
+    """
 
-    def __init__(self, levels: Array | None = None) -> None:
-        self._levels = np.linspace(0.0, 1.0, 9) if levels is None else levels
+    id, text, slope = "preisach", "slope less Preisach, masses over a grid (2.52-2.58)", "k"
+
+    def __init__(self, low: float = 0.0, high: float = 1.0, cells: int = CELLS) -> None:
+        self._levels, self._cells = (
+            np.linspace(low, high, cells + 1),
+            [(a, b) for a in range(cells) for b in range(a + 1)],
+        )
+        self.linear = (("k", "N/m"), *((f"mu {a}.{b}", "N") for a, b in self._cells))
+        self.positive = tuple(name for name, _ in self.linear)
 
     def bound(self, path: ImposedPath) -> FrictionModel:
-        """With levels over the range of a motion; what goes beyond counts as the outermost."""
-        return PreisachModel(np.linspace(path.x.min(), path.x.max(), 9))
+        """With levels over the range of a motion, what goes beyond counts as the outermost; and with as many cells as
+        leave `PER_MASS` samples for each mass.
+        """
+        cells = int((np.sqrt(1 + 8 * len(path.x) / PER_MASS) - 1) / 2)
+        return PreisachModel(float(path.x.min()), float(path.x.max()), min(max(cells, 1), CELLS))
 
     def shapes(self, path: ImposedPath) -> tuple[ShapeRange, ...]:
         return ()
 
     def columns(self, path: ImposedPath, shapes: Array) -> Array:
-        return np.column_stack([self._cell(a, b).follow(path.x) for a in range(8) for b in range(a + 1)])
+        return np.column_stack([path.x, *(-self._cell(a, b).follow(path.x) for a, b in self._cells)])
 
     def _cell(self, a: int, b: int) -> Preisach:
         """The model of one unit mass, spread evenly over a cell: beta in cell b, alpha in cell a."""
-        rows, columns = np.indices((9, 9))
+        rows, columns = np.indices((len(self._levels), len(self._levels)))
         values = ((rows > a) & (columns <= b) & (columns < rows)).astype(float)
         return Preisach(Everett(self._levels, values), float(self._levels[0]), float(self._levels[-1]))
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+
+from recordings import BadParameter
 from simulator.backlash.play import GeneralisedPlay
 
 
@@ -9,7 +12,7 @@ class Backlash:
     """u = B(v) of (2.36): along m (v - cr) while v rises, along m (v - cl) while it falls, at rest in between.
 
     slope : m > 0; left, right : the crossings cl < cr of the v axis; start : first output.
-    Raises ValueError for values that are no backlash.
+    Raises BadParameter for values that are no backlash.
 
     >>> gap = Backlash(left=-0.5, right=0.5)
     >>> [gap.update(v) for v in (1.0, 0.2, -1.0)]
@@ -26,6 +29,8 @@ class Backlash:
 
 
 def check(slope: float, left: float, right: float) -> None:
-    """Raises ValueError unless slope > 0 and left < right."""
-    if not (slope > 0 and left < right):
-        raise ValueError(f"slope {slope:g}, crossings {left:g} and {right:g}: the slope is positive, the left one less")
+    """Raises BadParameter unless slope > 0 and left < right, all of them finite."""
+    if not 0 < slope < math.inf:
+        raise BadParameter("slope", f"{slope:g}", "it is not a positive number", "m > 0")
+    if not -math.inf < left < right < math.inf:
+        raise BadParameter("right", f"{right:g}", f"it is not above the left crossing, {left:g}", "c_r > c_l")

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from recordings import BadParameter
+
 Curve = Callable[[float], float]
 
 
@@ -22,9 +24,10 @@ class GeneralisedPlay:
         self._push, self._pull, self.output = push, pull, start
 
     def update(self, value: float) -> float:
-        """The output after the input moved one way to a value. Raises ValueError where the curves have crossed."""
+        """The output after the input moved one way to a value. Raises BadParameter where the curves have crossed."""
         low, high = self._push(value), self._pull(value)
         if not low <= high:
-            raise ValueError(f"at {value:g} the play pushes to {low:g} and pulls to {high:g}: its curves have crossed")
+            found = f"it is {low:g} at {value:g}, above pull, {high:g}: the curves have crossed"
+            raise BadParameter("push", "", found, "push(v) <= pull(v)")
         self.output = min(max(self.output, low), high)
         return self.output

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 
+from recordings import BadParameter
+
 
 class SmoothBacklash:
     """w of (2.39), dw = alpha abs(dv) (c v - w) + B1 dv, by its solution (2.40, 2.41) for one-way moves of v.
 
     c v - w comes to rest at +-(c - B1)/alpha (2.42, 2.43), the backlash distance times c. alpha : rate of the
     transition; c : slope of the lines; b1 : slope in the middle, b1 < c; start : first v and w.
-    Raises ValueError for values that are no backlash.
+    Raises BadParameter for values that are no backlash.
 
     >>> smooth = SmoothBacklash(alpha=1.0, c=3.0, b1=1.0)
     >>> smooth.update(40.0) - 3.0 * 40.0
@@ -18,8 +20,10 @@ class SmoothBacklash:
     """
 
     def __init__(self, alpha: float, c: float, b1: float, start: tuple[float, float] = (0.0, 0.0)) -> None:
-        if not (alpha > 0 and c > b1):
-            raise ValueError(f"alpha {alpha:g}, c {c:g}, b1 {b1:g}: alpha is positive and c above b1")
+        if not 0 < alpha < math.inf:
+            raise BadParameter("alpha", f"{alpha:g}", "it is not a positive number", "alpha > 0")
+        if not -math.inf < b1 < c < math.inf:
+            raise BadParameter("c", f"{c:g}", f"it is not above b1, {b1:g}", "c > B1")
         self._alpha, self._c, self._limit = alpha, c, (c - b1) / alpha
         self._input, self.output = start
 

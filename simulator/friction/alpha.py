@@ -106,6 +106,54 @@ def functional_remainder(alpha: StribeckAlpha, nominal: float, order: int, veloc
     return alpha.c0 * ratio ** (order + 1) / (1 + alpha.c1 * e)
 
 
+def functional_both_basis(nominal: tuple[float, float], order: int, velocity: ArrayLike) -> Array:
+    """S (n_samples, 1 + order (order + 1)) of the expansion in c1 and c2: v^2i e^k/(1 + c1n e)^(k + 1).
+
+    nominal : c1n and c2n; e = exp(-v^2/c2n). First i = k = 0, then for each k from 1 to the order all i from 0 to the
+    order. Raises BadParameter as `functional_basis`.
+    """
+    c1n, c2n = nominal
+    plain = functional_basis(c1n, c2n, order, velocity)
+    w = np.atleast_1d(np.asarray(velocity, dtype=float)) ** 2
+    powers = w[:, None] ** np.arange(order + 1)
+    return np.column_stack([plain[:, :1], *(plain[:, [k]] * powers for k in range(1, order + 1))])
+
+
+def functional_both(alpha: StribeckAlpha, nominal: tuple[float, float], order: int) -> Array:
+    """Weights W (1 + order (order + 1)) of that expansion, by the Taylor series in c1 - c1n and 1/c2n - 1/c2.
+
+    With w = v^2, e = exp(-w/c2n), d = c1 - c1n and h = 1/c2n - 1/c2 the denominator is 1 + c1n e + e u, where
+    u = d + (c1n + d)(exp(h w) - 1). So alpha is c0 times the sum over k of (-u e)^k/(1 + c1n e)^(k + 1), and what is
+    left of u^k up to the order in d and h together is a polynomial in w.
+    """
+    _check(order)
+    c1n, c2n = nominal
+    d, h = alpha.c1 - c1n, 1 / c2n - 1 / alpha.c2
+    series = np.array([0.0, *(1 / factorial(i) for i in range(1, order + 1))])
+    u = np.zeros((order + 1, order + 1))  # by powers of d and of h w
+    u[0] = c1n * series
+    if order:
+        u[1] = series
+        u[1, 0] = 1.0
+    power, rows = np.zeros_like(u), []
+    power[0, 0] = 1.0
+    inside = np.add.outer(np.arange(order + 1), np.arange(order + 1)) <= order
+    for k in range(order + 1):
+        weights = (-1.0) ** k * alpha.c0 * (d ** np.arange(order + 1.0) @ power) * h ** np.arange(order + 1.0)
+        rows.append(weights[:1] if k == 0 else weights)
+        power = np.where(inside, _product(power, u), 0.0)
+    return np.concatenate(rows)
+
+
+def _product(one: Array, other: Array) -> Array:
+    """Of two polynomials in two variables (n, n), without the powers from n on."""
+    n, found = len(one), np.zeros_like(one)
+    for a in range(n):
+        for i in range(n):
+            found[a:, i:] += one[a, i] * other[: n - a, : n - i]
+    return found
+
+
 def _check(order: int) -> None:
     if order < 0:
         raise BadParameter("order", order, "it is negative", "0 or more")

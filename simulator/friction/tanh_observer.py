@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from recordings import Array, BadInput, BadParameter
 
 SLOPE = 30.0
-"""sigma of tanh(sigma v), v in units of a typical velocity: the value that the source recommends."""
+"""sigma of tanh(sigma v), v in units of the Stribeck velocity: the value that the source recommends."""
 NAMES = ("fc", "excess", "sigma2")
 
 
@@ -32,8 +32,9 @@ class ObservedFriction:
 class TanhObserver:
     """An observer of m dv/dt = u - F(v) whose parameters are states: dp/dt = 0 beside v (Luenberger, varying gain).
 
-    mass [kg]; vs : Stribeck velocity [m/s], known; slope [s/m] of tanh; unknown : which of fc, excess (fs - fc) and
-    sigma2 are estimated; known : values of the others. F is linear in them: m dv/dt = u - phi(v) p. With e = v - v-hat,
+    mass [kg]; vs : Stribeck velocity [m/s], known; slope [s/m] of tanh, 30/vs where not given; unknown : which of fc,
+    excess (fs - fc) and sigma2 are estimated; known : values of the others. F is linear in them:
+    m dv/dt = u - phi(v) p. With e = v - v-hat,
 
         dv-hat/dt = (u - phi p-hat)/m + pole e,    dp-hat/dt = -gain phi e,
 
@@ -49,13 +50,14 @@ class TanhObserver:
         self,
         mass: float,
         vs: float,
-        slope: float,
+        slope: float | None = None,
         unknown: tuple[str, ...] = NAMES,
         known: dict[str, float] | None = None,
         pole: float = 50.0,
         rate: float = 1.0,
         worst: float = 1e4,
     ) -> None:
+        slope = SLOPE / vs if slope is None and vs else slope or 0.0
         given = {"mass": mass, "vs": vs, "slope": slope, "pole": pole, "rate": rate, "worst": worst}
         for name, value in given.items():
             if not 0 < value < np.inf:

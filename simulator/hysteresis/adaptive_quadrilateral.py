@@ -19,7 +19,7 @@ class AdaptiveQuadrilateralInverse:
 
     lines : first estimates mt, ct, mb, cb, mr, cr, ml, cl; gain : between 0 and 2; between : a slope that is above
     those of top and bottom and below those of the sides; scale : typical size of v; start : first ud and v.
-    Raises BadParameter for a gain out of range and a `between` that does not lie between, and as `Lines`.
+    Raises BadParameter for a gain out of range and a `between` that does not lie between, and as `Quadrilateral`.
     """
 
     def __init__(
@@ -31,7 +31,7 @@ class AdaptiveQuadrilateralInverse:
         start: tuple[float, float] = (0.0, 0.0),
         **lines: float,
     ) -> None:
-        k = Lines(**lines)
+        k = Lines(**lines).enclosing()
         low, high = max(k.mt, k.mb), min(k.mr, k.ml)
         self._between = math.sqrt(low * high) if between is None else between
         if not low < self._between < high:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -63,6 +63,10 @@ class Everett:
         >>> Everett.learned(first_order_curves(true.update, [0.0, 0.25, 0.5, 0.75, 1.0]))(1.0, 0.25)
         0.28125
         """
+        if negative not in get_args(Negative):
+            raise BadParameter(
+                "negative", negative, "it is no way to treat it", f"one of {', '.join(get_args(Negative))}"
+            )
         levels, outputs = tabulated(curves, noise)
         values = (np.diag(outputs)[:, None] - outputs) / 2
         middle = (outputs[-1, -1] + outputs[0, 0]) / 2

@@ -67,11 +67,11 @@ def follow(path, out, state, turns, knots, values):  # type: ignore[no-untyped-d
 
 
 @native
-def slipping(z, way, level, n, origin, turns, count, knots, values):  # type: ignore[no-untyped-def]
-    """dz/dx of (2.34), r being F/S on the virgin curve and (F - F_b)/(2 S) on a branch."""
-    now = force(z, origin, turns, count, knots, values)
+def slipping(now, way, level, n, turns, count):  # type: ignore[no-untyped-def]
+    """dz/dx of (2.34) at a force, r being F/S on the virgin curve and (F - F_b)/(2 S) on a branch."""
     r = way * now / level if count == 0 else way * (now - turns[count - 1, 1]) / (2 * level)
-    return 1 - abs(r) ** n if r >= 0 else 1 + abs(r) ** n
+    share = abs(r) if n == 1.0 else abs(r) ** n
+    return 1 - share if r >= 0 else 1 + share
 
 
 @native
@@ -88,8 +88,9 @@ def creep(moves, levels, n, step, forces, slips, state, turns, knots, values):  
             parts = int(np.ceil(abs(moves[k]) / step))
             h, level = moves[k] / parts, levels[k]
             for _ in range(parts):
-                half = z + h / 2 * slipping(z, way, level, n, origin, turns, count, knots, values)
-                moved = h * slipping(half, way, level, n, origin, turns, count, knots, values)
+                half = z + h / 2 * slipping(now, way, level, n, turns, count)
+                middle = force(half, origin, turns, count, knots, values)
+                moved = h * slipping(middle, way, level, n, turns, count)
                 z += moved
                 if moved * way > 0:
                     count = closed(z, way, origin, turns, count)

@@ -36,14 +36,19 @@ class MovingPreisach:
 
     @classmethod
     def learned(
-        cls, curves: Sequence[ReversalCurve], below: Branch | None = None, above: Branch | None = None
+        cls,
+        curves: Sequence[ReversalCurve],
+        below: Branch | None = None,
+        above: Branch | None = None,
+        noise: float = 0.0,
     ) -> MovingPreisach:
         """The model of measured first-order curves: T by (2.60), its branches by their ends and by the highest curve.
 
-        below, above : the output beyond the lowest and the highest reversal value; flat where not given.
+        below, above : the output beyond the lowest and the highest reversal value; flat where not given; noise :
+        standard deviation of the outputs, within which curves may seem to cross.
         Raises BadParameter for curves with gaps and for crossing curves.
         """
-        levels, outputs = tabulated(curves)
+        levels, outputs = tabulated(curves, noise)
         n, up, down = len(levels), np.diag(outputs).copy(), outputs[-1]
         table = np.tril(down[None, :] - outputs)
 

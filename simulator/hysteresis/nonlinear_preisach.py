@@ -10,6 +10,7 @@ from scipy.interpolate import RegularGridInterpolator
 
 from recordings import Array, BadParameter
 from simulator.hysteresis.extrema import DominantExtrema
+from simulator.hysteresis.reversal_curves import check_crossing
 
 
 class NonlinearPreisach:
@@ -37,13 +38,14 @@ class NonlinearPreisach:
         self._past = DominantExtrema(low, high)
 
     @classmethod
-    def learned(cls, levels: ArrayLike, first: ArrayLike, second: ArrayLike) -> NonlinearPreisach:
+    def learned(cls, levels: ArrayLike, first: ArrayLike, second: ArrayLike, noise: float = 0.0) -> NonlinearPreisach:
         """The model of measured curves at rising levels (n).
 
         first (n, n) : output at input level k on the first-order curve from level i >= k; second (n, n, n) : the same
-        on the second-order curve from i down to j and up again, j <= k <= i. Others are not read.
-        Raises BadParameter for tables of other shapes, with a gap (a value that is not finite), and for second-order
-        curves that cross the first-order one.
+        on the second-order curve from i down to j and up again, j <= k <= i. Others are not read. noise : standard
+        deviation of the outputs, within which curves may seem to cross.
+        Raises BadParameter for tables of other shapes, with a gap (a value that is not finite), and for curves that
+        cross: first-order ones each other, second-order ones from one first-order curve each other or that curve.
         """
         u, f1, f2 = (np.asarray(table, dtype=float) for table in (levels, first, second))
         n = len(u)
@@ -56,9 +58,8 @@ class NonlinearPreisach:
         P = np.where(inside, f1[:, None, :] - f2, 0.0)
         if not np.isfinite(P).all():
             raise BadParameter("second", "", "a value is not finite", "measure every j <= k <= i: curves have no gaps")
-        if P.min() < -1e-9 * np.abs(f1[np.tril_indices(n)]).max():
-            raise BadParameter("second", f"{P.min():g}", "a second-order curve lies above its first-order one",
-                               "a branch that rises lies below the one that falls")  # fmt: skip
+        check_crossing(u, f1, noise)
+        _check_second(u, P, 6 * noise + 1e-9 * np.abs(f1[np.tril_indices(n)]).max())
         at = RegularGridInterpolator((u, u, u), _odd(P), bounds_error=False, fill_value=None)
         return cls(
             lambda v: float(np.interp(v, u, f1[-1])), lambda a, b, v: float(at((a, b, v))), float(u[0]), float(u[-1])
@@ -74,6 +75,22 @@ class NonlinearPreisach:
     def memory(self) -> tuple[float, ...]:
         """The dominant extrema, oldest first."""
         return self._past.memory
+
+
+def _check_second(u: Array, P: Array, allowed: float) -> None:
+    """A second-order curve from further down lies below, all of them below their first-order curve: P falls to 0."""
+    i, j, k = np.meshgrid(*[np.arange(len(u))] * 3, indexing="ij")
+    above = P.min(initial=0.0)
+    if above < -allowed:
+        raise BadParameter("second", f"{above:g}", "a second-order curve lies above its first-order one",
+                           "a branch that rises lies below the one that falls")  # fmt: skip
+    crossed = (np.diff(P, axis=1) > allowed) & ((j < k) & (k <= i))[:, :-1]
+    if crossed.any():
+        a, b, at = (int(x[0]) for x in np.nonzero(crossed))
+        found = f"from {u[a]:g} over {u[b]:g} lies above that over {u[b + 1]:g} at {u[at]:g}"
+        raise BadParameter(
+            "second", "", f"the curve {found}", "measured curves do not cross: average, or leave one out"
+        )
 
 
 def _odd(P: Array) -> Array:

@@ -66,7 +66,7 @@ def tabulated(curves: Sequence[ReversalCurve], noise: float = 0.0) -> tuple[Arra
     for i, curve in enumerate(curves):
         _check_gaps(curve, levels[: i + 1])
         table[i, : i + 1] = np.interp(levels[: i + 1], curve.input[::-1], curve.output[::-1])
-    _check_crossing(levels, table, 6 * noise)
+    check_crossing(levels, table, noise)
     return levels, table
 
 
@@ -84,9 +84,9 @@ def _check_gaps(curve: ReversalCurve, levels: Array) -> None:
         raise BadParameter("curves", name, found, "each curve has a sample between any two levels")
 
 
-def _check_crossing(levels: Array, table: Array, allowed: float) -> None:
-    """A curve from further up lies above at every input, or the branches have crossed."""
-    least = -allowed - 1e-9 * np.nanmax(np.abs(table))
+def check_crossing(levels: Array, table: Array, noise: float) -> None:
+    """Raises BadParameter unless, of a table as of `tabulated`, a curve from further up lies above at every input."""
+    least = -6 * noise - 1e-9 * np.nanmax(np.abs(table))
     for i, j in zip(*np.nonzero(np.diff(table, axis=0) < least), strict=True):
         found = f"at {levels[j]:g} it lies below the one from {levels[i]:g}"
         remedy = "measured curves do not cross: average, or leave one out"

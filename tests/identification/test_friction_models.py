@@ -7,11 +7,14 @@ import json
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.optimize import lsq_linear
 
 import bristle as br
 from identification import FRICTION_MODELS
+from identification.friction.fit import _least_squares
 from identification.friction.models import ImposedPath
 from recordings import BadInput, BadParameter, Recording
+from simulator.backlash import SmoothBacklash
 from simulator.friction import LuGreParameters
 from simulator.hysteresis import MaxwellSlip
 
@@ -83,6 +86,36 @@ def test_non_local_memory_is_told_from_one_bristle():
     found = br.compare_friction(rig(maxwell()), models=["lugre", "maxwell-slip"])
     assert [row.name for row in found.rows] == ["maxwell-slip", "lugre"]
     assert found.best.held_out_n < 0.5 * found.rows[1].held_out_n
+
+
+def test_preisach_contains_maxwell_slip_and_knows_which_way_a_friction_leads():
+    found = br.compare_friction(rig(maxwell()), models=["preisach", "maxwell-slip", "lugre"])
+    errors = {row.name: row.held_out_n for row in found.rows}
+    assert errors["preisach"] < 0.5 * errors["lugre"]
+    assert errors["preisach"] < 0.04 * 23.0  # of the friction, with a grid of sixteen cells a side
+
+
+def test_backlash_like_friction_keeps_its_condition_and_leaves_the_spring_to_the_valve():
+    loop = SmoothBacklash(6e3, 8e4, 1e4, (X[0], 8e4 * X[0]))
+    late = np.array([loop.update(x) for x in X])
+    found = br.compare_friction(rig(11e4 * X - late + 20.0), models=["backlash-like", "coulomb"])
+    values = {name: value for name, (value, _) in found.best.fit.values.items()}
+    assert found.best.name == "backlash-like"
+    assert found.best.held_out_n == pytest.approx(0.05, rel=0.2)
+    assert values["spring.K"] == pytest.approx(11e4 - 8e4, rel=0.02)  # k - c: the two are one
+    assert values["backlash-like.c - B1 up"] + values["backlash-like.c - B1 down"] == pytest.approx(7e4, rel=0.02)
+    assert not any(name.startswith("backlash-like.k") for name in values)
+    held = br.compare_friction(rig(11e4 * X - late + 20.0), models=["backlash-like"], without=["spring"])
+    assert held.best.fit.values["backlash-like.k - c"][0] == pytest.approx(3e4, rel=0.02)
+
+
+def test_bounded_least_squares_are_scipys():
+    rng = np.random.default_rng(5)
+    rows, target = rng.normal(size=(60, 9)), rng.normal(size=60)
+    positive = np.arange(9) >= 3
+    expected = lsq_linear(rows, target, (np.where(positive, 0.0, -np.inf), np.inf), method="bvls").x
+    assert _least_squares(rows, target, positive) == pytest.approx(expected, abs=1e-8)
+    assert (expected[3:] < 1e-12).any()
 
 
 def test_a_recording_held_out_judges_and_the_answer_is_written(tmp_path):

@@ -11,6 +11,7 @@ import pytest
 from traced_valves import recorded, traced, traced_imposed
 
 from bristle.cli.app import run
+from identification import trace
 from identification.data.experiment import experiment
 from identification.tracing.models.comparison import Whiteness
 from identification.tracing.models.trial_data import divided
@@ -78,6 +79,15 @@ def test_friction_in_several_bells_is_named_and_measured():
     assert found.effects_added == ("position_speed_friction",)
     values = {n.removeprefix("position_speed_friction."): v for n, v in found.model.values.items()}
     assert {n: values[n] for n in truth} == pytest.approx(truth, rel=0.05)
+
+
+@pytest.mark.slow
+def test_the_exponent_of_the_stribeck_curve_is_named_and_measured():
+    values = {"stribeck_exponent.e": 0.8, "lugre.vs": 0.01}
+    first, second, held, _ = recorded("stribeck_exponent", values)
+    found = trace([first, second], holdout=[held])
+    assert found.verdict == "stribeck_exponent"
+    assert {name: found.model.values[name] for name in values} == pytest.approx(values, rel=0.05)
 
 
 @pytest.mark.slow

@@ -114,6 +114,8 @@ def test_break_away_forces_give_the_rise_back(true, noise):
     found, rmse = fit_dwell(type(true), DWELL, force)
     assert (found.ultimate, found.start) == pytest.approx((true.ultimate, true.start), rel=1e-6 if not noise else 0.04)
     assert found.gamma == pytest.approx(true.gamma, rel=1e-5 if not noise else 0.15)
+    if isinstance(true, ExponentialDwell):
+        assert found.m == pytest.approx(true.m, rel=1e-5 if not noise else 0.1)
     assert rmse == pytest.approx(noise, rel=0.3, abs=1e-6)
 
 

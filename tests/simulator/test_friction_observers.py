@@ -18,6 +18,8 @@ from simulator.friction import (
     TanhObserver,
     functional,
     functional_basis,
+    functional_both,
+    functional_both_basis,
     functional_remainder,
     simulate_servo,
     smoothed_friction,
@@ -102,6 +104,7 @@ def test_the_parameters_of_the_smoothed_sign_are_observed():
     found = TanhObserver(2.0, 0.01, 3000.0).follow(t, u, v)
     assert found.parameters[-1] == pytest.approx([60.0, 30.0, 200.0], rel=0.03)
     assert np.abs(found.velocity - v)[-1000:].max() < 1e-3
+    assert TanhObserver(2.0, 0.01).regressors(v)["fc"] == pytest.approx(np.tanh(3000.0 * v))  # 30 in units of vs
     one = TanhObserver(2.0, 0.01, 3000.0, unknown=("fc",), known={"excess": 30.0, "sigma2": 200.0}).follow(t, u, v)
     assert one.parameters[-1] == pytest.approx([60.0], rel=0.01)
 
@@ -170,6 +173,26 @@ def test_the_functional_expansion_leaves_its_remainder_at_any_speed(excess, nomi
     left = alpha(V) - found
     assert left == pytest.approx(functional_remainder(alpha, nominal, order, V), abs=1e-9)
     assert np.abs(left).max() <= alpha.c0 * abs(excess - nominal) ** (order + 1) + 1e-9  # the bound after (2.31)
+
+
+@pytest.mark.parametrize("order", [0, 1, 2, 4])
+def test_the_expansion_in_both_parameters_is_of_its_order(order):
+    """Halving the way from the nominal values divides what is left by 2^(order + 1), at every speed on the way."""
+    nominal = (0.5, 1e-4)
+
+    def left(way):
+        alpha = StribeckAlpha(1000.0, 0.5 + 0.3 * way, 1 / (1e4 - 3e3 * way))
+        found = functional_both_basis(nominal, order, V) @ functional_both(alpha, nominal, order)
+        return np.abs(alpha(V) - found).max()
+
+    assert left(0.02) / left(0.01) == pytest.approx(2 ** (order + 1), rel=0.1)
+    assert left(1.0) < 1000.0 * 0.3 ** (order + 1)
+
+
+def test_the_expansion_in_both_is_that_in_one_where_the_other_is_known():
+    alpha = StribeckAlpha(1000.0, 0.7, 1e-4)
+    both = functional_both_basis((0.5, 1e-4), 3, V) @ functional_both(alpha, (0.5, 1e-4), 3)
+    assert both == pytest.approx(functional_basis(0.5, 1e-4, 3, V) @ functional(alpha, 0.5, 3))
 
 
 BELLS = Bells(np.column_stack([np.zeros(13), np.linspace(-0.06, 0.06, 13)]), (np.inf, 0.012))

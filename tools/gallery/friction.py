@@ -22,6 +22,7 @@ from simulator.friction import (
     SevenParameters,
     StribeckAlpha,
     StribeckMap,
+    TangentialStiffness,
     TanhObserver,
     fit_map,
     functional,
@@ -48,6 +49,19 @@ def maps(axes: Any) -> None:
     axes.legend(frameon=False)
 
 
+@picture("A contact until it breaks away (2.1), (2.2), (2.8)", "friction")
+def contact(axes: Any) -> None:
+    step = 2e-5
+    reference = np.interp(np.arange(0, 3, step), [0, 0.5, 1.0, 3.0], [0, 90e-6, 0, 300e-6])
+    run = simulate_drive(SevenParameters(60.0, 0.0, 30.0, 5e6, 1e-3), Drive(1.0, 1e6, 2000.0), reference, step)
+    spring = TangentialStiffness(breakaway=90.0, deflection=18e-6)
+    x = np.array([0.0, spring.deflection])
+    axes.plot(1e6 * x, -spring.force(x), lw=4, color="0.8", label="tangential stiffness")
+    axes.plot(1e6 * run.x[::50], -run.friction[::50], label="Armstrong's contact, pulled, let go and pulled again")
+    axes.set(xlabel="displacement [µm]", ylabel="friction [N]", xlim=(-2, 60), ylim=(-5, 125))
+    axes.legend(frameon=False, loc="upper right")
+
+
 @picture("Static friction against dwell time (2.6), (2.7)", "friction")
 def dwell(axes: Any) -> None:
     t = np.geomspace(1e-2, 1e3, 300)
@@ -66,6 +80,19 @@ def stick_slip(axes: Any) -> None:
         run = simulate_drive(friction, Drive(1.0, 1000.0, 5.0), 8e-3 * t)
         axes.plot(t[::200], run.force[::200], label=f"rise in {rise:g} s")
     axes.set(xlabel="time [s]", ylabel="force of the spring [N]")
+    axes.legend(frameon=False)
+
+
+@picture("Frictional memory: the loop widens with the rate (2.9)", "friction")
+def memory(axes: Any) -> None:
+    friction = SevenParameters(10.0, 100.0, 5.0, 1e6, 2e-3, memory=0.02)
+    for pace in (2.0, 10.0, 25.0):
+        t = np.arange(0, 4 * np.pi / pace, 4e-5)
+        reference = 6e-3 * t + 5e-3 * (1 - np.cos(pace * t)) / pace
+        run = simulate_drive(friction, Drive(1.0, 1e6, 1e4), reference, 4e-5, (0.0, 6e-3))
+        last = t > 2 * np.pi / pace
+        axes.plot(1e3 * run.v[last][::20], -run.friction[last][::20], label=f"{pace:g} rad/s")
+    axes.set(xlabel="velocity [mm/s]", ylabel="friction [N]")
     axes.legend(frameon=False)
 
 
@@ -156,4 +183,4 @@ def leuven_in_time(axes: Any) -> None:
     x = 2e-4 * np.sin(2 * t) + 3e-5 * np.sin(25 * t)
     friction = LeuvenFriction(lambda z: 2e6 * z, lambda v: 80 + 20 * np.exp(-((v / 1e-3) ** 2)), 1.0, 50.0, 5e3)
     axes.plot(1e6 * x[::5], friction.follow(t, x)[::5])
-    axes.set(xlabel="position [um]", ylabel="friction [N]")
+    axes.set(xlabel="position [µm]", ylabel="friction [N]")
