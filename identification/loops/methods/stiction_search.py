@@ -23,12 +23,13 @@ PAST, DELAYS = 20, 13
 """Past values of PV; delays of the valve, in samples of the search."""
 PER_CYCLE, LONGEST = 60, 6000
 """Samples a cycle that are enough for the moments of jumps, and samples in all: more are averaged, or left out."""
-S_GRID = tuple(0.2 + 0.1 * k for k in range(22))
+S_GRID = tuple(0.2 + 0.05 * k for k in range(43))
 J_GRID = (0.0, 0.15, 0.3, 0.5, 0.75, 1.0)
-"""S as multiples of OP's half range, J as a share of S."""
+"""S as multiples of OP's half range, J as a share of S. Where OP hardly goes further than S, little of S too much is a
+valve that never moves: a coarser grid misses the peak."""
 RIDGE = 1e-9
-FINER = 3
-"""How often the neighbourhood of the best pair is searched again, each time with half the step."""
+FINER, BEST = 3, 3
+"""How often the neighbourhoods of the best pairs are searched again, each time with half the step; how many of them."""
 DS, DJ = (grid.ravel() for grid in np.meshgrid((-1.0, 0.0, 1.0), (-2.0, -1.0, 0.0, 1.0, 2.0)))
 """That neighbourhood, in steps of S."""
 
@@ -75,12 +76,17 @@ def search(loop: ControlLoop, period: float | None) -> StictionSearch:
 
 
 def _near(s: Array, j: Array, error: Array, step: float) -> tuple[Array, Array]:
-    """Pairs around the best one, and on both sides of the best backlash."""
-    best, plain = int(np.argmin(error)), np.flatnonzero(j == 0)
-    backlash = s[plain[np.argmin(error[plain])]] + step * np.array([-1.0, 1.0])
-    near_s = np.maximum(np.concatenate([s[best] + step * DS, backlash]), step)
-    near_j = np.concatenate([np.maximum(j[best] + step * DJ, 0.0), [0.0, 0.0]])
-    return near_s, np.minimum(near_j, near_s)
+    """Pairs around the best ones that are not neighbours, and on both sides of the best backlash."""
+    left, plain = error.copy(), np.flatnonzero(j == 0)
+    backlash = s[plain[np.argmin(error[plain])]]
+    near_s, near_j = [backlash + step * np.array([-1.0, 1.0])], [np.zeros(2)]
+    for _ in range(BEST):
+        best = int(np.argmin(left))
+        near_s.append(s[best] + step * DS)
+        near_j.append(j[best] + step * DJ)
+        left[(np.abs(s - s[best]) < 1.5 * step) & (np.abs(j - j[best]) < 3 * step)] = np.inf
+    found = np.maximum(np.concatenate(near_s), step)
+    return found, np.clip(np.concatenate(near_j), 0.0, found)
 
 
 @dataclass(frozen=True)
