@@ -17,7 +17,17 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import minimize
 
-from identification.loops import CAUSES, Assessment, SimulatedLoop, as_kept, assess_loop, loop_evidence, of_search, simulated_loop, table_of
+from identification.loops import (
+    CAUSES,
+    Assessment,
+    SimulatedLoop,
+    as_kept,
+    assess_loop,
+    loop_evidence,
+    of_search,
+    simulated_loop,
+    table_of,
+)
 from recordings import Array
 
 RIDGE = 2.0

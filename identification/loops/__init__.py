@@ -3,6 +3,7 @@
 from identification.loops.assessment import Assessment
 from identification.loops.evidence import of_search
 from identification.loops.forces import FrictionForces, known_of
+from identification.loops.joint import JointPosterior, LugreStem
 from identification.loops.loop import LOOP_KINDS, ControlLoop, LoopKind, loop_of
 from identification.loops.procedure import assess_loop, loop_evidence
 from identification.loops.reading import read_loop
@@ -15,7 +16,9 @@ __all__ = [
     "Assessment",
     "ControlLoop",
     "FrictionForces",
+    "JointPosterior",
     "LoopKind",
+    "LugreStem",
     "SimulatedLoop",
     "as_kept",
     "assess_loop",

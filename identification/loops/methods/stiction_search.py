@@ -1,8 +1,8 @@
 """The search for S and J: a stiction element before a linear process, with the inner problem linear.
 
-Jelali (2008) and Lee, Ren and Huang (2008) search S and J globally; the element is that of Kano et al. (2004). The process
-is ARX: many past values of PV, which stand for noise and disturbances of any colour, and two of the valve behind one of
-many delays, which integrating processes are, too.
+Jelali (2008) and Lee, Ren and Huang (2008) search S and J globally; the element is that of Kano et al. (2004). The
+process is ARX: many past values of PV, which stand for noise and disturbances of any colour, and two of the valve
+behind one of many delays, which integrating processes are, too.
 
 Where a valve stood at the first sample is not known, and a valve whose OP hardly goes further than S never forgets it.
 At an extreme of OP in its first cycle the valve has just moved that way: valves start there, at the highest and at the
@@ -37,7 +37,8 @@ DS, DJ = (grid.ravel() for grid in np.meshgrid((-1.0, 0.0, 1.0), (-2.0, -1.0, 0.
 @dataclass(frozen=True)
 class StictionSearch:
     """The search over S and J. s, j (k,) : pairs, in the unit of OP; error (k,) : best squared error over delays and
-    starts; linear : the same without the element; n : degrees of freedom of the errors.
+    starts; linear : the same without the element; n : degrees of freedom of the errors; starts : samples at which
+    valves were started, and the direction (1 or -1) in which they had moved before.
     """
 
     s: Array
@@ -45,6 +46,7 @@ class StictionSearch:
     error: Array
     linear: float
     n: int
+    starts: tuple[tuple[int, float], ...]
 
     @property
     def gain(self) -> float:
@@ -72,7 +74,7 @@ def search(loop: ControlLoop, period: float | None) -> StictionSearch:
         more_s, more_j = _near(s, j, error, step)
         _, more = ready.errors(more_s, more_j)
         s, j, error = (np.concatenate(pair) for pair in ((s, more_s), (j, more_j), (error, more)))
-    return StictionSearch(s, j, error, linear, ready.n)
+    return StictionSearch(s, j, error, linear, ready.n, ((ready.high, 1.0), (ready.low, -1.0)))
 
 
 def _near(s: Array, j: Array, error: Array, step: float) -> tuple[Array, Array]:
