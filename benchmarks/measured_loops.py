@@ -59,8 +59,7 @@ def main() -> None:
                 word: ", ".join(one.method for one in found.answers if one.says == word)
                 for word in ("stiction", "no_stiction")
             }
-            limits = "; ".join(one.words for one in found.problems if one.limits) if not found.probability else ""
-            limits = limits or ("" if found.oscillations else "no regular oscillation")
+            limits = "; ".join(one.words for one in found.problems if one.hides != "nothing")
             sure = "" if found.probability is None else f" {found.probability:.2f}"
             print(
                 f"| {file} | {label} | {found.verdict}{sure} | {says['stiction']} | {says['no_stiction']} | {limits} |"

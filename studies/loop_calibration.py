@@ -17,7 +17,17 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import minimize
 
-from identification.loops import CAUSES, Assessment, SimulatedLoop, as_kept, assess_loop, loop_evidence, simulated_loop
+from identification.loops import (
+    CAUSES,
+    Assessment,
+    SimulatedLoop,
+    as_kept,
+    assess_loop,
+    loop_evidence,
+    of_search,
+    simulated_loop,
+    table_of,
+)
 from recordings import Array
 
 RIDGE = 2.0
@@ -83,13 +93,17 @@ def kept(seed: int) -> SimulatedLoop:
 
 def module(first: int, last: int, loops: Loops = simulated_loop) -> str:
     """The text of the calibration module for the seeds from `first` to before `last`."""
-    rows: dict[str, list[tuple[Array, int]]] = {"integrating": [], "self-regulating": []}
+    rows: dict[str, list[tuple[Array, int]]] = {"integrating": [], "self-regulating": [], "search alone": []}
     for seed in range(first, last):
         known = loops(seed)
         found = loop_evidence(known.loop)
-        if found is not None:
-            kind = "integrating" if known.loop.integrating else "self-regulating"
-            rows[kind].append((found, CAUSES.index(known.cause)))
+        if found is None:
+            continue
+        weights, whole = found
+        cause = CAUSES.index(known.cause)
+        rows["search alone"].append((of_search(weights), cause))
+        if whole:
+            rows[table_of(known.loop.integrating, whole)].append((weights, cause))
     tables = ""
     for kind, some in rows.items():
         mean, spread, weights = fitted(np.array([one for one, _ in some]), np.array([cause for _, cause in some]))

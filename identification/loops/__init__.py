@@ -1,11 +1,14 @@
 """A control loop from what historians keep, set point, process value and controller output: does its valve stick?"""
 
 from identification.loops.assessment import Assessment
+from identification.loops.evidence import of_search
 from identification.loops.forces import FrictionForces, known_of
+from identification.loops.joint import JointPosterior, LugreStem
 from identification.loops.loop import LOOP_KINDS, ControlLoop, LoopKind, loop_of
 from identification.loops.procedure import assess_loop, loop_evidence
 from identification.loops.reading import read_loop
 from identification.loops.simulated import CAUSES, SimulatedLoop, as_kept, compressed, quantised, simulated_loop
+from identification.loops.verdict import table_of
 
 __all__ = [
     "CAUSES",
@@ -13,7 +16,9 @@ __all__ = [
     "Assessment",
     "ControlLoop",
     "FrictionForces",
+    "JointPosterior",
     "LoopKind",
+    "LugreStem",
     "SimulatedLoop",
     "as_kept",
     "assess_loop",
@@ -21,7 +26,9 @@ __all__ = [
     "known_of",
     "loop_evidence",
     "loop_of",
+    "of_search",
     "quantised",
     "read_loop",
     "simulated_loop",
+    "table_of",
 ]

@@ -28,17 +28,17 @@ class StictionAmount:
     rest: Interval
 
 
-def amounts(found: StictionSearch, op_scale: float) -> StictionAmount:
+def amounts(found: StictionSearch) -> StictionAmount:
     """S and J of the best pair, and the smallest and largest of the pairs that the data do not tell from it."""
     worse = found.n * np.log(found.error / found.error.min())
     inside = worse <= WIDENED * float(chi2.ppf(0.95, 2))
     best = int(np.argmin(found.error))
     s_step, j_step = _half_steps(found, best)
     return StictionAmount(
-        _interval(found.s, inside, best, s_step).scaled(op_scale),
-        _interval(found.j, inside, best, j_step).scaled(op_scale),
-        _interval(found.s + found.j, inside, best, s_step).scaled(op_scale),
-        _interval(found.s - found.j, inside, best, s_step).scaled(op_scale),
+        _interval(found.s, inside, best, s_step),
+        _interval(found.j, inside, best, j_step),
+        _interval(found.s + found.j, inside, best, s_step),
+        _interval(found.s - found.j, inside, best, s_step),
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -18,12 +19,17 @@ SATURATED, MANUAL = 0.1, 0.3
 FEWEST_CYCLES, FEWEST_PER_CYCLE = 10.0, 10.0
 
 
+Hidden = Literal["nothing", "shape", "everything"]
+"""Without the shape of the signals the search for S and J is left, which can find stiction but not exclude it; with
+everything hidden the answer is `cannot_tell`."""
+
+
 @dataclass(frozen=True)
 class DataProblem:
-    """words : a sentence; limits : whether the answer must be `cannot_tell`; cause : what it is evidence of."""
+    """words : a sentence; hides : what of the valve cannot be seen; cause : what it is evidence of."""
 
     words: str
-    limits: bool
+    hides: Hidden = "nothing"
     cause: str | None = None
 
 
@@ -32,20 +38,26 @@ def data_problems(loop: ControlLoop, oscillations: tuple[Oscillation, ...]) -> t
     found = [*_compressed(loop), *_saturated(loop), *_stopped(loop)]
     if loop.gaps:
         words = f"{loop.gaps} stretches of samples are missing: the longest one without a gap is used"
-        found.append(DataProblem(words, False))
+        found.append(DataProblem(words))
     if oscillations:
         cycles, each = len(loop.pv) * loop.dt / oscillations[0].period_s, oscillations[0].period_s / loop.dt
         if cycles < FEWEST_CYCLES:
-            found.append(DataProblem(f"{cycles:.1f} cycles are fewer than ten", True))
+            found.append(DataProblem(f"{cycles:.1f} cycles are fewer than ten", "shape"))
         if each < FEWEST_PER_CYCLE:
-            found.append(DataProblem(f"{each:.1f} samples a cycle are fewer than ten", True))
+            found.append(DataProblem(f"{each:.1f} samples a cycle are fewer than ten", "shape"))
+    else:
+        found.append(DataProblem("the loop does not oscillate regularly", "shape"))
     if loop.sp is not None and np.mean(np.diff(loop.sp) != 0) > 0.2:
-        found.append(DataProblem("the set point moves in most samples: the loop is the inner one of a cascade", False))
+        found.append(DataProblem("the set point moves in most samples: the loop is the inner one of a cascade"))
     if loop.sp is None:
-        found.append(DataProblem("no set point: it is taken as constant", False))
+        found.append(DataProblem("no set point: it is taken as constant"))
     if loop.kind is None:
-        found.append(DataProblem("the kind of loop is not known: it is taken as self-regulating", False))
+        found.append(DataProblem("the kind of loop is not known: it is taken as self-regulating"))
     return tuple(found)
+
+
+def _everything(hidden: bool | np.bool_) -> Hidden:
+    return "everything" if hidden else "nothing"
 
 
 def _compressed(loop: ControlLoop) -> list[DataProblem]:
@@ -63,13 +75,13 @@ def _compressed(loop: ControlLoop) -> list[DataProblem]:
         quantum = _quantum(change, scale)
         if quantum > COARSE * float(np.std(values)):
             words = f"{name} is quantised in steps of {quantum:.3g}, {quantum / np.std(values):.2g} standard deviations"
-            found.append(DataProblem(words, quantum > 0.3 * float(np.std(values))))
+            found.append(DataProblem(words, _everything(quantum > 0.3 * float(np.std(values)))))
         elif held > REPEATED and not quantum and _leaps(change):
             words = f"{name} is compressed: {100 * held:.0f} % of its samples repeat the one before"
-            found.append(DataProblem(words, True))
+            found.append(DataProblem(words, "everything"))
         elif straight > REPEATED:
             words = f"{name} is compressed: {100 * straight:.0f} % of its samples are interpolated on straight lines"
-            found.append(DataProblem(words, True))
+            found.append(DataProblem(words, "everything"))
     return found
 
 
@@ -97,7 +109,7 @@ def _saturated(loop: ControlLoop) -> list[DataProblem]:
     if share < SATURATED:
         return []
     words = f"OP is at an end of its range in {100 * share:.0f} % of the samples: saturation"
-    return [DataProblem(words, share > 3 * SATURATED, "saturation")]
+    return [DataProblem(words, _everything(share > 3 * SATURATED), "saturation")]
 
 
 def _stopped(loop: ControlLoop) -> list[DataProblem]:
@@ -107,4 +119,4 @@ def _stopped(loop: ControlLoop) -> list[DataProblem]:
     if longest < MANUAL:
         return []
     words = f"OP stands still for {100 * longest:.0f} % of the time: the loop was in manual mode"
-    return [DataProblem(words, True)]
+    return [DataProblem(words, "everything")]

@@ -15,9 +15,11 @@ NAMES = (
     "gain", "jump gain", "regularity",
 )  # fmt: skip
 """Evidence by name; methods by their ids."""
+OF_SEARCH = np.array([name in ("gain", "jump gain") for name in NAMES])
+"""What is left where the data hide the shape of the signals."""
 
 
-def evidence(answers: Sequence[MethodAnswer], found: StictionSearch, oscillation: Oscillation) -> Array:
+def evidence(answers: Sequence[MethodAnswer], found: StictionSearch, oscillation: Oscillation | None) -> Array:
     """The evidence (9,), NaN where a method does not apply; each clipped to where it is known to mean something."""
     by_name = {one.method: one.value for one in answers}
     limits = {"area-ratio": (0.5, 2.0), "relay-fit": (-1.0, 1.0)}
@@ -25,9 +27,11 @@ def evidence(answers: Sequence[MethodAnswer], found: StictionSearch, oscillation
     for name in NAMES[:6]:
         value = by_name.get(name)
         values.append(np.nan if value is None else float(np.clip(value, *limits.get(name, (0.0, 1.0)))))
-    values += [
-        float(np.log1p(50 * min(max(found.gain, 0.0), 3.0))),
-        float(np.log1p(50 * min(max(found.jump_gain, 0.0), 2.0))),
-        float(np.log(min(oscillation.regularity, 20.0))),
-    ]
+    values += [float(np.log1p(max(one, 0.0))) for one in (found.gain, found.jump_gain)]
+    values.append(float(np.log(min(oscillation.regularity, 20.0))) if oscillation else np.nan)
     return np.array(values)
+
+
+def of_search(weights: Array) -> Array:
+    """The evidence without what looks at shapes."""
+    return np.where(OF_SEARCH, weights, np.nan)

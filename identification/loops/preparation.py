@@ -2,51 +2,30 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from identification.loops.loop import ControlLoop
 from identification.loops.methods import Cycles
 from recordings import Array
 
-PER_SEARCH = 60
 PER_CYCLE = 30
 """Samples a cycle that are enough for every method; more are averaged, which takes noise away."""
 
 
-@dataclass(frozen=True)
-class Prepared:
-    """cycles : for the methods; fine : for the search of S and J, which needs the moments of jumps.
-
-    op_scale : OP in its own unit is so many times that of the two.
-    """
-
-    cycles: Cycles
-    fine: Cycles
-    op_scale: float
-
-
-def prepared(loop: ControlLoop, period_s: float) -> Prepared:
+def prepared(loop: ControlLoop, period_s: float) -> Cycles:
     """The loop made ready for the methods, with the period of its strongest oscillation."""
     period = period_s / loop.dt
-    return Prepared(_cycles(loop, period, PER_CYCLE, True), _cycles(loop, period, PER_SEARCH, False), _scale(loop.op))
-
-
-def _scale(values: Array) -> float:
-    return max(float(np.std(values)), 1e-300)
-
-
-def _cycles(loop: ControlLoop, period: float, most: int, level: bool) -> Cycles:
-    """The loop with at most about so many samples a cycle; level : without what is slower than some cycles."""
-    every = max(1, round(period / most))
+    every = max(1, round(period / PER_CYCLE))
     pv, op, error = (_averaged(values, every) for values in (loop.pv, loop.op, loop.error))
-    if level:
-        pv, op, error = (values - _slow(values, max(3, int(4 * period / every))) for values in (pv, op, error))
+    pv, op, error = (values - _slow(values, max(3, int(4 * period / every))) for values in (pv, op, error))
     return Cycles(
         (pv - np.mean(pv)) / _scale(pv), (op - np.mean(op)) / _scale(loop.op), error / _scale(error), period / every,
         loop.integrating, loop.kind == "flow",
     )  # fmt: skip
+
+
+def _scale(values: Array) -> float:
+    return max(float(np.std(values)), 1e-300)
 
 
 def _averaged(values: Array, every: int) -> Array:

@@ -7,71 +7,98 @@ from dataclasses import dataclass
 
 from identification.loops.amounts import amounts
 from identification.loops.assessment import Assessment
-from identification.loops.data_problems import data_problems
-from identification.loops.evidence import evidence
+from identification.loops.data_problems import DataProblem, data_problems
+from identification.loops.evidence import evidence, of_search
 from identification.loops.forces import friction_forces, full_force
+from identification.loops.joint import JointPosterior, joint_inference, refused
 from identification.loops.loop import ControlLoop
 from identification.loops.methods import METHODS, MethodAnswer, StictionSearch, hammerstein_answer, search
 from identification.loops.oscillation import Oscillation, oscillations
 from identification.loops.preparation import prepared
-from identification.loops.verdict import verdict, weighed
+from identification.loops.verdict import table_of, verdict, weighed
 from recordings import Array
 
 
 @dataclass(frozen=True)
 class LoopFindings:
-    """What the methods and the search say of a loop with the strongest oscillation; op_scale : of `tried`."""
+    """What the methods and the search say of a loop with the strongest oscillation.
+
+    whole : whether the data show the shape of the signals; else only the search has an answer.
+    """
 
     answers: tuple[MethodAnswer, ...]
     tried: StictionSearch
-    op_scale: float
     weights: Array
+    whole: bool
 
 
-def findings(loop: ControlLoop, oscillation: Oscillation) -> LoopFindings:
+def findings(loop: ControlLoop, found: tuple[Oscillation, ...], problems: tuple[DataProblem, ...]) -> LoopFindings:
     """Every method's answer for a loop."""
-    ready = prepared(loop, oscillation.period_s)
-    tried = search(ready.fine)
-    answers = (*(method(ready.cycles) for method in METHODS), hammerstein_answer(tried))
-    return LoopFindings(answers, tried, ready.op_scale, evidence(answers, tried, oscillation))
+    oscillation = found[0] if found else None
+    tried = search(loop, oscillation.period_s / loop.dt if oscillation else None)
+    ready = prepared(loop, oscillation.period_s) if oscillation else None
+    answers = (*(method(ready) for method in METHODS if ready), hammerstein_answer(tried))
+    weights, whole = evidence(answers, tried, oscillation), not any(one.hides == "shape" for one in problems)
+    return LoopFindings(answers, tried, weights if whole else of_search(weights), whole)
 
 
-def loop_evidence(loop: ControlLoop) -> Array | None:
-    """The evidence of a loop, (k,); None where the data cannot carry an answer."""
+def loop_evidence(loop: ControlLoop) -> tuple[Array, bool] | None:
+    """The evidence of a loop, (k,), and whether it is whole; None where the data cannot carry an answer."""
     found = oscillations(loop)
-    if not found or any(one.limits for one in data_problems(loop, found)):
+    problems = data_problems(loop, found)
+    if any(one.hides == "everything" for one in problems):
         return None
-    return findings(loop, found[0]).weights
+    seen = findings(loop, found, problems)
+    return seen.weights, seen.whole
 
 
 def assess_loop(
-    loop: ControlLoop, guesses: tuple[str, ...] = (), valve: Mapping[str, float] | None = None
+    loop: ControlLoop, guesses: tuple[str, ...] = (), valve: Mapping[str, float] | None = None, joint: bool = False
 ) -> Assessment:
-    """Assess a loop. A fault of the data that hides what the methods look at makes the answer `cannot_tell`.
+    """Assess a loop. Where the data hide the shape of the signals, only the search for S and J has a say: the answer
+    is `stiction` or `cannot_tell`. Where they hide more, it is `cannot_tell`.
 
-    valve : data of the valve by the names of `forces.ITEMS`, for friction in N.
+    valve : data of the valve by the names of `forces.ITEMS`, for friction in N; joint : whether to infer the valve and
+    the process together, which takes half a minute.
     """
     full = full_force(valve) if valve else None
     found = oscillations(loop)
     problems = data_problems(loop, found)
-    limits = [one.words for one in problems if one.limits]
+    limits = "; ".join(one.words for one in problems if one.hides != "nothing")
     saturation = {one.cause: 1.0 for one in problems if one.cause}
-    if not found:
-        why = "; ".join([*limits, "the loop does not oscillate regularly"])
-        return Assessment("cannot_tell", None, why, loop, problems, guesses, found, None, saturation, ())
-    seen = findings(loop, found[0])
-    if limits:
-        why = "; ".join(limits)
-        return Assessment("cannot_tell", None, why, loop, problems, guesses, found, None, saturation, seen.answers)
-    causes = weighed(seen.weights, loop.integrating)
+    seen = findings(loop, found, problems)
+    series = None if not joint else refused("the valve was not found to stick")
+    if any(one.hides == "everything" for one in problems):
+        return Assessment(
+            "cannot_tell", None, limits, loop, problems, guesses, found, None, saturation, seen.answers, None, series
+        )
+    causes = weighed(seen.weights, table_of(loop.integrating, seen.whole))
     probability = causes.pop("stiction")
-    others = dict(sorted({**causes, **saturation}.items(), key=lambda one: -one[1]))
     answer = verdict(probability)
+    if not seen.whole and answer != "stiction":
+        return Assessment(
+            "cannot_tell", None, limits, loop, problems, guesses, found, None, saturation, seen.answers, None, series
+        )
+    others = dict(sorted({**causes, **saturation}.items(), key=lambda one: -one[1]))
     says = {word: [one.method for one in seen.answers if one.says == word] for word in ("stiction", "no_stiction")}
     why = f"for stiction: {_list(says['stiction'])}; against: {_list(says['no_stiction'])}"
-    amount = amounts(seen.tried, seen.op_scale) if answer == "stiction" and loop.op_percent else None
+    why = why if seen.whole else f"by the search for S and J alone, as {limits}"
+    amount = amounts(seen.tried) if answer == "stiction" and loop.op_percent else None
     forces = friction_forces(amount, full) if amount and full else None
-    return Assessment(answer, probability, why, loop, problems, guesses, found, amount, others, seen.answers, forces)
+    if joint and answer == "stiction":
+        series = _series(loop, seen.tried, valve or {})
+    return Assessment(
+        answer, probability, why, loop, problems, guesses, found, amount, others, seen.answers, forces, series
+    )
+
+
+def _series(loop: ControlLoop, tried: StictionSearch, valve: Mapping[str, float]) -> JointPosterior:
+    """Valve and process together, or why not."""
+    if not {"K", "stroke"} <= set(valve):
+        return refused("the spring rate and the stroke of the valve are needed (--valve stroke=0.02,K=5e4)")
+    if not loop.op_percent:
+        return refused("the unit of OP is not known (--columns OP=COLUMN:%)")
+    return joint_inference(loop, tried, valve["K"], full_force(valve))
 
 
 def _list(names: list[str]) -> str:

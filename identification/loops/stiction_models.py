@@ -41,20 +41,24 @@ class KanoValve:
         return self.position
 
 
-def kano(op: Array, s: Array, j: Array) -> Array:
-    """Positions (n, k) of k valves with the parameters s, j (k,) for one controller output (n,)."""
-    place, way, stopped = np.full(len(s), op[0]), np.ones(len(s)), np.ones(len(s), bool)
+def kano(op: Array, s: Array, j: Array, way: float) -> Array:
+    """Positions (n, k) of k valves with the parameters s, j (k,) for one controller output (n,).
+
+    way : 1 or -1, the direction in which they have moved before they stopped at the first sample.
+    """
+    ways, stopped = np.full(len(s), way), np.ones(len(s), bool)
     stopped_at, half, before = np.full(len(s), op[0]), (s - j) / 2, op[0]
+    place = op[0] - way * half
     course = np.empty((len(op), len(s)))
     for k, now in enumerate(op):
-        turned = ~stopped & (way * (now - before) <= 0)
+        turned = ~stopped & (ways * (now - before) <= 0)
         stopped_at = np.where(turned, before, stopped_at)
         stopped = stopped | turned
-        along = way * (now - stopped_at)
+        along = ways * (now - stopped_at)
         reverses = stopped & (-along > s)
-        way = np.where(reverses, -way, way)
+        ways = np.where(reverses, -ways, ways)
         stopped = stopped & ~reverses & ~(along > j)
-        place = np.where(stopped, place, now - way * half)
+        place = np.where(stopped, place, now - ways * half)
         before = now
         course[k] = place
     return course

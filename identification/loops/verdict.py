@@ -12,13 +12,17 @@ from recordings import Array
 LoopVerdict = Literal["stiction", "no_stiction", "cannot_tell"]
 
 
-def weighed(evidence: Array, integrating: bool) -> dict[str, float]:
+def table_of(integrating: bool, whole: bool) -> str:
+    """The table of `TABLES` for a loop; whole : whether the data show the shape of the signals."""
+    return ("integrating" if integrating else "self-regulating") if whole else "search alone"
+
+
+def weighed(evidence: Array, table: str) -> dict[str, float]:
     """The probability of every cause of `CAUSES_TOLD` (they add to 1) for the evidence of a loop.
 
     Multinomial logistic regression on standardised evidence; what does not apply counts as average.
     """
-    table = TABLES["integrating" if integrating else "self-regulating"]
-    return dict(zip(CAUSES_TOLD, map(float, _softmax(table, evidence)), strict=True))
+    return dict(zip(CAUSES_TOLD, map(float, _softmax(TABLES[table], evidence)), strict=True))
 
 
 def _softmax(table: CalibrationTable, evidence: Array) -> Array:

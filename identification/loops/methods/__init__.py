@@ -5,10 +5,11 @@ from identification.loops.methods.bicoherence import bicoherence
 from identification.loops.methods.contract import Cycles, Method, MethodAnswer
 from identification.loops.methods.cross_correlation import cross_correlation
 from identification.loops.methods.curve_fit import curve_fit
-from identification.loops.methods.hammerstein import StictionSearch, hammerstein_answer, search
+from identification.loops.methods.hammerstein import hammerstein_answer
 from identification.loops.methods.parallelogram import parallelogram
 from identification.loops.methods.relay_fit import relay_fit
 from identification.loops.methods.shape import shape
+from identification.loops.methods.stiction_search import StictionSearch, search
 
 METHODS: tuple[Method, ...] = (
     cross_correlation, shape, curve_fit, relay_fit, area_ratio, bicoherence, parallelogram,
