@@ -38,7 +38,7 @@ class Plan:
     healthy_h, other_healthy_h : fault-free hours to learn from, to calibrate on, and to judge; starts : short
     fault-free runs to calibrate on and to judge, every second of which starts elsewhere than the benchmark; examples :
     runs per fault and mode for the signatures; other_long_h : for how long day-long faults are followed in other
-    variants [h].
+    variants [h]; seeds_from : added to the seed of every run, so that other ones judge than those that were developed on.
 
     Raises BadParameter for an unknown scenario or variant, or numbers that cannot be. Detectors may be somebody's own:
     `evaluate` knows them.
@@ -56,6 +56,7 @@ class Plan:
     starts: tuple[int, int] = (48, 16)
     examples: int = 4
     other_long_h: float = 2.0
+    seeds_from: int = 0
 
     def __post_init__(self) -> None:
         check_names("scenarios", self.scenarios, BENCHMARK)

@@ -18,6 +18,7 @@ from detector.observer.state import Decision
 from detector.watch.flow_relation import FlowRelation
 from detector.watch.judgement import AT_THE_FLOW, KINDS, Judgement
 from detector.watch.model.generator import BEYOND, TESTS, ModelWatch
+from detector.watch.positioner.loop import PositionerLoop
 from detector.watch.pressure_level import PressureLevel
 from detector.watch.state import WatchState
 from detector.watch.words import described
@@ -27,24 +28,26 @@ from simulator import CATALOGUE, Catalogue
 HOLD_S = 30.0
 """An alarm stands until nothing was above its limit for so long [s]."""
 
-OBSERVER, FLOW = "observer", "flow relation"
+OBSERVER, POSITIONER, FLOW = "observer", "positioner", "flow relation"
 
 
 @dataclass(frozen=True)
 class Watch:
-    """The detector of one valve: observer, and where they can be had model, flow relation and pressure levels.
+    """The detector of one valve: observer, and where they can be had positioner, model, flow relation and levels.
 
     `learn` makes one. Holds no socket, file, clock or state.
     """
 
     calibration: Calibration
+    positioner: PositionerLoop | None
     model: ModelWatch | None
     flow: FlowRelation | None
     levels: tuple[PressureLevel, ...]
     evidence: Evidence
 
     def __repr__(self) -> str:
-        parts = ["observer"] + ["model"] * (self.model is not None) + ["flow"] * (self.flow is not None)
+        named = {"positioner": self.positioner, "model": self.model, "flow": self.flow}
+        parts = ["observer", *(name for name, part in named.items() if part is not None)]
         return f"<Watch of {', '.join(self.signals)}: {', '.join(parts)}; {self.false_alarms.sentence}>"
 
     def _repr_html_(self) -> str:
@@ -59,6 +62,8 @@ class Watch:
     def signals(self) -> tuple[str, ...]:
         """Names of the signals that a measurement has to bring."""
         names = {"position", self.calibration.input, *(level.signal for level in self.levels)}
+        if self.positioner is not None:
+            names |= set(self.positioner.signals)
         if self.model is not None:
             names |= {"force" if self.model.filter.area is None else "pressure"}
             names |= {load.signal for load in self.model.filter.loads}
@@ -75,7 +80,9 @@ class Watch:
 
     def initial(self) -> WatchState:
         """The state before the first sample."""
-        return WatchState(self.calibration.observer.initial(), None, self.evidence.initial(), (0.0,) * len(self.levels))
+        positioner = None if self.positioner is None else self.positioner.initial()
+        levels = (0.0,) * len(self.levels)
+        return WatchState(self.calibration.observer.initial(), positioner, None, self.evidence.initial(), levels)
 
     def resumed(self, state: WatchState) -> WatchState:
         """A state of an earlier session, to go on with: the clock of that session means nothing any more."""
@@ -102,7 +109,9 @@ class Watch:
             )  # fmt: skip
         fresh = decision.verdict is not SampleVerdict.USED
         residuals = {OBSERVER: self._observed(beyond, self.calibration.residual(observer, decision))}
-        model = state.model
+        positioner, model = state.positioner, state.model
+        if self.positioner is not None and positioner is not None:
+            positioner, residuals[POSITIONER] = self.positioner.step(positioner, moment, state.alarm)
         if self.model is not None:
             wrong = nan if self.flow is None else self.flow.position_error(moment)
             model, said = self.model.step(state.model, moment, fresh, state.alarm, wrong)
@@ -113,7 +122,7 @@ class Watch:
         evidence, load = self.evidence.run(state.evidence, row)
         levels = tuple(level.step(s, moment) for level, s in zip(self.levels, state.levels, strict=True))
         scores = self._scores(evidence, load[0], levels)
-        seen = replace(state, observer=observer, model=model, evidence=evidence, levels=levels)
+        seen = replace(state, observer=observer, positioner=positioner, model=model, evidence=evidence, levels=levels)
         after = self._alarmed(seen, moment.time_s, scores)
         return after, self._judgement(state, after, scores, decision)
 
@@ -180,6 +189,7 @@ class Watch:
         """Plain numbers, for JSON; `Watch.from_dict` gives the same back."""
         return {
             "calibration": self.calibration.as_dict(),
+            "positioner": None if self.positioner is None else self.positioner.as_dict(),
             "model": None if self.model is None else self.model.as_dict(),
             "flow": None if self.flow is None else self.flow.as_dict(),
             "levels": [[level.signal, level.middle, level.half] for level in self.levels],
@@ -192,6 +202,7 @@ class Watch:
         try:
             return cls(
                 Calibration.from_dict(parts["calibration"]),
+                None if parts["positioner"] is None else PositionerLoop.from_dict(parts["positioner"]),
                 None if parts["model"] is None else ModelWatch.from_dict(parts["model"], catalogue),
                 None if parts["flow"] is None else FlowRelation.from_dict(parts["flow"]),
                 tuple(PressureLevel(*level) for level in parts["levels"]),
@@ -205,7 +216,9 @@ class Watch:
     def state_from_dict(self, parts: Mapping[str, Any]) -> WatchState:
         """The state that `WatchState.as_dict` wrote for this watch. Raises BadInput for anything else."""
         state = WatchState.from_dict(parts)
-        wrong = len(state.levels) != len(self.levels) or len(state.evidence.limits) != len(self.evidence.names)
+        positioner = self.initial().positioner
+        wrong = np.shape(state.positioner) != np.shape(positioner) or (state.positioner is None) != (positioner is None)
+        wrong |= len(state.levels) != len(self.levels) or len(state.evidence.limits) != len(self.evidence.names)
         if wrong or (state.model is not None and self.model is None):
             raise BadInput("state of the detector", "it belongs to another detector", "learn anew")
         return state
