@@ -17,7 +17,7 @@ from detector.observer.screening import SampleVerdict
 from detector.observer.state import Decision
 from detector.watch.flow_relation import FlowRelation
 from detector.watch.judgement import AT_THE_FLOW, KINDS, Judgement
-from detector.watch.model.generator import BEYOND, TESTS, ModelWatch
+from detector.watch.model.generator import BEYOND, TESTS, ModelState, ModelWatch
 from detector.watch.positioner.loop import PositionerLoop
 from detector.watch.pressure_level import PressureLevel
 from detector.watch.state import WatchState
@@ -122,9 +122,10 @@ class Watch:
         evidence, load = self.evidence.run(state.evidence, row)
         levels = tuple(level.step(s, moment) for level, s in zip(self.levels, state.levels, strict=True))
         scores = self._scores(evidence, load[0], levels)
-        seen = replace(state, observer=observer, positioner=positioner, model=model, evidence=evidence, levels=levels)
-        after = self._alarmed(seen, moment.time_s, scores)
-        return after, self._judgement(state, after, scores, decision)
+        seen = WatchState(
+            observer, positioner, model, evidence, levels, *self._alarmed(state, model, moment.time_s, scores)
+        )
+        return seen, self._judgement(state, seen, scores, decision)
 
     def _beyond(self, moment: Measurement) -> bool:
         """Whether the stem is beyond the learned positions, on a stop above all, where the balance is another one."""
@@ -142,16 +143,19 @@ class Watch:
         scores = dict(zip(self.evidence.names, self.evidence.scores(evidence, load).tolist(), strict=True))
         return scores | {level.signal: level.score(s) for level, s in zip(self.levels, levels, strict=True)}
 
-    def _alarmed(self, state: WatchState, now: float, scores: Mapping[str, float]) -> WatchState:
+    def _alarmed(
+        self, before: WatchState, model: ModelState | None, now: float, scores: Mapping[str, float]
+    ) -> tuple[bool, float, str | None, float, tuple[str, ...]]:
+        """The last five of a state: alarm, over_s, kind, last_s, remaining."""
         over = max(scores.values()) >= 1.0
-        over_s = now if over else state.over_s
-        alarm = over or (state.alarm and now - over_s < HOLD_S)
-        found = self._kinds(state, scores) if alarm else ()
-        kinds = (found or (state.kind,) if state.kind else found or state.remaining) if alarm else ()
-        kind, remaining = (kinds[0], ()) if len(kinds) == 1 else (None, kinds)
-        return replace(state, alarm=alarm, over_s=over_s, kind=kind, last_s=now, remaining=remaining)
+        over_s = now if over else before.over_s
+        if not (over or (before.alarm and now - over_s < HOLD_S)):
+            return False, over_s, None, now, ()
+        found = self._kinds(before, model, scores)
+        kinds = found or (before.kind,) if before.kind else found or before.remaining
+        return (True, over_s, kinds[0], now, ()) if len(kinds) == 1 else (True, over_s, None, now, kinds)
 
-    def _kinds(self, state: WatchState, scores: Mapping[str, float]) -> tuple[str, ...]:
+    def _kinds(self, before: WatchState, model: ModelState | None, scores: Mapping[str, float]) -> tuple[str, ...]:
         """What remains of all kinds for what is above its limit: one is its name, none says nothing.
 
         Pressures speak first: what they do to the valve is no fault of it.
@@ -162,14 +166,14 @@ class Watch:
             return ("flow",)
         by_model = max((scores.get(name, 0.0) for name in TESTS), default=0.0) >= 1.0
         if scores.get(FLOW, 0.0) >= 1.0:
-            both = by_model or state.kind == "sensor" or state.remaining == AT_THE_FLOW
-            return self._at_the_flow(state) if both else ("flow",)
-        found = self.model.kind(state.model) if self.model and state.model and by_model else None
+            both = by_model or before.kind == "sensor" or before.remaining == AT_THE_FLOW
+            return self._at_the_flow(model) if both else ("flow",)
+        found = self.model.kind(model) if self.model and model and by_model else None
         return (found,) if found in KINDS else ()
 
-    def _at_the_flow(self, state: WatchState) -> tuple[str, ...]:
+    def _at_the_flow(self, model: ModelState | None) -> tuple[str, ...]:
         """What remains where flow and forces are not usual: the position sensor, the flow, or either."""
-        wrong = self.model.position_is_wrong(state.model) if self.model and state.model else None
+        wrong = self.model.position_is_wrong(model) if self.model and model else None
         return AT_THE_FLOW if wrong is None else ("sensor",) if wrong else ("flow",)
 
     def _judgement(
