@@ -14,6 +14,7 @@ from detector.observer.observer import Bounds, Observer, Start
 from detector.observer.screening import SampleVerdict, Screening
 from detector.observer.state import Decision, Decisions, ObserverState
 from detector.observer.velocity import HighPass, Kalman, Measured, SteadyKalman, Velocity
+from detector.watch.by_model import learn_model
 from detector.watch.judgement import KINDS, Judgement
 from detector.watch.learning import learn
 from detector.watch.state import WatchState
@@ -62,6 +63,7 @@ __all__ = [
     "healthy_residual",
     "learn",
     "learn_evidence",
+    "learn_model",
     "learn_recordings",
     "regressors",
     "strokes_of",

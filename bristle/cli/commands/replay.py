@@ -30,5 +30,8 @@ def command(
     from hil import open_source
 
     address = f"replay:{file_of(recording)}" + (f"?pace={pace:g}" if pace else "")
-    options = monitoring.MonitorOptions(model, learn, calibrate or (), state, false_alarms, events, own_clock=True)
+    options = monitoring.MonitorOptions(
+        model, learn, calibrate or (), state, false_alarms, events, own_clock=True,
+        rate_hz=monitoring.rate_of(recording),
+    )  # fmt: skip
     monitoring.watch(open_source(address, name=valve), options)
