@@ -171,7 +171,7 @@ def false_alarms(hours: float, only: int | None, learn_s: float | None) -> None:
         learned = round(learning / setting.sample_s)
         start_s = time.process_time()
         try:
-            watch = learn(data[:learned], ten_hertz.MODEL)
+            watch = learn(data[:learned], ten_hertz.fitted(setting.form))
         except BadInput as refusal:
             print(f"  {setting.words}, learned on {learning:.0f} s: {refusal}", flush=True)
             continue

@@ -55,6 +55,7 @@ def planned(options: argparse.Namespace) -> Plan:
     return Plan(
         tuple(options.detectors.split(",")), variants=(MAIN,) if options.main else VARIANTS, seeds=options.seeds,
         long_seeds=options.long_seeds, healthy_h=(learn, calibrate, judge), examples=options.examples,
+        long_h=options.long_hours, seeds_from=options.seeds_from,
     )  # fmt: skip
 
 
@@ -68,6 +69,8 @@ def main() -> None:
     parser.add_argument("--detectors", default=",".join(DETECTORS), help="separated by commas; all otherwise")
     parser.add_argument("--hours", default="24,96,96", help="fault-free hours to learn, to calibrate and to judge")
     parser.add_argument("--examples", type=int, default=4, help="runs per fault for the signatures; 0: no isolation")
+    parser.add_argument("--long-hours", type=float, default=24.0, help="for how long day-long faults are followed")
+    parser.add_argument("--seeds-from", type=int, default=0, help="added to the seed of every run, for fresh ones")
     parser.add_argument("--workers", type=int, default=0, help="processes; 0 for one per core")
     options = parser.parse_args()
     plan = planned(options)

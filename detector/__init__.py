@@ -15,6 +15,7 @@ from detector.observer.screening import SampleVerdict, Screening
 from detector.observer.state import Decision, Decisions, ObserverState
 from detector.observer.velocity import HighPass, Kalman, Measured, SteadyKalman, Velocity
 from detector.watch.advice import ADVICE
+from detector.watch.by_model import learn_model
 from detector.watch.course import WatchCourse
 from detector.watch.judgement import KINDS, Judgement
 from detector.watch.learning import learn
@@ -68,6 +69,7 @@ __all__ = [
     "healthy_residual",
     "learn",
     "learn_evidence",
+    "learn_model",
     "learn_recordings",
     "regressors",
     "strokes_of",

@@ -23,23 +23,20 @@ from recordings import Array, BadInput
 PERIOD_S = 3600.0
 MOST_S = 7 * DAY_S
 
-CURRENT, WAITING, TRUSTED = range(3)
-
-
 @dataclass(frozen=True)
 class EvidenceState:
     """What is remembered of n_channels residuals, as arrays with the channels first.
 
-    running (n_channels, N_RUNNING); limits, shares (n_channels, N_SCALES, N_STATISTICS) : in use now; counts (3,
-    n_channels, N_SCALES, N_STATISTICS, N_BINS + 1) : histograms of this period, the one that waits, and the trusted
-    ones; samples : of this period; waits : whether one waits; alarmed : whether there was an alarm in this period;
+    running (n_channels, N_RUNNING); limits, shares (n_channels, N_SCALES, N_STATISTICS) : in use now; counts : three
+    arrays (n_channels, N_SCALES, N_STATISTICS, N_BINS + 1), histograms of this period, the one that waits, and the
+    trusted ones; samples : of this period; waits : whether one waits; alarmed : whether there was an alarm in this period;
     trusted_s : fault-free time, with that of learning [s].
     """
 
     running: Array
     limits: Array
     shares: Array
-    counts: Array
+    counts: tuple[Array, Array, Array]
     samples: int
     waits: bool
     alarmed: bool
@@ -47,7 +44,8 @@ class EvidenceState:
 
     def as_dict(self) -> dict[str, Any]:
         """Plain numbers and lists, for JSON."""
-        arrays = {name: getattr(self, name).tolist() for name in ("running", "limits", "shares", "counts")}
+        arrays: dict[str, Any] = {name: getattr(self, name).tolist() for name in ("running", "limits", "shares")}
+        arrays["counts"] = [one.tolist() for one in self.counts]
         return arrays | {name: getattr(self, name) for name in ("samples", "waits", "alarmed", "trusted_s")}
 
     @classmethod
@@ -60,7 +58,8 @@ class EvidenceState:
         if [array.shape for array in arrays] != shapes:
             raise BadInput("state of the detector", "it belongs to another detector", "learn anew")
         numbers = int(parts["samples"]), bool(parts["waits"]), bool(parts["alarmed"]), float(parts["trusted_s"])
-        return cls(arrays[0], arrays[1], arrays[2], arrays[3], *numbers)
+        running, limits, shares, (current, waiting, trusted) = arrays
+        return cls(running, limits, shares, (current, waiting, trusted), *numbers)
 
 
 @dataclass(frozen=True)
@@ -95,9 +94,9 @@ class Evidence:
     def initial(self) -> EvidenceState:
         """No evidence, and nothing but what was learned."""
         n = len(self.healthy)
-        counts = np.zeros((3, n, N_SCALES, N_STATISTICS, N_BINS + 1))
+        current, waiting, trusted = np.zeros((3, n, N_SCALES, N_STATISTICS, N_BINS + 1))
         limits, shares = (np.array([getattr(one, name) for one in self.healthy]) for name in ("limits", "shares"))
-        return EvidenceState(np.zeros((n, N_RUNNING)), limits, shares, counts, 0, False, False, self.promise.seconds)
+        return EvidenceState(np.zeros((n, N_RUNNING)), limits, shares, (current, waiting, trusted), 0, False, False, self.promise.seconds)
 
     def run(self, state: EvidenceState, residuals: Array) -> tuple[EvidenceState, Array]:
         """Many samples (n_samples, n_channels), NaN where there is none; the evidence after each, (n_samples,
@@ -135,34 +134,36 @@ class Evidence:
 
     def _part(self, state: EvidenceState, residuals: Array, load: Array) -> EvidenceState:
         """Samples of one period."""
-        running, counts = state.running.copy(), state.counts.copy()
+        running, current = state.running.copy(), state.counts[0].copy()
         found = np.empty((len(self.healthy), len(residuals)))
         advance_all(
-            running, state.limits, state.shares, counts[CURRENT], self._edges, self._numbers,
+            running, state.limits, state.shares, current, self._edges, self._numbers,
             self.supported(state).interval_s, np.ascontiguousarray(residuals.T), found,
         )  # fmt: skip
         load[:] = found.T
         samples = state.samples + (len(residuals) if self.learns else 0)
         alarmed = state.alarmed or bool((load >= 1.0).any())
         after = EvidenceState(
-            running, state.limits, state.shares, counts, samples, state.waits, alarmed, state.trusted_s
+            running, state.limits, state.shares, (current, *state.counts[1:]), samples, state.waits, alarmed,
+            state.trusted_s,
         )
         return self._turned(after) if samples >= round(PERIOD_S / self.dt_s) else after
 
     def _turned(self, state: EvidenceState) -> EvidenceState:
         """The end of a period."""
-        counts, limits, shares, trusted_s = state.counts, state.limits, state.shares, state.trusted_s
+        (current, waiting, trusted), trusted_s = state.counts, state.trusted_s
+        limits, shares, none = state.limits, state.shares, np.zeros_like(current)
         if state.alarmed:
-            counts[:TRUSTED] = 0.0
+            waiting = none
         else:
             if state.waits and trusted_s < MOST_S:
-                counts[TRUSTED] += counts[WAITING]
+                trusted = trusted + waiting
                 trusted_s += PERIOD_S
                 if trusted_s >= DAY_S:
-                    tightened = [self._tightened(i, counts[TRUSTED, i], trusted_s) for i in range(len(self.healthy))]
+                    tightened = [self._tightened(i, trusted[i], trusted_s) for i in range(len(self.healthy))]
                     limits, shares = (np.array(rows) for rows in zip(*tightened, strict=True))
-            counts[WAITING] = counts[CURRENT]
-            counts[CURRENT] = 0.0
+            waiting = current
+        counts = none, waiting, trusted
         return EvidenceState(state.running, limits, shares, counts, 0, not state.alarmed, False, trusted_s)
 
     def _tightened(self, i: int, counts: Array, trusted_s: float) -> tuple[Array, Array]:

@@ -65,7 +65,7 @@ class Study:
         seed, seconds = job.arguments
 
         def make() -> Array:
-            rows = healthy(seconds, setting(form, seed), self.rates(form))
+            rows = healthy(seconds, setting(form, seed, seconds == START_S), self.rates(form))
             return np.stack([rows[one] for one in self.rates(form)])
 
         return self.store.run(f"{job.name}-{seconds}", make)[self.rates(form).index(rate)]
@@ -84,7 +84,8 @@ def key(plan: Plan, detectors: Mapping[str, Detector]) -> str:
 
 def fault_free_jobs(plan: Plan, form: Form, purpose: str) -> list[Job]:
     """Fault-free runs for a purpose of `SEEDS`: of a day at most each, or short ones from a start."""
-    seeds = range(SEEDS[purpose], SEEDS[purpose] + 1000)
+    first = SEEDS[purpose] + plan.seeds_from
+    seeds = range(first, first + 1000)
     if purpose.endswith("start"):
         lengths = [START_S] * plan.starts[("calibrate-start", "judge-start").index(purpose)]
     else:
@@ -102,15 +103,15 @@ def scored_jobs(plan: Plan, form: Form) -> list[Job]:
     made = [
         Job(f"{name}-{form}-{_rates(plan, form)}-{seed}", "scenario", form, (name, seed))
         for name in plan.scenarios
-        for seed in range(1, plan.trials(form, scenario(name)) + 1)
+        for seed in range(plan.seeds_from + 1, plan.seeds_from + plan.trials(form, scenario(name)) + 1)
     ]
     made.sort(key=lambda job: -plan.duration(form, scenario(job.arguments[0])))
     return fault_free_jobs(plan, form, "judge") + made + fault_free_jobs(plan, form, "judge-start")
 
 
-def setting(form: Form, seed: int) -> Setting:
+def setting(form: Form, seed: int, short: bool) -> Setting:
     """How a fault-free run is made; every second of the short ones does not start as the benchmark does."""
-    return random_start(form, seed) if seed >= SEEDS["calibrate-start"] and seed % 2 else Setting(form, seed)
+    return random_start(form, seed) if short and seed % 2 else Setting(form, seed)
 
 
 def _rates(plan: Plan, form: Form) -> str:

@@ -37,8 +37,9 @@ class Plan:
     its day-long ones; other_seeds : the same of the other variants; rate_per_h : stated rate of false alarms;
     healthy_h, other_healthy_h : fault-free hours to learn from, to calibrate on, and to judge; starts : short
     fault-free runs to calibrate on and to judge, every second of which starts elsewhere than the benchmark; examples :
-    runs per fault and mode for the signatures; other_long_h : for how long day-long faults are followed in other
-    variants [h].
+    runs per fault and mode for the signatures; long_h, other_long_h : for how long day-long faults are followed in the
+    main and in other variants [h]; seeds_from : added to the seed of every run, so that others judge than those that
+    were developed on.
 
     Raises BadParameter for an unknown scenario or variant, or numbers that cannot be. Detectors may be somebody's own:
     `evaluate` knows them.
@@ -55,7 +56,9 @@ class Plan:
     other_healthy_h: tuple[float, float, float] = (8.0, 48.0, 48.0)
     starts: tuple[int, int] = (48, 16)
     examples: int = 4
+    long_h: float = 24.0
     other_long_h: float = 2.0
+    seeds_from: int = 0
 
     def __post_init__(self) -> None:
         check_names("scenarios", self.scenarios, BENCHMARK)
@@ -74,7 +77,8 @@ class Plan:
 
     def duration(self, form: Form, what: Scenario) -> float:
         """How long a scenario is run [s]."""
-        return what.thor if form == "play" else min(what.thor, 900.0 + max(self.other_long_h * 3600, 4200.0))
+        followed_h = self.long_h if form == "play" else self.other_long_h
+        return min(what.thor, 900.0 + max(followed_h * 3600, 4200.0))
 
     def trials(self, form: Form, what: Scenario) -> int:
         """How often a scenario is run."""

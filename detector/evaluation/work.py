@@ -12,7 +12,7 @@ from detector.evaluation.benchmark.fault_examples import Example
 from detector.evaluation.benchmark.runs import Setting, healthy, simulate
 from detector.evaluation.contract import BenchmarkRun
 from detector.evaluation.isolation.diagnosis import feature_vectors
-from detector.evaluation.jobs import Job, Study, setting
+from detector.evaluation.jobs import START_S, Job, Study, setting
 from detector.evaluation.learned import BANK
 from detector.evaluation.levels import BLOCK_S, alarms
 from simulator.damadics import scenario
@@ -49,16 +49,16 @@ def _blocks(study: Study, job: Job) -> Any:
 def _count(study: Study, job: Job) -> Any:
     seed, seconds = job.arguments
     rates = study.rates(job.form)
-    rows = healthy(seconds, setting(job.form, seed), rates)
+    rows = healthy(seconds, setting(job.form, seed, seconds == START_S), rates)
     return {str(rate): trial.false_alarms(rows[rate], study.learned[job.form, rate]) for rate in rates}
 
 
 def _scenario(study: Study, job: Job) -> Any:
-    name, seed = job.arguments
+    (name, seed), first = job.arguments, study.plan.seeds_from + 1
     what, rates = scenario(name), study.rates(job.form)
     rows = simulate(what.faults, study.plan.duration(job.form, what), Setting(job.form, seed), rates)
     return {
-        str(rate): trial.scored(what, rows[rate], study.learned[job.form, rate], seed == 1 and rate == rates[0])
+        str(rate): trial.scored(what, rows[rate], study.learned[job.form, rate], seed == first and rate == rates[0])
         for rate in rates
     }
 

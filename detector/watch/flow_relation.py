@@ -6,8 +6,10 @@ not fit the opening any more, with a weak spring it does.
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from itertools import pairwise
 from math import isfinite, nan, sqrt
 from typing import Any
@@ -46,18 +48,25 @@ class FlowRelation:
             return nan
         blind = flow >= self.full
         flow = self._at_usual_drop(moment)
-        away = float((flow - np.interp(x, self.knots, self.heights)) / self.spread)
+        away = (flow - _between(x, self.knots, self.heights)) / self.spread
         return max(away, 0.0) if blind else away
 
     def position_error(self, moment: Measurement) -> float:
         """How far the position is from the one that the flow belongs to [m]; NaN where the flow tells no position."""
-        rising = self.heights if self.heights[-1] > self.heights[0] else self.heights[::-1]
-        knots = self.knots if self.heights[-1] > self.heights[0] else self.knots[::-1]
-        flow = self._at_usual_drop(moment)
-        tells = all(low < high for low, high in pairwise(rising)) and moment.values[self.flow] < self.full
-        if not tells or not rising[0] <= flow <= rising[-1]:
+        knots, rising = self._inverse
+        if not rising or not moment.values[self.flow] < self.full:
             return nan
-        return moment.values["position"] - float(np.interp(flow, rising, knots))
+        flow = self._at_usual_drop(moment)
+        if not rising[0] <= flow <= rising[-1]:
+            return nan
+        return moment.values["position"] - _between(flow, rising, knots)
+
+    @cached_property
+    def _inverse(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Knots and rising heights; none where a flow belongs to several positions."""
+        turned = self.heights[-1] <= self.heights[0]
+        knots, rising = (row[::-1] if turned else row for row in (self.knots, self.heights))
+        return (knots, rising) if all(low < high for low, high in pairwise(rising)) else ((), ())
 
     def _at_usual_drop(self, moment: Measurement) -> float:
         """The flow as it would be at the usual pressure drop."""
@@ -90,6 +99,12 @@ def learned_flow(data: Measurements) -> tuple[FlowRelation, Array] | None:
         return None
     away = [second.departure(moment) for moment in data[:half]] + [first.departure(moment) for moment in data[half:]]
     return whole, np.array(away)
+
+
+def _between(x: float, knots: tuple[float, ...], heights: tuple[float, ...]) -> float:
+    """Straight from knot to knot, for an x between the outer ones; numpy's takes ten times as long for one number."""
+    i = min(max(bisect_right(knots, x) - 1, 0), len(knots) - 2)
+    return heights[i] + (heights[i + 1] - heights[i]) * (x - knots[i]) / (knots[i + 1] - knots[i])
 
 
 def _fitted(data: Measurements, name: str) -> FlowRelation | None:

@@ -84,8 +84,9 @@ class BalanceTest:
         ahead = x - position
         if abs(ahead) < MOVING * filter.position_noise:
             return before._replace(position=position, force=force, wrong=wrong)
-        way, level = copysign(1.0, ahead), filter.values["lugre.fc"]
-        left = force - way * level - filter.values["lugre.sigma2"] * ahead * follow / self.dt_s
+        way, speed = copysign(1.0, ahead), ahead * follow / self.dt_s
+        level = _sliding(filter, speed)
+        left = force - way * level - filter.values["lugre.sigma2"] * speed
         kinds = np.array([way * level, filter.values["spring.K"] * position + filter.values["spring.F0"], 1.0])
         missed = left + filter.values["spring.K"] * wrong
         sensor = np.array([missed * missed, left * left, 1.0]) if known else np.zeros(3)
@@ -123,13 +124,20 @@ class BalanceTest:
 
     def _least(self, filter: ModelFilter) -> float:
         """Mean square of a force that is worth a name [N2]."""
-        return max(2.0 * self.usual, (0.2 * filter.values["lugre.fc"]) ** 2)
+        return max(2.0 * self.usual, (0.2 * min(filter.values["lugre.fc"], filter.values["lugre.fs"])) ** 2)
 
 
 def shares(balance: Balance) -> Array:
     """How much of the unexplained force each kind alone explains, (n_directions,), from 0 to 1."""
     information = np.maximum(np.diag(balance.information), 1e-300)
     return balance.score**2 / information / max(balance.energy, 1e-300)
+
+
+def _sliding(filter: ModelFilter, speed: float) -> float:
+    """The dry friction at a speed [N]: a fit may tell it at the speeds of its data alone, and not where it ends."""
+    values = filter.values
+    near = exp(-((speed / values["lugre.vs"]) ** 2))
+    return values["lugre.fc"] + (values["lugre.fs"] - values["lugre.fc"]) * near
 
 
 def _unexplained(filter: ModelFilter, moment: Measurement) -> float:

@@ -7,15 +7,16 @@ from detector.measurements import Measurements
 from detector.observer.calibration_fit import calibrate, healthy_residual
 from detector.watch.flow_relation import learned_flow
 from detector.watch.model.generator import TESTS, learned_model
+from detector.watch.positioner.fitting import learned_positioner
 from detector.watch.pressure_level import learned_level
 from detector.watch.strokes import check_strokes
-from detector.watch.watch import FLOW, OBSERVER, Watch
+from detector.watch.watch import FLOW, OBSERVER, POSITIONER, Watch
 from recordings import BadInput, Progress, silent
 from simulator import CATALOGUE, Catalogue, ValveModel
 
 LEVELS = ("supply_pressure", "upstream_pressure", "downstream_pressure")
 
-SHARES = {OBSERVER: 0.3, FLOW: 0.2} | dict.fromkeys(TESTS, 0.5 / len(TESTS))
+SHARES = {OBSERVER: 0.2, POSITIONER: 0.2, FLOW: 0.2} | dict.fromkeys(TESTS, 0.4 / len(TESTS))
 """How the allowed rate of false alarms is divided."""
 
 
@@ -41,6 +42,10 @@ def learn(
     calibration = calibrate(data)
     check_strokes(data.values["position"])
     residuals = {OBSERVER: healthy_residual(data, calibration)}
+    progress("positioner", 0, 0)
+    by_positioner = learned_positioner(data)
+    if by_positioner is not None:
+        residuals[POSITIONER] = by_positioner[1]
     progress("model", 0, 0)
     by_model = learned_model(model, data, catalogue) if model is not None else None
     if by_model is not None:
@@ -52,6 +57,7 @@ def learn(
     evidence = learn_evidence(residuals, calibration.dt_s, MONTH_S / per_month, SHARES)
     return Watch(
         calibration,
+        None if by_positioner is None else by_positioner[0],
         None if by_model is None else by_model[0],
         None if by_flow is None else by_flow[0],
         tuple(level for name in LEVELS if (level := learned_level(data, name)) is not None),

@@ -17,7 +17,8 @@ from detector.observer.screening import SampleVerdict
 from detector.observer.state import Decision
 from detector.watch.flow_relation import FlowRelation
 from detector.watch.judgement import AT_THE_FLOW, KINDS, Judgement
-from detector.watch.model.generator import BEYOND, TESTS, ModelWatch
+from detector.watch.model.generator import BEYOND, TESTS, ModelState, ModelWatch
+from detector.watch.positioner.loop import PositionerLoop
 from detector.watch.pressure_level import PressureLevel
 from detector.watch.state import WatchState
 from detector.watch.words import described
@@ -27,12 +28,12 @@ from simulator import CATALOGUE, Catalogue
 HOLD_S = 30.0
 """An alarm stands until nothing was above its limit for so long [s]."""
 
-OBSERVER, FLOW = "observer", "flow relation"
+OBSERVER, POSITIONER, FLOW = "observer", "positioner", "flow relation"
 
 
 @dataclass(frozen=True)
 class Watch:
-    """The detector of one valve: observer, and where they can be had model, flow relation and pressure levels.
+    """The detector of one valve: observer, and where they can be had positioner, model, flow relation and levels.
 
     `learn` makes one. Holds no socket, file, clock or state.
 
@@ -43,13 +44,15 @@ class Watch:
     """
 
     calibration: Calibration
+    positioner: PositionerLoop | None
     model: ModelWatch | None
     flow: FlowRelation | None
     levels: tuple[PressureLevel, ...]
     evidence: Evidence
 
     def __repr__(self) -> str:
-        parts = ["observer"] + ["model"] * (self.model is not None) + ["flow"] * (self.flow is not None)
+        named = {"positioner": self.positioner, "model": self.model, "flow": self.flow}
+        parts = ["observer", *(name for name, part in named.items() if part is not None)]
         return f"<Watch of {', '.join(self.signals)}: {', '.join(parts)}; {self.false_alarms.sentence}>"
 
     def _repr_html_(self) -> str:
@@ -64,6 +67,8 @@ class Watch:
     def signals(self) -> tuple[str, ...]:
         """Names of the signals that a measurement has to bring."""
         names = {"position", self.calibration.input, *(level.signal for level in self.levels)}
+        if self.positioner is not None:
+            names |= set(self.positioner.signals)
         if self.model is not None:
             names |= {"force" if self.model.filter.area is None else "pressure"}
             names |= {load.signal for load in self.model.filter.loads}
@@ -80,7 +85,9 @@ class Watch:
 
     def initial(self) -> WatchState:
         """The state before the first sample."""
-        return WatchState(self.calibration.observer.initial(), None, self.evidence.initial(), (0.0,) * len(self.levels))
+        positioner = None if self.positioner is None else self.positioner.initial()
+        levels = (0.0,) * len(self.levels)
+        return WatchState(self.calibration.observer.initial(), positioner, None, self.evidence.initial(), levels)
 
     def resumed(self, state: WatchState) -> WatchState:
         """A state of an earlier session, to go on with: the clock of that session means nothing any more."""
@@ -107,7 +114,9 @@ class Watch:
             )  # fmt: skip
         fresh = decision.verdict is not SampleVerdict.USED
         residuals = {OBSERVER: self._observed(beyond, self.calibration.residual(observer, decision))}
-        model = state.model
+        positioner, model = state.positioner, state.model
+        if self.positioner is not None and positioner is not None:
+            positioner, residuals[POSITIONER] = self.positioner.step(positioner, moment, state.alarm)
         if self.model is not None:
             wrong = nan if self.flow is None else self.flow.position_error(moment)
             model, said = self.model.step(state.model, moment, fresh, state.alarm, wrong)
@@ -118,9 +127,10 @@ class Watch:
         evidence, load = self.evidence.run(state.evidence, row)
         levels = tuple(level.step(s, moment) for level, s in zip(self.levels, state.levels, strict=True))
         scores = self._scores(evidence, load[0], levels)
-        seen = replace(state, observer=observer, model=model, evidence=evidence, levels=levels)
-        after = self._alarmed(seen, moment.time_s, scores)
-        return after, self._judgement(state, after, scores, decision)
+        seen = WatchState(
+            observer, positioner, model, evidence, levels, *self._alarmed(state, model, moment.time_s, scores)
+        )
+        return seen, self._judgement(state, seen, scores, decision)
 
     def _beyond(self, moment: Measurement) -> bool:
         """Whether the stem is beyond the learned positions, on a stop above all, where the balance is another one."""
@@ -138,16 +148,19 @@ class Watch:
         scores = dict(zip(self.evidence.names, self.evidence.scores(evidence, load).tolist(), strict=True))
         return scores | {level.signal: level.score(s) for level, s in zip(self.levels, levels, strict=True)}
 
-    def _alarmed(self, state: WatchState, now: float, scores: Mapping[str, float]) -> WatchState:
+    def _alarmed(
+        self, before: WatchState, model: ModelState | None, now: float, scores: Mapping[str, float]
+    ) -> tuple[bool, float, str | None, float, tuple[str, ...]]:
+        """The last five of a state: alarm, over_s, kind, last_s, remaining."""
         over = max(scores.values()) >= 1.0
-        over_s = now if over else state.over_s
-        alarm = over or (state.alarm and now - over_s < HOLD_S)
-        found = self._kinds(state, scores) if alarm else ()
-        kinds = (found or (state.kind,) if state.kind else found or state.remaining) if alarm else ()
-        kind, remaining = (kinds[0], ()) if len(kinds) == 1 else (None, kinds)
-        return replace(state, alarm=alarm, over_s=over_s, kind=kind, last_s=now, remaining=remaining)
+        over_s = now if over else before.over_s
+        if not (over or (before.alarm and now - over_s < HOLD_S)):
+            return False, over_s, None, now, ()
+        found = self._kinds(before, model, scores)
+        kinds = found or (before.kind,) if before.kind else found or before.remaining
+        return (True, over_s, kinds[0], now, ()) if len(kinds) == 1 else (True, over_s, None, now, kinds)
 
-    def _kinds(self, state: WatchState, scores: Mapping[str, float]) -> tuple[str, ...]:
+    def _kinds(self, before: WatchState, model: ModelState | None, scores: Mapping[str, float]) -> tuple[str, ...]:
         """What remains of all kinds for what is above its limit: one is its name, none says nothing.
 
         Pressures speak first: what they do to the valve is no fault of it.
@@ -158,14 +171,14 @@ class Watch:
             return ("flow",)
         by_model = max((scores.get(name, 0.0) for name in TESTS), default=0.0) >= 1.0
         if scores.get(FLOW, 0.0) >= 1.0:
-            both = by_model or state.kind == "sensor" or state.remaining == AT_THE_FLOW
-            return self._at_the_flow(state) if both else ("flow",)
-        found = self.model.kind(state.model) if self.model and state.model and by_model else None
+            both = by_model or before.kind == "sensor" or before.remaining == AT_THE_FLOW
+            return self._at_the_flow(model) if both else ("flow",)
+        found = self.model.kind(model) if self.model and model and by_model else None
         return (found,) if found in KINDS else ()
 
-    def _at_the_flow(self, state: WatchState) -> tuple[str, ...]:
+    def _at_the_flow(self, model: ModelState | None) -> tuple[str, ...]:
         """What remains where flow and forces are not usual: the position sensor, the flow, or either."""
-        wrong = self.model.position_is_wrong(state.model) if self.model and state.model else None
+        wrong = self.model.position_is_wrong(model) if self.model and model else None
         return AT_THE_FLOW if wrong is None else ("sensor",) if wrong else ("flow",)
 
     def _judgement(
@@ -185,6 +198,7 @@ class Watch:
         """Plain numbers, for JSON; `Watch.from_dict` gives the same back."""
         return {
             "calibration": self.calibration.as_dict(),
+            "positioner": None if self.positioner is None else self.positioner.as_dict(),
             "model": None if self.model is None else self.model.as_dict(),
             "flow": None if self.flow is None else self.flow.as_dict(),
             "levels": [[level.signal, level.middle, level.half] for level in self.levels],
@@ -197,6 +211,7 @@ class Watch:
         try:
             return cls(
                 Calibration.from_dict(parts["calibration"]),
+                None if parts["positioner"] is None else PositionerLoop.from_dict(parts["positioner"]),
                 None if parts["model"] is None else ModelWatch.from_dict(parts["model"], catalogue),
                 None if parts["flow"] is None else FlowRelation.from_dict(parts["flow"]),
                 tuple(PressureLevel(*level) for level in parts["levels"]),
@@ -210,7 +225,9 @@ class Watch:
     def state_from_dict(self, parts: Mapping[str, Any]) -> WatchState:
         """The state that `WatchState.as_dict` wrote for this watch. Raises BadInput for anything else."""
         state = WatchState.from_dict(parts)
-        wrong = len(state.levels) != len(self.levels) or len(state.evidence.limits) != len(self.evidence.names)
+        positioner = self.initial().positioner
+        wrong = np.shape(state.positioner) != np.shape(positioner) or (state.positioner is None) != (positioner is None)
+        wrong |= len(state.levels) != len(self.levels) or len(state.evidence.limits) != len(self.evidence.names)
         if wrong or (state.model is not None and self.model is None):
             raise BadInput("state of the detector", "it belongs to another detector", "learn anew")
         return state

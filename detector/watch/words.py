@@ -8,6 +8,7 @@ from detector.alarms import Evidence
 from detector.observer.calibration import Calibration
 from detector.watch.flow_relation import FlowRelation
 from detector.watch.model.generator import ModelWatch
+from detector.watch.positioner.loop import PositionerLoop
 
 
 class LearnedWatch(Protocol):
@@ -15,6 +16,8 @@ class LearnedWatch(Protocol):
 
     @property
     def calibration(self) -> Calibration: ...
+    @property
+    def positioner(self) -> PositionerLoop | None: ...
     @property
     def model(self) -> ModelWatch | None: ...
     @property
@@ -27,6 +30,11 @@ def described(watch: LearnedWatch) -> str:
     """What was learned, in words: a line each."""
     c = watch.calibration
     lines = [f"observer: input {c.input}, sampling time {c.dt_s:.4g} s"]
+    if watch.positioner is None:
+        lines.append("positioner: not used, because no set point leads the position")
+    else:
+        share = 100.0 * watch.positioner.deviation
+        lines.append(f"positioner: the set point leads the position to {share:.2g} % of the learned stroke")
     if watch.model is None:
         lines.append("model: not used, because no force (or pressure with a diaphragm area in the model) is measured")
     else:

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from datetime import UTC, datetime
 from typing import Self
 
-from detector import Measurements, Watch, WatchState, learn
+from detector import Measurements, Watch, WatchState, learn, learn_model
 from hil.monitor.event import MonitorEvent
 from hil.monitor.units import SampleConverter
 from hil.monitor.valve import Learner, ValveWatch, WatchStatus
@@ -83,6 +83,17 @@ class Monitor:
         for name in names:
             self.valves[name].resume(*known[name])
         return names
+
+    def start(
+        self, model: ValveModel, dt_s: float, false_alarms: float = 1.0, *, catalogue: Catalogue = CATALOGUE
+    ) -> None:
+        """Watch every valve of which nothing is known, from its model alone: `detector.learn_model`.
+
+        dt_s : time from sample to sample [s]. Raises BadInput when the model is not known well enough for that.
+        """
+        for name, valve in self.valves.items():
+            if valve.watch is None:
+                valve.resume(learn_model(model, dt_s, self._converters[name].names, false_alarms, catalogue=catalogue))
 
     async def take(self, item: Sample | LinkEvent) -> MonitorEvent | None:
         """One item of the source, in order; the event that it makes, if any. Learning is done in a thread of its own.

@@ -13,6 +13,8 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import IO, Any
 
+import numpy as np
+
 from bristle.cli.output.live import Latest, LiveLine
 from bristle.cli.output.manner import answer, manner, note
 from bristle.cli.watching.live_page import announce
@@ -47,7 +49,8 @@ MOST_KEPT = 10_000
 class MonitorOptions:
     """The options of both commands. model : file; learn_s [s]; calibrate : recordings of a healthy valve; state : file
     to resume from and to save to; false_alarms : a month; events : file, None for stdout; page : where it is served,
-    None for no page; address, rate_hz : of the source, for the page; report : file to write at the end, None for none.
+    None for no page; address, rate_hz : of the source, for the page, and to start from the model alone;
+    report : file to write at the end, None for none.
     """
 
     model: Path
@@ -99,6 +102,11 @@ def watch(source: Source, options: MonitorOptions) -> None:
     _finish(end, monitor)
 
 
+def rate_of(recording: str) -> float:
+    """The usual number of samples in a second of a recording. Raises BadInput for one that cannot be read."""
+    return 1.0 / float(np.median(np.diff(read(recording).time)))
+
+
 def _ended(session: Coroutine[Any, Any, MonitorEnd]) -> MonitorEnd:
     try:
         return asyncio.run(session)
@@ -135,7 +143,7 @@ def _shown(
 
 
 def _resume(monitor: Monitor, options: MonitorOptions, model: ValveModel) -> None:
-    """What is known before the first sample: from recordings, or from an earlier session."""
+    """What is known before the first sample: from recordings, from an earlier session, or from the model alone."""
     if options.calibrate:
         watch = learn_recordings([read(path) for path in options.calibrate], model, options.false_alarms)
         for name in monitor.resume(dict.fromkeys(monitor.valves, (watch, None))):
@@ -145,6 +153,11 @@ def _resume(monitor: Monitor, options: MonitorOptions, model: ValveModel) -> Non
         for name in monitor.resume(known):
             note(f"{name}: resumed from {options.state}")
             _learned(name, known[name][0], LiveLine())
+    elif options.learn_s is None:
+        monitor.start(model, 1.0 / options.rate_hz, options.false_alarms)
+        for name, valve in monitor.valves.items():
+            if valve.watch is not None:
+                _learned(name, valve.watch, LiveLine())
 
 
 class _Courses:
