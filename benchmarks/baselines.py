@@ -110,10 +110,10 @@ def _transcribed(
         {"print_time": False, "ipopt": {"print_level": 0, "max_cpu_time": budget, "max_iter": 3000}},
     )  # fmt: skip
     first = np.vstack([y, np.gradient(y, t), np.zeros(n)]) / scale
-    begun = time.perf_counter()
+    start_s = time.perf_counter()
     start = np.concatenate([np.ones(len(p)), first.ravel(order="F")])
     found = solver(x0=start, lbg=0.0, ubg=0.0, lbx=np.concatenate([np.full(len(p), 1e-3), np.full(3 * n, -np.inf)]))
-    seconds, said = time.perf_counter() - begun, str(solver.stats()["return_status"])
+    seconds, said = time.perf_counter() - start_s, str(solver.stats()["return_status"])
     reached = float(found["f"]) / n
     return seconds, reached, f"{said}, {'reached' if reached <= wanted else 'not reached'}"
 

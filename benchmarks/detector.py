@@ -62,9 +62,9 @@ def best(work: Callable[[], object], steps: int, rounds: int = 5) -> float:
     """Nanoseconds of processor time per step, the best of some rounds."""
     found = []
     for _ in range(rounds):
-        begun = time.process_time()
+        start_s = time.process_time()
         work()
-        found.append((time.process_time() - begun) / steps * 1e9)
+        found.append((time.process_time() - start_s) / steps * 1e9)
     return min(found)
 
 
@@ -169,7 +169,7 @@ def false_alarms(hours: float, only: int | None, learn_s: float | None) -> None:
     for setting in SETTINGS if only is None else SETTINGS[only - 1 : only]:
         data, learning = healthy(setting, hours), learn_s or LEARN_S[setting.sample_s]
         learned = round(learning / setting.sample_s)
-        begun = time.process_time()
+        start_s = time.process_time()
         try:
             watch = learn(data[:learned], ten_hertz.MODEL)
         except BadInput as refusal:
@@ -179,7 +179,7 @@ def false_alarms(hours: float, only: int | None, learn_s: float | None) -> None:
         print(
             f"  {setting.words}: {alarms} alarms in {len(load) * setting.sample_s / 3600:.1f} h, highest score "
             f"{load.max():.2f} of the limit; learned on {learning:.0f} s: {watch.false_alarms.sentence}; "
-            f"{time.process_time() - begun:.0f} s of processor",
+            f"{time.process_time() - start_s:.0f} s of processor",
             flush=True,
         )
 

@@ -113,12 +113,12 @@ def counted(evidence: Evidence, draw: Draw, days: float) -> tuple[int, float]:
     state, found, allowed = evidence.initial(), 0, 0.0
     for _ in range(max(round(days * DAY_S / DT_S / _PIECE), 1)):
         state, load = evidence.run(state, draw(_PIECE)[:, None])
-        found += begun(load[:, 0] >= 1.0)
+        found += alarms_of(load[:, 0] >= 1.0)
         allowed += _PIECE * DT_S / evidence.supported(state).interval_s
     return found, allowed
 
 
-def begun(over: NDArray[np.bool_]) -> int:
+def alarms_of(over: NDArray[np.bool_]) -> int:
     """How many alarms begin in a run: above the limit after half a minute below it."""
     rows = np.flatnonzero(over)
     return int(np.sum(np.diff(rows) > HOLD_S / DT_S)) + 1 if len(rows) else 0

@@ -37,11 +37,11 @@ import numpy as np
 from scipy.signal import savgol_filter
 
 from benchmarks.machine import machine
-from benchmarks.plants import integrate
-from benchmarks.plants_cases import COURSE, Case, force_course
-from benchmarks.plants_effects import HELD, KNOWN, OUTSIDE, SAME, Valve, fields_of
-from benchmarks.plants_recordings import recordings
-from benchmarks.plants_strengths import MULTIPLES, reached
+from benchmarks.plants.cases import COURSE, Case, force_course
+from benchmarks.plants.effects import HELD, KNOWN, OUTSIDE, SAME, Valve, fields_of
+from benchmarks.plants.integration import integrate
+from benchmarks.plants.recordings import recordings
+from benchmarks.plants.strengths import MULTIPLES, reached
 from benchmarks.trace_report import PARTS, Row, report, scored
 from recordings import Recording
 

@@ -36,12 +36,7 @@ class BackgroundServer:
         self._server = Server(plants, settings)
 
     def __enter__(self) -> Self:
-        self._thread = LoopThread("bristle server")
-        try:
-            self._thread.run(self._server.__aenter__())
-        except BaseException:
-            self._thread.close()
-            raise
+        self._thread = LoopThread.entered("bristle server", self._server.__aenter__())
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:

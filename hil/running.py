@@ -122,6 +122,17 @@ class LoopThread:
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
         self._thread.start()
 
+    @classmethod
+    def entered(cls, name: str, entering: Coroutine[Any, Any, object]) -> LoopThread:
+        """A thread in whose loop something was entered. Raises what that raises, and is closed then."""
+        thread = cls(name)
+        try:
+            thread.run(entering)
+        except BaseException:
+            thread.close()
+            raise
+        return thread
+
     def start(self, work: Coroutine[Any, Any, Result]) -> asyncio.Task[Result]:
         """Begin something in the loop and return its task, which only the loop's thread may touch."""
 

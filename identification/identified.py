@@ -22,6 +22,11 @@ class Identification(FitResult):
     trajectories, holdout : free runs against the fitted recordings and those held out; crosscheck : against sparse
     regression, None where that was not asked for; advice : what to record to know weak parameters
     better, in sentences.
+
+    >>> import bristle as br
+    >>> found = br.fit(br.simulate("mixed:10", position_noise=2e-6, seed=3), crosscheck=False)
+    >>> found.model.parameters["spring.K"].status, len(found.trajectories)
+    ('identified', 1)
     """
 
     def __repr__(self) -> str:

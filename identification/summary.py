@@ -28,7 +28,7 @@ def fit_html(found: FitResult) -> str:
         for name, p in found.model.parameters.items()
     ]
     caption = f"{_names(found)}: {_outcome(found)}. {_errors(found.model)}"
-    return _table(caption, ("parameter", "value", "± std", "unit", "status"), rows)
+    return html_table(caption, ("parameter", "value", "± std", "unit", "status"), rows)
 
 
 def trace_text(found: TraceResult) -> str:
@@ -43,7 +43,7 @@ def trace_html(found: TraceResult) -> str:
         for c in found.candidates[:BEST]
     ]
     heads = ("effect", "gain", f"held-out rmse [{found.unit}]", "outcome")
-    return _table(f"{found.verdict}. {_said(found)} {_change(found)}", heads, rows)
+    return html_table(f"{found.verdict}. {_said(found)} {_change(found)}", heads, rows)
 
 
 def _names(found: FitResult) -> str:
@@ -79,8 +79,8 @@ def _number(value: float | None) -> str:
     return "" if value is None else f"{value:.3g}"
 
 
-def _table(caption: str, heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A small table without style or script; every text is escaped."""
+def html_table(caption: str, heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A small table for a notebook, without style or script; every text is escaped."""
     head = "".join(f"<th>{escape(word)}</th>" for word in heads)
     body = "".join(f"<tr>{''.join(f'<td>{escape(word)}</td>' for word in row)}</tr>" for row in rows)
     return f"<table><caption>{escape(caption)}</caption><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"

@@ -37,6 +37,15 @@ class Trace(TraceResult):
         where the force is predicted; with ``noise_floor_m`` [m] and there ``noise_floor_N`` [N]
     second_opinion : what sparse regression chooses, or None where it can say nothing
     seconds : that the trace took; complete : whether it tried all that it would without a budget
+
+    >>> import bristle as br
+    >>> drag = {"effects": ["quadratic_drag"], "given": {"quadratic_drag.c": 2e4}}
+    >>> run = br.simulate("sine:10", **drag, position_noise=1e-6, force_noise=0.5, seed=3)
+    >>> arrays = {name: run[name].values for name in ("time", "position", "force")}
+    >>> rig = br.Recording.from_arrays(**arrays, roles={"position": "input", "force": "output"})
+    >>> found = br.trace(rig)
+    >>> found.verdict, found.complete
+    ('quadratic_drag', True)
     """
 
     base: Identification

@@ -71,8 +71,8 @@ def arrays_of_frame(
 
     Raises `BadParameter` for a column that is not there, for two columns of one signal, and when there is no time.
     """
-    sought = set(UNDERSTOOD) if columns is None else {"time"} - set(columns)
-    chosen = _known_columns(frame, sought) | dict(columns or {})
+    wanted = set(UNDERSTOOD) if columns is None else {"time"} - set(columns)
+    chosen = _known_columns(frame, wanted) | dict(columns or {})
     labels = list(frame.columns)
     there = ", ".join(str(label) for label in labels)
     if "time" not in chosen:
@@ -85,7 +85,7 @@ def arrays_of_frame(
     return {name: frame[label].to_numpy() for name, label in chosen.items()}, found | dict(units or {})
 
 
-def _known_columns(frame: DataFrameLike, sought: Collection[str]) -> dict[str, Hashable]:
+def _known_columns(frame: DataFrameLike, wanted: Collection[str]) -> dict[str, Hashable]:
     """Labels of the columns whose header says one of some names, by that name."""
     known: dict[str, Hashable] = {}
     for label in frame.columns:
@@ -94,7 +94,7 @@ def _known_columns(frame: DataFrameLike, sought: Collection[str]) -> dict[str, H
         if name in known:
             found = f"the columns '{known[name]}' and '{label}' both say that they are it"
             raise BadParameter("columns", name, found, "name the one that is meant")
-        if name in sought:
+        if name in wanted:
             known[name] = label
     return known
 

@@ -21,7 +21,15 @@ _LONGEST = 600
 
 
 class BristleError(Exception):
-    """The base of every error that is raised on purpose."""
+    """The base of every error that is raised on purpose.
+
+    >>> from recordings import read
+    >>> try:
+    ...     read("nowhere.h5")
+    ... except BristleError as error:
+    ...     print(error)
+    nowhere.h5: there is no such file; check the path
+    """
 
 
 class BadInput(BristleError, ValueError):
@@ -92,12 +100,29 @@ def _bad_input(where: str, found: str, remedy: str, parameter: str | tuple[str, 
 
 
 class NegativeAnswer(BristleError):
-    """The work was done and the answer is negative; the command line prints it and exits with 1."""
+    """The work was done and the answer is negative; the command line prints it and exits with 1.
+
+    >>> issubclass(NegativeAnswer, BristleError), issubclass(NegativeAnswer, BadInput)
+    (True, False)
+    """
 
 
 class LinkError(BristleError):
-    """The way to a device failed, went away, or cannot be kept up."""
+    """The way to a device failed, went away, or cannot be kept up.
+
+    It may be back later, so a program that polls goes on:
+
+    >>> try:
+    ...     raise LinkError("tcp://127.0.0.1:502: connection refused")
+    ... except LinkError as error:
+    ...     print(f"nothing is known: {error}")
+    nothing is known: tcp://127.0.0.1:502: connection refused
+    """
 
 
 class ProtocolError(LinkError):
-    """A device answers, but not as its protocol has it."""
+    """A device answers, but not as its protocol has it.
+
+    >>> issubclass(ProtocolError, LinkError)
+    True
+    """

@@ -28,7 +28,12 @@ Values = Mapping[str, Expression]
 
 
 class Site(Enum):
-    """Where an effect enters the balance of forces; it decides which of the hooks the effect may have."""
+    """Where an effect enters the balance of forces; it decides which of the hooks the effect may have.
+
+    >>> from simulator import CATALOGUE
+    >>> CATALOGUE["backlash"].site, CATALOGUE["quadratic_drag"].site
+    (<Site.OUTPUT: 'output'>, <Site.FORCE: 'force'>)
+    """
 
     FORCE = "force"
     INPUT = "input"
@@ -66,8 +71,11 @@ class Parameter:
     and for what only shapes an effect (the place of a tight spot) while another parameter sets its strength;
     positive : whether its logarithm is the natural coordinate (it spans decades); known : what of the
     valve it is to be held at (``stroke``), because a change of it looks like one of the base effects, empty where it is
-    free; tried_at : values at which
-    tracing tries it; meaning : one line in words.
+    free; tried_at : values at which tracing tries it; meaning : one line in words.
+
+    >>> rate = Parameter("K", "N/m", "spring rate", scale=5e4, lower=0.0)
+    >>> rate.allows(-1.0), rate.bounds
+    (False, 'from 0 to inf N/m')
     """
 
     symbol: str
@@ -136,6 +144,15 @@ class Effect(ABC):
     The kernel asks effects on the input first, then those that set level or speed of friction, then the other forces,
     then effects on the output; within each of these groups in the order of the catalogue. In a step, `s` holds the mean
     of a relaxing state, and what a jumping state is at mid-step; at a sample it holds what they are.
+
+    >>> class Magnet(Effect):
+    ...     id, site, sentence = "magnet", Site.FORCE, "a magnet pulls the stem"
+    ...     parameters = (Parameter("G", "N", "pull", scale=50.0, neutral=0.0),)
+    ...
+    ...     def force(self, q, p, s, ds):
+    ...         return p["G"]
+    >>> Magnet().parameter_names()
+    ('magnet.G',)
     """
 
     id: ClassVar[str]
@@ -216,6 +233,10 @@ class Catalogue:
 
     It is a value: whoever looks an effect up is handed one, `CATALOGUE` where nothing else is said.
     Raises ValueError when two effects have the same id or parameter name.
+
+    >>> from simulator import CATALOGUE
+    >>> CATALOGUE.ids[:3], CATALOGUE["spring"].sentence
+    (('inertia', 'spring', 'lugre'), 'the actuator spring and its preload, which set the bench-set range')
     """
 
     effects: tuple[Effect, ...]

@@ -49,6 +49,9 @@ class ValveModel(BaseModel):
 
     noise : ``position_m`` and ``force_N``, standard deviations; error : ``fit`` and ``holdout``, each with ``rmse_m``
     (or ``rmse_N`` where the motion is imposed) and ``nrmse``; quality : condition number, outcome and the like.
+
+    >>> ValveModel(effects=("inertia",), parameters={"mass.m": Value(value=2.0, unit="kg")})
+    <ValveModel of inertia: mass.m 2 kg>
     """
 
     model_config = ConfigDict(frozen=True, allow_inf_nan=False)

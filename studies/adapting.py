@@ -122,7 +122,7 @@ class LearnedObserver:
         if adapted_by is not None:
             state = c.compiled.initial().with_estimates(c.compiled.run(state, *c.scaled(adapted_by))[0])
         said = c.compiled.run(state, *c.scaled(data))[1]
-        residual = c.left(said.xi2, said.phi)
+        residual = c.unbalanced(said.xi2, said.phi)
         residual[: round(c.settle_s / c.dt_s) + 1] = np.nan
         load = evidence.run(evidence.initial(), residual[:, None])[1][:, 0]
         return AdaptedRun(data.time_s, said.xi2 * c.observer.k2 / c.least_phi, load)

@@ -17,6 +17,7 @@ from typer.core import TyperArgument, TyperCommand, TyperOption
 from bristle.cli.output.common import with_common_options
 from bristle.cli.output.manner import OPTIONS as SPOKEN
 from bristle.cli.output.manner import answer, begin, manner, say
+from bristle.cli.output.parameters import option, shown_option
 from bristle.cli.output.terminal import plain_text
 from bristle.cli.several import spelled_out
 
@@ -46,22 +47,6 @@ COMMANDS = {
     "version": "look.version",
 }
 """Command name -> module in `bristle.cli.commands`, with a dot in a folder of it; each has one function `command`."""
-
-OPTIONS = {
-    "certificates": "--make-test-ca",
-    "constraints": "--constraint",
-    "column": "--column NAME=COLUMN:UNIT",
-    "effects": "--effect",
-    "import_to": "bristle import",
-    "learn_s": "--learn",
-    "priors": "--prior",
-    "overwrite": "--force",
-    "rate_hz": "--rate HZ",
-    "settings": "--set",
-    "time": "--time COLUMN:UNIT",
-    "time_format": "--time-format",
-}
-"""How a message writes the option that stands for a parameter, where it is not the parameter's name alone."""
 
 UNIX = ("fcntl", "grp", "pty", "pwd", "resource", "termios", "tty")
 """Modules that Python does not have everywhere; recording, serving and fleets are built on them."""
@@ -174,10 +159,11 @@ def _as_option(error: BadInput) -> str:
     """What is wrong with an input, with the parameter it names written as the option of this command line."""
     from recordings.errors import BadParameter
 
-    options = [OPTIONS.get(name, f"--{name.replace('_', '-')}") for name in error.parameters]
     if isinstance(error, BadParameter):
-        return f"{options[0].split()[0]}{str(error).removeprefix(error.parameters[0])}"
-    return f"{error} ({', '.join(options)})" if options else str(error)
+        (name,) = error.parameters
+        return f"{option(name)}{str(error).removeprefix(name)}"
+    shown = ", ".join(shown_option(name) for name in error.parameters)
+    return f"{error} ({shown})" if shown else str(error)
 
 
 def _ended(message: str, code: int, **parts: str) -> int:

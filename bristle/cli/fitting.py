@@ -53,7 +53,9 @@ def refuse_others(options: Mapping[str, object]) -> None:
     """Refuse options of the fit of a whole valve beside those that compare friction. Raises BadInput."""
     for name, value in options.items():
         if value:
-            raise BadInput(name, "it belongs to the fit of a valve, not to --friction or --compare", "leave it out")
+            raise BadInput(
+                name, "it belongs to the fit of a valve, not to this comparison of friction models", "leave it out"
+            )
 
 
 def print_comparison(console: Console, found: FrictionComparison | FreeComparison) -> None:
@@ -79,9 +81,9 @@ def print_free_runs(console: Console, found: FreeComparison) -> None:
     for row in found.rows:
         if row.fit.outcome.name != "CONVERGED":
             console.print(f"{row.name}: {row.fit.outcome.value}")
-    best = Table("parameter", "value", title=f"{found.best.name}: least error on what was held out")
+    best = Table("parameter", "value", "unit", title=f"{found.best.name}: least error on what was held out")
     for name, value in found.best.values.items():
-        best.add_row(name, f"{value:.5g}")
+        best.add_row(name, f"{value:.5g}", found.best.unit(name))
     console.print(best)
 
 

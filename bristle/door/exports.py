@@ -93,7 +93,7 @@ def _stem(source: object) -> str:
 def _recording(source: object, to: str) -> Recording:
     if isinstance(source, Recording) or (isinstance(source, str | os.PathLike) and not _is_json(source)):
         return read(source)
-    raise BadInput(_named(source), f"a model cannot be exported to {to}", "use --to c, casadi or fmu")
+    raise BadInput(_named(source), f"a model cannot be exported to {to}", "use c, casadi or fmu")
 
 
 def _model(source: object, to: str, catalogue: Catalogue) -> ValveModel:
@@ -103,7 +103,7 @@ def _model(source: object, to: str, catalogue: Catalogue) -> ValveModel:
         return source
     if isinstance(source, str | os.PathLike) and _is_json(source):
         return ValveModel.read(source, catalogue)
-    raise BadInput(_named(source), f"a recording cannot be exported to {to}", "use --to parquet or matlab")
+    raise BadInput(_named(source), f"a recording cannot be exported to {to}", "use parquet or matlab")
 
 
 def _is_json(source: str | os.PathLike[str]) -> bool:

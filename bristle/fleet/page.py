@@ -185,7 +185,7 @@ def _pooling(one: TypeOfValve, name: str, link: RowLink) -> Iterator[FleetSectio
         values, errors = q.scaled
         new = q.back(together.new_mean)
         width = together.new_std * new if q.logarithmic else together.new_std
-        priors.append(f"--prior {q.name}={new:.4g}+-{width:.2g}")
+        priors.append(f"{q.name}={new:.4g}+-{width:.2g}")
         for k in np.flatnonzero(together.std < NARROWER * errors).tolist():
             own, pooled = ((values[k], errors[k]), (together.mean[k], together.std[k]))
             cells = [
@@ -197,7 +197,7 @@ def _pooling(one: TypeOfValve, name: str, link: RowLink) -> Iterator[FleetSectio
         said = [
             "A hierarchical model of the valves of this type: where its interval is narrower than the valve's own, "
             "what the others say of this valve is worth more than its own recording.",
-            f"For the next valve of this type: {' '.join(priors)}",
+            f"For the next valve of this type, as priors: {', '.join(priors)}",
         ]
         head = ("valve", "quantity", "own, 90 %", "pooled, 90 %")
         yield FleetSection(f"Pooled, {name}", said, FleetTable(head, rows[: 4 * SHOWN]) if rows else None)

@@ -81,4 +81,4 @@ def _check(what: str, options: Mapping[str, Any]) -> None:
     if what not in WORK:
         raise BadParameter("what", what, "it cannot be done to a fleet", f"there are {', '.join(WORK)}")
     if what == "test" and "kind" not in options:
-        raise BadInput("fleet test", "it is not said which test", "say for example --kind step", parameter="kind")
+        raise BadInput("fleet test", "it is not said which test", "say one, for example step", parameter="kind")

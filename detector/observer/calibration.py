@@ -165,9 +165,9 @@ class Calibration:
         raise its own limit.
         """
         used = decision.verdict.used and state.core[kernel.SETTLED] >= self.settle_s
-        return float(self.left(decision.xi2, decision.phi)) if used else math.nan
+        return float(self.unbalanced(decision.xi2, decision.phi)) if used else math.nan
 
-    def left(self, xi2: Array | float, phi: Array | float) -> Array:
+    def unbalanced(self, xi2: Array | float, phi: Array | float) -> Array:
         """The residual [m/s] from xi2 and Phi."""
         o = self.observer
         return np.asarray((xi2 + phi * np.clip(xi2 / o.delta, -1.0, 1.0) / o.k2) * abs(self.position_span))
@@ -175,7 +175,7 @@ class Calibration:
     def residuals(self, data: Measurements) -> Array:
         """The residual [m/s] of a run (n_samples,); NaN while settling and where a sample was skipped."""
         decisions = self.observer.run(self.observer.initial(), *self.scaled(data))[1]
-        return np.where(_used(decisions, self.settle_s), self.left(decisions.xi2, decisions.phi), np.nan)
+        return np.where(_used(decisions, self.settle_s), self.unbalanced(decisions.xi2, decisions.phi), np.nan)
 
     def as_dict(self) -> dict[str, Any]:
         """Plain numbers, for JSON."""

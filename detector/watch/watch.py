@@ -35,6 +35,11 @@ class Watch:
     """The detector of one valve: observer, and where they can be had model, flow relation and pressure levels.
 
     `learn` makes one. Holds no socket, file, clock or state.
+
+    >>> import bristle as br
+    >>> watch = br.learn(br.simulate("sine:60,mixed:60", rate=50, position_noise=5e-6, seed=3))
+    >>> watch.signals, watch.model is None
+    (('force', 'position'), True)
     """
 
     calibration: Calibration

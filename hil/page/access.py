@@ -32,7 +32,7 @@ class PageSettings:
     token: Path | None = None
     certificate: Path | None = None
     key: Path | None = None
-    where: str = "--page"
+    where: str = "page"
 
     def access(self) -> Access:
         """The settings with everything about them checked. Raises BadInput."""
@@ -61,7 +61,7 @@ class Access:
     token: str | None = None
     certificate: Path | None = None
     key: Path | None = None
-    where: str = "--page"
+    where: str = "page"
 
     def __repr__(self) -> str:
         return f"<Access to {self.host}:{self.port}{' with a token and TLS' if self.token else ''}>"

@@ -67,7 +67,7 @@ def outlets_of(plan: ServicePlan, metrics: str | None = None, program: Path | No
         sinks.append(Printed())
     entry = plant.metrics
     if metrics is not None:
-        return ServiceOutlets(sinks, http_address(metrics, "--metrics", bool(entry and entry.expose)))
+        return ServiceOutlets(sinks, http_address(metrics, "metrics", bool(entry and entry.expose)))
     where = f"{plant.file}: metrics.listen"
     return ServiceOutlets(sinks, http_address(entry.listen, where, entry.expose) if entry else None)
 

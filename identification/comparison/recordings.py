@@ -150,7 +150,7 @@ def _notes(unlike: str | None, share: float) -> list[str]:
     if not share:
         notes.append(
             "Judged by what strokes of one test differ by. Tests on different days differ by more; "
-            "give that as --repeatability."
+            "give that as the repeatability."
         )
     return notes
 

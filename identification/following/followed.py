@@ -12,9 +12,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from identification.following.limit_crossing import LimitCrossing
+from identification.shown_findings import ShownFindings
 from recordings import save_json
 
 if TYPE_CHECKING:
+    from identification.report.findings_page import Findings
     from identification.report.opening import ReportOpening
 
 MONTH = 30.44
@@ -77,7 +79,7 @@ class FollowedQuantity:
 
 
 @dataclass(frozen=True, repr=False)
-class FollowedValve:
+class FollowedValve(ShownFindings):
     """What became of a valve. quantities : by name; recordings : labels in the order of their dates; problems : limits
     of quantities that do not show.
     """
@@ -85,9 +87,6 @@ class FollowedValve:
     quantities: Mapping[str, FollowedQuantity]
     recordings: tuple[str, ...]
     problems: tuple[str, ...]
-
-    def __repr__(self) -> str:
-        return "\n".join(self.lines())
 
     def as_json(self) -> dict[str, Any]:
         """The content of `follow.json`."""
@@ -105,9 +104,9 @@ class FollowedValve:
         """Write `follow.json`, all or nothing. Raises BadInput when it cannot be written."""
         save_json(Path(path), self.as_json())
 
-    def report(self, path: str | os.PathLike[str]) -> None:
-        """Write the report, one self-contained HTML page. Raises BadInput when it cannot be written."""
-        from identification.report.findings_page import Findings, write_findings
+    def findings(self) -> Findings:
+        """What its page shows."""
+        from identification.report.findings_page import Findings
 
         curves = {}
         for name, one in self.quantities.items():
@@ -130,8 +129,7 @@ class FollowedValve:
             for one in each.levels
         ]
         table = (("quantity", "date", "recording", "level", "lower", "upper"), rows)
-        findings = Findings("A valve over time", "Valve", tuple(self.lines()), (table,), curves, self._opening())
-        write_findings(path, findings)
+        return Findings("A valve over time", "Valve", tuple(self.lines()), (table,), curves, self._opening())
 
     def _opening(self) -> ReportOpening:
         """What to do first: repair what is beyond its limit, look again before the first date that may cross one."""

@@ -6,14 +6,18 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from identification.data.experiment import Experiment, Segment, experiment, imposed
 from identification.friction.fit import PLANT, FrictionFit, Stretch, fit_friction
 from identification.friction.models import MODELS, FrictionModel, ImposedPath
+from identification.shown_findings import ShownFindings
 from recordings import BadInput, BadParameter, Progress, Recording, save_json, silent
+
+if TYPE_CHECKING:
+    from identification.report.findings_page import Findings
 
 HELD_OUT = 0.25
 """Share at the end of each recording that judges, where no recording is held out."""
@@ -41,8 +45,8 @@ class FrictionRow:
         return self.fit.model.id
 
 
-@dataclass(frozen=True, eq=False)
-class FrictionComparison:
+@dataclass(frozen=True, eq=False, repr=False)
+class FrictionComparison(ShownFindings):
     """rows : best on held-out data first; before_n : the errors without any friction, fitted and held out [N]; split :
     in words; held_out : the stretches that judge, for pictures.
     """
@@ -76,12 +80,35 @@ class FrictionComparison:
         """Write as JSON. Raises BadInput when it cannot be written."""
         save_json(Path(path), self.as_json())
 
-    def __repr__(self) -> str:
-        lines = [f"{'model':<14}{'parameters':>11}{'fitted [N]':>12}{'held out [N]':>14}"]
-        lines += [f"{r.name:<14}{r.fit.parameters:>11}{r.fitted_n:>12.4g}{r.held_out_n:>14.4g}" for r in self.rows]
-        return "\n".join(
-            [*lines, f"without friction: {self.before_n[0]:.4g} and {self.before_n[1]:.4g} N; {self.split}"]
-        )
+    def lines(self) -> list[str]:
+        """The errors of every model, as columns of text."""
+        head = f"{'model':<14}{'parameters':>11}{'fitted [N]':>12}{'held out [N]':>14}"
+        rows = [f"{r.name:<14}{r.fit.parameters:>11}{r.fitted_n:>12.4g}{r.held_out_n:>14.4g}" for r in self.rows]
+        return [head, *rows, f"without friction: {self.before_n[0]:.4g} and {self.before_n[1]:.4g} N; {self.split}"]
+
+    def findings(self) -> Findings:
+        """What its page shows."""
+        from identification.report.findings_page import Findings, ReportOpening
+
+        best = self.best
+        errors = [
+            (row.name, row.fit.model.text, f"{row.fit.parameters}", f"{row.fitted_n:.4g}", f"{row.held_out_n:.4g}")
+            for row in self.rows
+        ]
+        errors.append(("none", "before: no friction", "-", *(f"{error:.4g}" for error in self.before_n)))
+        values = [(name, f"{value:.5g}", unit) for name, (value, unit) in best.fit.values.items()]
+        judged = self.held_out[0]
+        x = 1e3 * judged.path.x[judged.counts]
+        lines = [("measured", x, judged.u[judged.counts]), (best.name, x, best.fit.force(judged)[judged.counts])]
+        why = f"{best.name} predicts the held-out force best, to {best.held_out_n:.3g} N"
+        action = "run it freely (compare_free_runs) before you trust it with the motion"
+        return Findings(
+            "Friction models", "Friction models", ("RMS error of the force; the motion is as recorded.",),
+            ((("model", "equation", "parameters", "fitted [N]", "held out [N]"), errors),
+             (("parameter", "value", "unit"), values)),
+            {"Held-out force over position": ("position [mm]", "force [N]", lines)},
+            ReportOpening("good", why, self.split, action),
+        )  # fmt: skip
 
 
 class NoFriction(FrictionModel):

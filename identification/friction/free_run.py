@@ -11,7 +11,7 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,10 +21,14 @@ from identification.estimators.fit import fit
 from identification.estimators.fitted import Fit
 from identification.friction.comparison import HELD_OUT, split_of
 from identification.given import plant_constants
-from identification.result import error_of, free_runs
+from identification.result import Trajectory, error_of, free_runs
+from identification.shown_findings import ShownFindings
 from identification.tracing.models.trial_data import divided
 from recordings import BadInput, BadParameter, Progress, Recording, save_json, silent
 from simulator import BASE
+
+if TYPE_CHECKING:
+    from identification.report.findings_page import Findings
 
 FLAT: Mapping[str, float] = {"lugre.vs": 1e6, "lugre.fc": 1.0}
 """No Stribeck effect: at every speed of a valve the level is lugre.fs."""
@@ -72,13 +76,14 @@ REFUSED: Mapping[str, str] = {
 @dataclass(frozen=True, eq=False)
 class FreeRow:
     """A model run freely: RMS errors of the position [m] where it was fitted and where it was held out, NaN where it
-    diverged.
+    diverged; held_out : those runs, none where no fit came out.
     """
 
     model: FreeModel
     fit: Fit
     fitted_m: float
     held_out_m: float
+    held_out: tuple[Trajectory, ...] = ()
 
     @property
     def name(self) -> str:
@@ -96,9 +101,14 @@ class FreeRow:
         free = self.fit.coordinates.free_names
         return {name: value for name, value in self.fit.values.items() if name in free} if self.fit.minimum else {}
 
+    def unit(self, name: str) -> str:
+        """The unit of a parameter."""
+        kernel = self.fit.kernel
+        return kernel.catalogue.parameters(kernel.effects)[name].unit
 
-@dataclass(frozen=True, eq=False)
-class FreeComparison:
+
+@dataclass(frozen=True, eq=False, repr=False)
+class FreeComparison(ShownFindings):
     """rows : best on held-out data first; split : in words."""
 
     rows: tuple[FreeRow, ...]
@@ -127,10 +137,40 @@ class FreeComparison:
         """Write as JSON. Raises BadInput when it cannot be written."""
         save_json(Path(path), self.as_json())
 
-    def __repr__(self) -> str:
-        lines = [f"{'model':<14}{'parameters':>11}{'fitted [m]':>12}{'held out [m]':>14}"]
-        lines += [f"{r.name:<14}{r.parameters:>11}{r.fitted_m:>12.4g}{r.held_out_m:>14.4g}" for r in self.rows]
-        return "\n".join([*lines, self.split])
+    def lines(self) -> list[str]:
+        """The errors of every model, as columns of text."""
+        head = f"{'model':<14}{'parameters':>11}{'fitted [m]':>12}{'held out [m]':>14}"
+        rows = [f"{r.name:<14}{r.parameters:>11}{r.fitted_m:>12.4g}{r.held_out_m:>14.4g}" for r in self.rows]
+        return [head, *rows, self.split]
+
+    def findings(self) -> Findings:
+        """What its page shows."""
+        from identification.report.findings_page import Findings, ReportOpening
+
+        best = self.best
+        errors = [
+            (row.name, row.model.text, f"{row.parameters}", f"{1e6 * row.fitted_m:.4g}", f"{1e6 * row.held_out_m:.4g}",
+             row.fit.outcome.value)
+            for row in self.rows
+        ]  # fmt: skip
+        values = [(name, f"{value:.5g}", best.unit(name)) for name, value in best.values.items()]
+        missed = [
+            (row.name, run.t, 1e6 * (run.measured - run.simulated)) for row in self.rows for run in row.held_out[:1]
+        ]
+        if best.held_out:
+            why = f"{best.name} follows the held-out motion best, to {1e6 * best.held_out_m:.3g} µm"
+            opening = ReportOpening("good", why, self.split, "trace the recordings for what it still lacks")
+        else:
+            why = "no model can be run freely to the end"
+            opening = ReportOpening("watch", why, self.split, "trace the recordings for what these models lack")
+        return Findings(
+            "Friction models", "Friction models",
+            ("RMS error of free runs: from the first sample on only the recorded force enters.",),
+            ((("model", "equation", "parameters", "fitted [µm]", "held out [µm]", "fit"), errors),
+             (("parameter", "value", "unit"), values)),
+            {"What each misses of the held-out motion": ("time [s]", "measured - free run [µm]", missed)},
+            opening,
+        )  # fmt: skip
 
 
 def compare_free_runs(
@@ -153,7 +193,7 @@ def compare_free_runs(
     for name in models:
         if name in REFUSED:
             found = f"it cannot be run freely: {REFUSED[name]}"
-            raise BadParameter("friction", name, found, "leave out --free-run to compare the force")
+            raise BadParameter("friction", name, found, "leave it out, or compare the force instead of free runs")
         if name not in FREE_MODELS:
             raise BadParameter("friction", name, "there is no such model", f"there are {', '.join(FREE_MODELS)}")
     fitted, judging = ([_driven(one, hold) for one in some] for some in (recordings, holdout))
@@ -175,7 +215,7 @@ def _driven(one: Recording, hold: bool) -> Experiment:
     made = experiment(one, hold=hold)
     if made.causality != "force":
         found = "its motion is imposed, so that no force decides where the stem goes"
-        raise BadInput(one.label, found, "leave out --free-run to compare the force")
+        raise BadInput(one.label, found, "compare the force instead of free runs", parameter="free_run")
     return made
 
 
@@ -188,13 +228,12 @@ def _row(
     if found.smooths_force:
         assert found.problem is not None
         fitted, judging = list(found.problem.experiments), with_smooth_force(judging)
-    errors = [_error(found, fitted, fitted=True), _error(found, judging, fitted=False)]
-    return FreeRow(model, found, *errors)
+    held_out = free_runs(found, judging, fitted=False)
+    return FreeRow(model, found, _error(free_runs(found, fitted, fitted=True)), _error(held_out), held_out)
 
 
-def _error(found: Fit, experiments: Sequence[Experiment], *, fitted: bool) -> float:
+def _error(runs: Sequence[Trajectory]) -> float:
     """RMS over all samples of the free runs [m]; NaN where one diverged."""
-    runs = free_runs(found, experiments, fitted=fitted)
     if any(not np.isfinite(run.simulated).any() for run in runs):
         return float("nan")
     return (error_of(runs) or {}).get("rmse_m", float("nan"))

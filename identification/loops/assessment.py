@@ -15,14 +15,16 @@ from identification.loops.loop import ControlLoop
 from identification.loops.methods import MethodAnswer
 from identification.loops.oscillation import Oscillation
 from identification.loops.verdict import LoopVerdict
+from identification.shown_findings import ShownFindings
 from recordings import Array, save_json
 
 if TYPE_CHECKING:
+    from identification.report.findings_page import Findings
     from identification.report.opening import ReportOpening
 
 
 @dataclass(frozen=True, repr=False)
-class Assessment:
+class Assessment(ShownFindings):
     """The assessment of a loop.
 
     verdict; probability : of stiction, None where the data cannot carry one; why : in a sentence; amount : S
@@ -41,9 +43,6 @@ class Assessment:
     other_causes: Mapping[str, float]
     answers: tuple[MethodAnswer, ...]
     forces: FrictionForces | None = None
-
-    def __repr__(self) -> str:
-        return "\n".join(self.lines())
 
     def as_json(self) -> dict[str, Any]:
         """The content of `assessment.json`."""
@@ -85,11 +84,11 @@ class Assessment:
         """Write `assessment.json`, all or nothing. Raises BadInput when it cannot be written."""
         save_json(Path(path), self.as_json())
 
-    def report(self, path: str | os.PathLike[str]) -> None:
-        """Write the report, one self-contained HTML page. Raises BadInput when it cannot be written."""
+    def findings(self) -> Findings:
+        """What its page shows."""
         import numpy as np
 
-        from identification.report.findings_page import Findings, write_findings
+        from identification.report.findings_page import Findings
 
         rows = [(o.method, "" if o.value is None else f"{o.value:.3g}", o.says, o.why) for o in self.answers]
         t = np.arange(float(len(self.loop.pv))) * self.loop.dt
@@ -103,7 +102,7 @@ class Assessment:
         table = (("method", "value", "says", "why"), rows)
         lines = tuple(self.lines())
         heading = f"Control loop {Path(self.loop.name).name}"
-        write_findings(path, Findings(heading, "Control loop", lines, (table,), curves, self._opening()))
+        return Findings(heading, "Control loop", lines, (table,), curves, self._opening())
 
     def _opening(self) -> ReportOpening:
         """What the page opens with."""

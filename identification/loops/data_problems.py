@@ -44,7 +44,7 @@ def data_problems(loop: ControlLoop, oscillations: tuple[Oscillation, ...]) -> t
     if loop.sp is None:
         found.append(DataProblem("no set point: it is taken as constant", False))
     if loop.kind is None:
-        found.append(DataProblem("the kind of loop is not known (--loop): it is taken as self-regulating", False))
+        found.append(DataProblem("the kind of loop is not known: it is taken as self-regulating", False))
     return tuple(found)
 
 

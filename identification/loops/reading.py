@@ -58,7 +58,7 @@ def _from_recording(
         name = named.get(role, "").partition(":")[0] or _first(recording, SYNONYMS[role])
         if name is None and role != "SP":
             raise BadInput(
-                recording.label, f"nothing says which signal is {role}", f"--columns {role}=NAME; {_there(recording)}"
+                recording.label, f"nothing says which signal is {role}", _there(recording), parameter="columns"
             )
         found[role] = None if name is None else recording[name].values
         if role == "OP" and name is not None:
@@ -89,7 +89,7 @@ def _from_file(path: Path, kind: LoopKind | None, named: Mapping[str, str]) -> t
         if chosen[role] is None:
             there = ", ".join(table.names[:20])
             raise BadInput(
-                str(path), f"nothing says which column is {role}", f"--columns {role}=NAME; columns there: {there}"
+                str(path), f"nothing says which column is {role}", f"columns there: {there}", parameter="columns"
             )
     signals = {role.lower(): {"column": name, "unit": "1"} for role, name in chosen.items() if name and role != "TIME"}
     clock, said = _clock(table, str(chosen["TIME"]), of_day, named.get("TIME", "").partition(":")[2])
@@ -143,7 +143,7 @@ def _clock(table: ForeignTable, column: str, of_day: str | None, unit: str) -> t
     if column in table.bad_cells:
         return {"column": column, "unit": "iso8601"}, ()
     unit = unit or table.units.get(column, "")
-    said = () if unit else ("the time has no unit: seconds are taken (--columns TIME=COLUMN:UNIT)",)
+    said = () if unit else ("the time has no unit: seconds are taken",)
     return {"column": column, "unit": unit or "s"}, said
 
 
@@ -155,8 +155,8 @@ def _op_in_percent(op: Array, unit: str) -> tuple[Array, bool, tuple[str, ...]]:
     if unit == "1" and len(known) and np.max(np.abs(known)) <= 1.5:
         return op * 100.0, True, ()
     if len(known) and known.min() >= -10.0 and known.max() <= 110.0 and known.max() > 1.5:
-        return op, True, ("OP has no unit: it is taken as % (--columns OP=COLUMN:UNIT)",)
-    words = "the unit of OP is missing and cannot be guessed: S and J are not given (--columns OP=COLUMN:%)"
+        return op, True, ("OP has no unit: it is taken as %",)
+    words = "the unit of OP is missing and cannot be guessed: S and J are not given"
     return op, False, (words,)
 
 
@@ -166,4 +166,4 @@ def _guessed_kind(text: str) -> tuple[LoopKind | None, tuple[str, ...]]:
     if found is None:
         return None, ()
     kind = TAGS[found.group(1)]
-    return kind, (f"the tag {found.group(0)} says that it is a {kind} loop (--loop)",)
+    return kind, (f"the tag {found.group(0)} says that it is a {kind} loop",)

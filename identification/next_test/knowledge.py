@@ -162,7 +162,7 @@ def known_valve(name: str, model: ValveModel, catalogue: Catalogue = CATALOGUE) 
         raise BadInput(name, found, remedy)
     stroke = float(model.plant.get("stroke_m") or 0.0)
     if stroke <= 0:
-        raise BadInput(f"{name}: plant", "the stroke is not known", "give it: --stroke 0.0381 (in m)")
+        raise BadInput(f"{name}: plant", "the stroke is not known", "give it in metres", parameter="stroke")
     order = model.quality.get("order", "full")
     valve = kernel(model.effects, "force", catalogue, damped=order != "full")
     held = {n: one.value for n, one in model.parameters.items() if one.status in HELD or one.value == 0.0}

@@ -15,9 +15,11 @@ import numpy as np
 from identification.next_test.bounds import DesignBounds
 from identification.next_test.expectation import TOLD, Expectation
 from identification.next_test.knowledge import KnownValve
+from identification.shown_findings import ShownFindings
 from recordings import Array, save_text
 
 if TYPE_CHECKING:
+    from identification.report.findings_page import Findings
     from identification.report.opening import ReportOpening
 
 INTERVAL = 1.96
@@ -25,7 +27,7 @@ INTERVAL = 1.96
 
 
 @dataclass(frozen=True, repr=False)
-class NextTest:
+class NextTest(ShownFindings):
     """The test that tells most.
 
     family : which kind of sequence; t (n_samples,) [s]; column, sequence : name with unit, and values of what is to be
@@ -42,9 +44,6 @@ class NextTest:
     weak: tuple[str, ...]
     expected: Expectation
     references: Mapping[str, Expectation]
-
-    def __repr__(self) -> str:
-        return "\n".join(self.lines())
 
     @property
     def settles(self) -> bool:
@@ -86,9 +85,9 @@ class NextTest:
             table.writerow([f"{value:.6g}" for value in row])
         save_text(Path(path), text.getvalue())
 
-    def report(self, path: str | os.PathLike[str]) -> None:
-        """Write the report, one self-contained HTML page. Raises BadInput when it cannot be written."""
-        from identification.report.findings_page import Findings, write_findings
+    def findings(self) -> Findings:
+        """What its page shows."""
+        from identification.report.findings_page import Findings
 
         stroke = self.valves[0].stroke
         paths = [(name, self.t, 100 * y / stroke) for name, y in self.expected.paths.items()]
@@ -97,7 +96,7 @@ class NextTest:
             "Expected position": ("time [s]", "% of the stroke", paths),
         }
         heading, lines = f"Next test: {self.family}", tuple(self.lines())
-        write_findings(path, Findings(heading, "Next test", lines, (self._table(),), curves, self._opening()))
+        return Findings(heading, "Next test", lines, (self._table(),), curves, self._opening())
 
     def _opening(self) -> ReportOpening:
         """Whether the test is worth running."""

@@ -10,7 +10,7 @@ from typing import Any
 from recordings import BadInput
 from simulator import CATALOGUE, Catalogue, Value, ValveModel
 
-NO_TRACE = "give a model.json of a fit, or a trace.json of 'bristle trace --out'"
+NO_TRACE = "give a model.json of a fit, or a trace.json of 'bristle trace'"
 
 
 def models_of(path: Path, catalogue: Catalogue = CATALOGUE) -> dict[str, ValveModel]:

@@ -51,6 +51,13 @@ def comparison_page(found: ComparisonResult) -> str:
     return assembled(front, [Section("comparison", "What changed", words, plots)])
 
 
+def stacked_comparison(found: ComparisonResult) -> Any:
+    """Its pictures one below the other, as a bokeh layout."""
+    from bokeh.layouts import column
+
+    return column(*map(_drawn, found.pictures), sizing_mode="stretch_width")
+
+
 def _sized(value: float, std: float) -> str:
     return f"{number(value)} ± {number(std)}"
 

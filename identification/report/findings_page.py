@@ -6,10 +6,11 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from itertools import cycle
 from typing import Any
 
 from identification.report.assembly import Front, assembled, save_page
-from identification.report.canvas import INK, MEASURED, REFERENCE, canvas, finish_legend
+from identification.report.canvas import ALARM, INK, MEASURED, NEUTRAL, REFERENCE, RESIDUAL, canvas, finish_legend
 from identification.report.decimate import extremes
 from identification.report.opening import ReportOpening
 from identification.report.section import Section
@@ -19,6 +20,8 @@ Curves = Mapping[str, tuple[str, str, Sequence[tuple[str, Array, Array]]]]
 """By the name of the picture: label of x, label of y, and the lines as (name, x, y)."""
 MOST = 4000
 """Points of a line that are drawn."""
+COLOURS = (REFERENCE, MEASURED, INK, RESIDUAL, ALARM, NEUTRAL)
+"""Of the lines of a picture, in their order."""
 
 
 @dataclass(frozen=True)
@@ -45,14 +48,25 @@ def write_findings(path: str | os.PathLike[str], findings: Findings) -> None:
         findings.heading,
         findings.opening,
     )
-    plots = {f"p{i}": _drawn(name, *curve) for i, (name, curve) in enumerate(findings.curves.items())}
+    plots = {f"p{i}": plot for i, plot in enumerate(_plots(findings))}
     words = {"sentences": findings.sentences, "tables": findings.tables}
     save_page(path, assembled(front, [Section("findings", "Result", words, plots)]))
 
 
+def stacked_findings(findings: Findings) -> Any:
+    """The pictures one below the other, as a bokeh layout."""
+    from bokeh.layouts import column
+
+    return column(*_plots(findings), sizing_mode="stretch_width")
+
+
+def _plots(findings: Findings) -> list[Any]:
+    return [_drawn(name, *curve) for name, curve in findings.curves.items()]
+
+
 def _drawn(name: str, x_label: str, y_label: str, lines: Sequence[tuple[str, Array, Array]]) -> Any:
     plot = canvas(x_label, y_label, 300, title=name)
-    for (label, x, y), colour in zip(lines, (REFERENCE, MEASURED, INK), strict=False):
+    for (label, x, y), colour in zip(lines, cycle(COLOURS), strict=False):
         kept = extremes([x, y], MOST)
         plot.line(x[kept], y[kept], legend_label=label, line_color=colour, line_width=1.5)
     finish_legend(plot)

@@ -30,7 +30,7 @@ def fit_opening(found: FitResult) -> ReportOpening:
     if not found.converged:
         why = f"{found.fit.outcome.value}: the values below are not final"
         return ReportOpening(
-            "watch", why, sure, "record more varied motion, or hold what is known (--given), and fit again"
+            "watch", why, sure, "record more varied motion, or hold the parameters that are known, and fit again"
         )
     if mood != "good":
         why = "the model follows the recordings, but not down to the noise" if quality.mood == "bad" else (

@@ -8,17 +8,19 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from identification.shown_findings import ShownFindings
 from identification.standard_tests.interval import Interval
 from recordings import BadInput, read_small_json, save_json
 
 if TYPE_CHECKING:
+    from identification.report.findings_page import Findings
     from identification.report.opening import ReportOpening
 
 FORMAT, VERSION = "valve-test", 1
 
 
 @dataclass(frozen=True, repr=False)
-class ValveTest:
+class ValveTest(ShownFindings):
     """A standard test of a valve. kind : which; values : by name, the unit is its end; changed : against a reference,
     None without one; problems : what limits it, in sentences; curves : pairs of arrays for pictures, by name; tag :
     of the valve; files : the recordings.
@@ -61,18 +63,16 @@ class ValveTest:
         """Write `test.json`, all or nothing. Raises BadInput when it cannot be written."""
         save_json(Path(path), self.as_json())
 
-    def report(self, path: str | os.PathLike[str]) -> None:
-        """Write the report, one self-contained HTML page. Raises BadInput when it cannot be written."""
-        from identification.report.findings_page import Findings, write_findings
+    def findings(self) -> Findings:
+        """What its page shows."""
+        from identification.report.findings_page import Findings
 
         rows = [(name, *_ends(value)) for name, value in self.values.items() if isinstance(value, Interval)]
         words = [line for line in self.lines() if not line.startswith(tuple(self.values))]
         table = (("quantity", "value", "lower", "upper"), rows)
         heading = f"Valve {self.tag}: {self.kind} test" if self.tag else f"Valve test: {self.kind}"
         lines = (", ".join(self.files),) if self.files else ()
-        write_findings(
-            path, Findings(heading, "Valve test", tuple(words), (table,), self.curves, self._opening(), lines)
-        )
+        return Findings(heading, "Valve test", tuple(words), (table,), self.curves, self._opening(), lines)
 
     def _opening(self) -> ReportOpening:
         """What the page opens with."""
@@ -94,7 +94,7 @@ class ValveTest:
             why = (
                 "the test was carried out; with nothing to compare, it says how the valve is and not whether it changed"
             )
-            action = "keep test.json, and give it with --reference to the next test"
+            action = "keep test.json, and give it to the next test as its reference"
             return ReportOpening("watch" if self.problems else "good", why, sure, action)
         return ReportOpening(
             "good", "nothing changed beyond the noise of both tests", sure, "test again at the next inspection"
@@ -118,7 +118,7 @@ def changed_words(one: Mapping[str, Any]) -> str:
 
 def reference_values(path: str | os.PathLike[str], kind: str) -> Mapping[str, Any]:
     """The values of a reference test. Raises BadInput when it is no test of this kind."""
-    remedy = f"give a test.json of bristle test --kind {kind}"
+    remedy = f"give a test.json of a test of the kind {kind}"
     content = read_small_json(Path(path), remedy)
     if not isinstance(content, dict) or content.get("format") != FORMAT or not isinstance(content.get("values"), dict):
         raise BadInput(str(path), "it is no valve test", remedy)

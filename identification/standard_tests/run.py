@@ -73,7 +73,7 @@ def in_percent(recording: Recording, name: str) -> Array:
         return signal.values * (100.0 if signal.unit == "1" else 1.0)
     stroke = recording.plant.stroke_m
     if stroke is None:
-        remedy = "say it on import: --plant stroke_m=0.0381, or store the signal in %"
+        remedy = "say stroke_m of the plant on import, or store the signal in %"
         raise BadInput(
             f"{recording.label}: /signals/{name}", f"it is in {signal.unit} and the stroke is not known", remedy
         )

@@ -57,7 +57,7 @@ def signature_values(recordings: Sequence[Recording], problems: list[str]) -> di
     values = _in_input(lines, by_pressure)
     newton = area if by_pressure else 1.0
     if newton is None:
-        problems.append("the diaphragm area is not known (--plant diaphragm_area_m2): no force is given")
+        problems.append("the diaphragm area is not known (diaphragm_area_m2 of the plant): no force is given")
     else:
         values |= _in_newton(lines, runs[0], newton, stroke, problems)
     if not by_pressure and area:
@@ -150,7 +150,7 @@ def _in_newton(
     low, _ = _ends(lines)
     values: dict[str, Any] = {"friction_N": _friction(lines).scaled(newton), "preload_N": low.scaled(newton)}
     if stroke is None:
-        problems.append("the stroke is not known (--plant stroke_m): no spring rate is given")
+        problems.append("the stroke is not known (stroke_m of the plant): no spring rate is given")
     else:
         values["spring_rate_N_per_m"] = _slope(lines).scaled(100.0 * newton / stroke)
     assert run.driven is not None

@@ -16,7 +16,7 @@ def write_parquet_table(path: Path, table: WholeTable) -> None:
         import pyarrow as pa
         import pyarrow.parquet as pq
     except ImportError:
-        remedy = "install Bristle with its extra 'parquet', or use --to matlab"
+        remedy = "install Bristle with its extra 'parquet', or write a MATLAB file"
         raise BadInput(str(path), "writing Parquet needs the package pyarrow, which is not installed", remedy) from None
     content = pa.table(dict(table.columns)).replace_schema_metadata({ABOUT: table.about})
     with appearing(path) as draft:

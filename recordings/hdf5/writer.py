@@ -45,6 +45,13 @@ def write(path: str | Path, recording: Recording, truth: Truth | None = None, *,
     ------
     BadInput
         The file exists and may not be replaced, the disk refused, or a truth cannot be stored.
+
+    >>> import tempfile
+    >>> from recordings import bundled, read
+    >>> path = f"{tempfile.mkdtemp()}/step.h5"
+    >>> write(path, bundled("step"))
+    >>> len(read(path)) == len(bundled("step"))
+    True
     """
     path = Path(path)
     check_vacant(path, overwrite)

@@ -96,7 +96,7 @@ def _without_stroke(made: Recording) -> Iterator[str]:
     position = made.signals.get("position")
     known = find_unit(position.unit) if position is not None else None
     if known is not None and known.si == "1" and made.plant.stroke_m is None:
-        yield "the position is a share of the stroke: say the stroke in metres, as in --plant stroke_m=0.0381"
+        yield "the position is a share of the stroke: say the stroke of the plant in metres, as stroke_m=0.0381"
 
 
 def _strangers(sources: Mapping[str, SignalSource], carried: Mapping[str, SignalSource]) -> Iterator[str]:

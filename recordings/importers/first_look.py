@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -21,8 +21,13 @@ from recordings.importers.table import ForeignTable
 from recordings.sample_checks import holds_number
 from recordings.signal import UNDERSTOOD
 
+Guesses: TypeAlias = tuple[tuple[str, str], ...]
+"""Names of parameters with their values."""
+
 _EPOCHS = ((1e17, "ns"), (1e14, "us"), (1e11, "ms"), (1e8, "s"))
 """From which size on a time counts from 1970 in which unit."""
+_OPEN = ("UNIT", "UNIT_HZ")
+"""How a guess ends that wants a unit to be said."""
 
 
 @dataclass(frozen=True)
@@ -42,14 +47,15 @@ class PreviewedColumn:
 
 @dataclass(frozen=True)
 class ImportPreview:
-    """What a file holds. options : words for the command line that would import it, as far as they can be guessed;
+    """What a file holds. options : what `import_file` has to be told of it, as far as that can be guessed, each
+    as the name of a parameter and its value;
     notes : sentences on what was guessed, left out or looks wrong; missing : what has to be said, None for nothing.
     """
 
     file: Path
     rows: int
     columns: tuple[PreviewedColumn, ...]
-    options: tuple[str, ...]
+    options: Guesses
     notes: tuple[str, ...]
     missing: str | None
 
@@ -65,7 +71,8 @@ def preview(path: str | Path, mapping: ImportMapping | None = None) -> ImportPre
     options += clock_options
     signals, signal_options = _signals(table, mapping)
     options += signal_options
-    missing = next((f"'{word}' stands for what you have to say" for word in options if "UNIT" in word), None)
+    unsaid = next((value for _, value in options if value.endswith(_OPEN)), None)
+    missing = None if unsaid is None else f"'{unsaid}' stands for what you have to say"
     if missing is None:
         try:
             notes += import_file(path, mapping).notes
@@ -76,9 +83,7 @@ def preview(path: str | Path, mapping: ImportMapping | None = None) -> ImportPre
     return ImportPreview(path, n_rows, columns, options, notes, missing)
 
 
-def _decimal(
-    path: Path, mapping: ImportMapping, table: ForeignTable
-) -> tuple[ForeignTable, ImportMapping, tuple[str, ...]]:
+def _decimal(path: Path, mapping: ImportMapping, table: ForeignTable) -> tuple[ForeignTable, ImportMapping, Guesses]:
     """The table with the decimal sign under which more columns are numbers."""
     commas = [name for name, bad in table.bad_cells.items() if "," in bad.text and number_like(bad.text)]
     if mapping.file.decimal != "." or not commas:
@@ -89,10 +94,10 @@ def _decimal(
     except BadInput:
         return table, mapping, ()
     better = len(other.bad_cells) < len(table.bad_cells)
-    return (other, changed, ("--decimal", ",")) if better else (table, mapping, ())
+    return (other, changed, (("decimal", ","),)) if better else (table, mapping, ())
 
 
-def _clock(table: ForeignTable, mapping: ImportMapping) -> tuple[ImportMapping, tuple[str, ...], tuple[str, ...]]:
+def _clock(table: ForeignTable, mapping: ImportMapping) -> tuple[ImportMapping, Guesses, tuple[str, ...]]:
     """What the time is: the mapping with it, the options that say so, and a note."""
     clock = mapping.time
     if clock.rate_hz is not None:
@@ -100,7 +105,7 @@ def _clock(table: ForeignTable, mapping: ImportMapping) -> tuple[ImportMapping, 
     try:
         column = time_column(table, clock)
     except BadInput:
-        return mapping, ("--rate", "UNIT_HZ"), ("time: no column is known to hold it; give --time or --rate",)
+        return mapping, (("rate_hz", "UNIT_HZ"),), ("time: no column is known to hold it; name one, or give a rate",)
     if column is None or clock.date_format is not None:
         return mapping, (), ()
     if column in table.bad_cells:
@@ -110,24 +115,22 @@ def _clock(table: ForeignTable, mapping: ImportMapping) -> tuple[ImportMapping, 
         return mapping, (), (f"time: column '{column}' in {symbol}",)
     guess = _epoch(table.columns[column])
     if guess is None:
-        return mapping, ("--time", f"{column}:UNIT"), (f"time: column '{column}', whose unit has to be said",)
+        return mapping, (("time", f"{column}:UNIT"),), (f"time: column '{column}', whose unit has to be said",)
     changed = with_changes(mapping, {"time": {"column": column, "unit": guess}}, "options")
-    return changed, ("--time", f"{column}:{guess}"), (f"time: column '{column}' counts {guess} since 1970",)
+    return changed, (("time", f"{column}:{guess}"),), (f"time: column '{column}' counts {guess} since 1970",)
 
 
-def _dated(
-    table: ForeignTable, mapping: ImportMapping, column: str
-) -> tuple[ImportMapping, tuple[str, ...], tuple[str, ...]]:
+def _dated(table: ForeignTable, mapping: ImportMapping, column: str) -> tuple[ImportMapping, Guesses, tuple[str, ...]]:
     bad = table.bad_cells[column]
     forms = guess_format([bad.text, *bad.others])
     if not forms:
-        words = f"time: '{bad.text[:40]}' in column '{column}' is in no known format; say it with --time-format"
-        return mapping, ("--time", column, "--time-format", "UNIT"), (words,)
+        words = f"time: '{bad.text[:40]}' in column '{column}' is in no known format; say which it is"
+        return mapping, (("time", column), ("time_format", "UNIT")), (words,)
     changed = with_changes(mapping, {"time": {"column": column, "format": forms[0]}}, "options")
     words = f"time: column '{column}' holds dates, {forms[0]}, such as {bad.text[:40]}"
     if len(forms) > 1:
         words += f"; day and month could be the other way round: {', '.join(NAMED[1:])}"
-    return changed, ("--time", column, "--time-format", forms[0]), (words,)
+    return changed, (("time", column), ("time_format", forms[0])), (words,)
 
 
 def _epoch(values: Array) -> str | None:
@@ -135,7 +138,7 @@ def _epoch(values: Array) -> str | None:
     return next((symbol for least, symbol in _EPOCHS if len(there) and there[0] > least), None)
 
 
-def _signals(table: ForeignTable, mapping: ImportMapping) -> tuple[dict[str, str], tuple[str, ...]]:
+def _signals(table: ForeignTable, mapping: ImportMapping) -> tuple[dict[str, str], Guesses]:
     """Signal by column, and the options for those whose header says a name, but no unit."""
     named = {column: name for name, one in mapping.signals.items() if (column := table.find(str(one.column)))}
     own = {name: name.casefold() for name in table.columns if name.casefold() in UNDERSTOOD}
@@ -148,7 +151,7 @@ def _signals(table: ForeignTable, mapping: ImportMapping) -> tuple[dict[str, str
         for column, name in signals.items()
         if column not in named and column not in table.units and column not in table.bad_cells
     ]
-    return signals, tuple(word for want in wanted for word in ("--column", want))
+    return signals, tuple(("column", want) for want in wanted)
 
 
 def _column(table: ForeignTable, name: str, mapping: ImportMapping, signals: Mapping[str, str]) -> PreviewedColumn:

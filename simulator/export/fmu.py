@@ -60,7 +60,7 @@ def _headers(path: Path) -> dict[str, str]:
     """The headers of the standard, by name."""
     found = find_spec("fmpy")
     if found is None or found.origin is None:
-        remedy = "install Bristle with its extra 'fmu', or use --to c"
+        remedy = "install Bristle with its extra 'fmu', or export C source"
         raise BadInput(str(path), "a functional mock-up unit needs the package FMPy, which is not installed", remedy)
     folder = Path(found.origin).parent / "c-code"
     return {name: (folder / name).read_text(encoding="utf-8", errors="replace") for name in HEADERS}
@@ -70,7 +70,7 @@ def _compiled(sources: Mapping[str, str], path: Path) -> bytes:
     """The shared library of some sources."""
     command = compiler()
     if command is None:
-        remedy = "install gcc or clang, or use --to c and compile it elsewhere"
+        remedy = "install gcc or clang, or export C source and compile it elsewhere"
         raise BadInput(str(path), "there is no C compiler for the library in the unit", remedy)
     with tempfile.TemporaryDirectory(prefix="bristle-") as folder:
         for name, text in sources.items():

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from benchmarks import plants_cases, plants_strengths
-from benchmarks.plants import integrate
-from benchmarks.plants_cases import COURSE, Case, Run, force_course, runs
-from benchmarks.plants_effects import OTHER, OUTSIDE, SAME, Valve, fields_of, law
-from benchmarks.plants_recordings import recordings, save
+from benchmarks.plants import cases, strengths
+from benchmarks.plants.cases import COURSE, Case, Run, force_course, runs
+from benchmarks.plants.effects import OTHER, OUTSIDE, SAME, Valve, fields_of, law
+from benchmarks.plants.integration import integrate
+from benchmarks.plants.recordings import recordings, save
 from recordings import read, read_truth
 from simulator import BASE, CATALOGUE, kernel
 
@@ -55,7 +55,7 @@ def valve() -> Valve:
 @pytest.fixture
 def short(monkeypatch: pytest.MonkeyPatch) -> None:
     """Experiments of a few seconds."""
-    monkeypatch.setattr(plants_cases, "SECONDS", {"staircase": 4.0, "sine": 5.0, "multisine": 4.0})
+    monkeypatch.setattr(cases, "SECONDS", {"staircase": 4.0, "sine": 5.0, "multisine": 4.0})
 
 
 @pytest.fixture(scope="module")
@@ -123,8 +123,8 @@ def plain(valve: Valve) -> dict[str, np.ndarray]:
 def shortly(case: Case, strengths: dict[str, float]) -> dict[str, Run]:
     """A staircase of 4 s, in which the clamp closes too."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setitem(plants_cases.SECONDS, "staircase", 4.0)
-        patch.setattr(plants_cases, "CLAMPS", 1.0)
+        patch.setitem(cases.SECONDS, "staircase", 4.0)
+        patch.setattr(cases, "CLAMPS", 1.0)
         return runs(case, strengths, ["staircase"], 1e-4)
 
 
@@ -168,7 +168,7 @@ def test_recordings_are_seeded_and_tell_nothing(short: None, tmp_path) -> None:
 
 @pytest.mark.parametrize(("slow", "rows"), [("both", 101), ("position", 501)])
 def test_slow_sampling(slow: str, rows: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(plants_cases, "SECONDS", {"sine": 1.0, "multisine": 1.0})
+    monkeypatch.setattr(cases, "SECONDS", {"sine": 1.0, "multisine": 1.0})
     (recording,), _, _ = recordings(Case(SEED, rate=100.0, slow=slow))
     assert len(recording) == rows
     assert np.isfinite(recording["position"].values).sum() == 101
@@ -184,8 +184,8 @@ def test_noise_is_what_the_valve_says(short: None) -> None:
 
 @pytest.mark.long
 def test_calibrated_strength_leaves_what_was_asked_for() -> None:
-    found = plants_strengths.calibrated("backlash", SEED, "same", (3.0, 6.0))
-    left = plants_strengths.Remaining(Case(SEED, ("backlash",)))
+    found = strengths.calibrated("backlash", SEED, "same", (3.0, 6.0))
+    left = strengths.Remaining(Case(SEED, ("backlash",)))
     assert found[6.0][1] == pytest.approx(6.0, rel=0.13)
     assert left(found[6.0][0]) == pytest.approx(6.0, rel=0.2)
     assert found[3.0][0] < found[6.0][0]

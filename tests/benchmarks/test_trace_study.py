@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks import plants_cases, plants_strengths
 from benchmarks import trace as study
-from benchmarks.plants_cases import Case
-from benchmarks.plants_effects import SAME
-from benchmarks.plants_recordings import recordings
+from benchmarks.plants import cases, strengths
+from benchmarks.plants.cases import Case
+from benchmarks.plants.effects import SAME
+from benchmarks.plants.recordings import recordings
 from benchmarks.trace_report import ABSENT
 from identification import noise_std
 
@@ -22,10 +22,8 @@ from identification import noise_std
 @pytest.fixture(autouse=True)
 def short(monkeypatch: pytest.MonkeyPatch) -> None:
     """Experiments of two seconds, of strengths that need no search."""
-    monkeypatch.setattr(plants_cases, "SECONDS", {"staircase": 2.0, "sine": 2.0, "multisine": 2.0})
-    monkeypatch.setattr(
-        plants_strengths, "_strength", lambda effect, valve, form, multiple: (0.01 * multiple, multiple)
-    )
+    monkeypatch.setattr(cases, "SECONDS", {"staircase": 2.0, "sine": 2.0, "multisine": 2.0})
+    monkeypatch.setattr(strengths, "_strength", lambda effect, valve, form, multiple: (0.01 * multiple, multiple))
 
 
 def answer(

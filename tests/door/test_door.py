@@ -41,6 +41,11 @@ def test_every_function_has_an_example(name):
     assert ">>> import bristle as br" in getattr(br, name).__doc__
 
 
+@pytest.mark.parametrize("name", sorted(br.PLACE))
+def test_every_name_has_an_example_that_runs_as_a_doctest(name):
+    assert ">>> " in getattr(br, name).__doc__
+
+
 def test_a_name_that_is_not_there_is_refused_with_those_that_are():
     with pytest.raises(AttributeError, match=r"no attribute 'fitt'; there are .*fit"):
         _ = br.fitt

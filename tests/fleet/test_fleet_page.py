@@ -61,7 +61,7 @@ def test_the_page_says_it_and_leads_to_the_valves(rows, tmp_path):
     for title in ("Friction trend", "Change of spring rate", "Weakest evidence", "Distributions, type globe", "Pooled"):
         assert title in page
     assert "it is &lt;empty&gt;" in page
-    assert "--prior lugre.fc=" in page
+    assert "as priors: lugre.fc=" in page
     assert "49 recording sets of 13 valves: 48 done, 1 refused." in page
 
 

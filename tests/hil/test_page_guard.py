@@ -287,7 +287,7 @@ def test_what_is_given_for_an_exposed_page_is_checked(guarded_by, tmp_path):
     "address", ["", "x", "127.0.0.1", "127.0.0.1:99999", "127.0.0.1:-1", "http://127.0.0.1:1", "::"]
 )
 def test_what_is_no_address_is_refused(address):
-    with pytest.raises(BadInput, match="--page"):
+    with pytest.raises(BadInput, match="page: "):
         PageSettings(address).access()
 
 

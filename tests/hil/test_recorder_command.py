@@ -273,14 +273,16 @@ def test_a_session_on_a_serial_line_only_reads(tmp_path, map_file):
         async with PtyPeer(Rig()) as peer:
             source = f"rtu:{peer.path}?baud=115200&parity=N&quiet=0.02"
             arguments = ("--source", source, "--map", map_file, "--to", tmp_path / "run.h5", "--rate", 50)
-            async with Program(tmp_path, *arguments, "--duration", 1.5) as program:
+            async with Program(tmp_path, *arguments) as program:
+                await program.until(6)
+                program.process.send_signal(signal.SIGTERM)
                 code = await program.end()
             return code, {request.function for request in peer.requests}, program.errors
 
     code, functions, errors = asyncio.run(story())
     assert code == 0, errors
     assert functions == {4}
-    assert len(read(tmp_path / "run.h5")) > 5
+    assert len(read(tmp_path / "run.h5")) >= 6
 
 
 def test_it_says_when_nothing_came(tmp_path, map_file, capsys):

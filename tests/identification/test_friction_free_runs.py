@@ -48,7 +48,7 @@ def test_an_imposed_motion_has_no_free_run():
     rig = Recording.from_arrays(
         time=t, position=0.01 * np.sin(t), force=np.cos(t), roles={"position": "input", "force": "output"}
     )
-    with pytest.raises(BadInput, match=r"its motion is imposed.*leave out --free-run"):
+    with pytest.raises(BadInput, match=r"its motion is imposed.*compare the force instead"):
         br.compare_free_runs(rig)
 
 

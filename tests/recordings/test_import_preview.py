@@ -171,5 +171,5 @@ def test_a_file_without_a_clock_is_told_so(tmp_path):
     path = tmp_path / "a.csv"
     path.write_text("n,position [mm]\n5,1.0\n3,2.0\n")
     found = preview(path)
-    assert found.options == ("--rate", "UNIT_HZ")
+    assert found.options == (("rate_hz", "UNIT_HZ"),)
     assert found.missing is not None

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import re
-from pathlib import Path
-
 import casadi as ca
 import numpy as np
 import pytest
@@ -51,14 +48,6 @@ def test_an_effect_is_one_file_with_its_name_and_site(effect):
 def test_the_catalogue_starts_with_the_base_effects_and_has_every_id_that_is_promised():
     assert CATALOGUE.ids[: len(BASE)] == BASE
     assert set(TABLE) <= set(CATALOGUE.ids)
-
-
-def test_the_ids_are_those_of_the_design_document():
-    document = Path(__file__).resolve().parents[3] / "shared" / "DESIGN.md"
-    if not document.exists():
-        pytest.skip(f"{document} is not here")
-    rows = dict(re.findall(r"^\| `(\w+)` \| ([a-z ]+) \|", document.read_text(), re.MULTILINE))
-    assert dict.fromkeys(BASE, "force") | rows == TABLE
 
 
 class Pushing(Drag):

@@ -74,9 +74,9 @@ def command(
         writable(path)
     if friction or compare or free_run:
         refuse_others(
-            {"--prior": prior, "--constraint": constraint, "--profile": profile, "--bootstrap": bootstrap,
-             "--report": report} | ({"--without": without} if free_run else {"--given": given})
-        )  # fmt: skip
+            {"--prior": prior, "--constraint": constraint, "--profile": profile, "--bootstrap": bootstrap}
+            | ({"--without": without} if free_run else {"--given": given})
+        )
         with working("fitting", staged=True) as progress:
             compared: FrictionComparison | FreeComparison = (
                 br.compare_free_runs(
@@ -93,6 +93,8 @@ def command(
         answer(compared.as_json())
         if out:
             compared.write(out)
+        if report:
+            compared.report(report)
         return
     held = without_effects(without or ()) | assignments(given or [], "--given")
     wanted = profiled(profile or (), held)

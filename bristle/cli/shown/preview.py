@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bristle.cli.output.manner import OPTIONS, answer, manner, say, stdout
+from bristle.cli.output.parameters import option
 from bristle.cli.output.tables import words_table
 from bristle.cli.output.working import working
 from recordings.importers import ImportMapping, as_json, load_mapping, preview, with_changes
@@ -26,8 +27,9 @@ def show_preview(file: Path, mapping: str | None, changes: Mapping[str, Any]) ->
     known = load_mapping(mapping) if mapping else ImportMapping()
     with working("looking"):
         found = preview(file, with_changes(known, changes, "options"))
-    command = typed(manner().given, file, found.options)
-    answer(as_json(found) | {"command": command})
+    guessed = [word for parameter, value in found.options for word in (option(parameter), value)]
+    command = typed(manner().given, file, guessed)
+    answer(as_json(found) | {"options": guessed, "command": command})
     say(f"{file}: {found.rows} rows, {len(found.columns)} columns")
     stdout().print(columns_table(found), soft_wrap=False)
     say(*found.notes)
@@ -48,11 +50,11 @@ def columns_table(found: ImportPreview) -> Table:
     )
 
 
-def typed(given: Sequence[str], file: Path, options: Sequence[str]) -> str:
+def typed(given: Sequence[str], file: Path, guessed: Sequence[str]) -> str:
     """The command to type: what was typed already, without the options that only look, and with what was guessed."""
     kept = [word for word in given if word not in {"--preview", *OPTIONS}] or ["import", str(file)]
     new = [] if any(word == "--to" or word.startswith("--to=") for word in kept) else ["--to", f"{file.stem}.h5"]
-    return shlex.join(["bristle", *kept, *new, *options])
+    return shlex.join(["bristle", *kept, *new, *guessed])
 
 
 def _span(low: float | None, high: float | None) -> str:

@@ -23,7 +23,7 @@ def page_settings(
             if given:
                 raise BadInput(option, "there is no page that it is for", "give --page [HOST:]PORT, too")
         return None
-    return PageSettings(page, expose, token, certificate, key)
+    return PageSettings(page, expose, token, certificate, key, "--page")
 
 
 def plant_page(plant: PlantFile) -> PageSettings | None:

@@ -72,7 +72,7 @@ def history_of(path: Path) -> RecordedHistory:
     """Read a recording for drawing. Raises BadInput when it cannot be read, or is too long to be drawn here."""
     with open_recording(path) as file:
         if len(file) > MOST_SAMPLES:
-            raise BadInput(path.name, f"it has {len(file)} samples", "look at it with bristle show --plot")
+            raise BadInput(path.name, f"it has {len(file)} samples", "draw it with bristle show")
         wanted = [name for name in ("position", "setpoint") if name in file.specs]
         recording = file.load(wanted)
     began = recording.created.timestamp() if recording.created else 0.0

@@ -209,5 +209,5 @@ def _told(fault: Fault) -> list[Event]:
     """The events of a fault: when it begins, and when it is gone."""
     name = f"f{fault.number} {fault.kind.name}"
     manner = f"over {fault.development_s:g} s" if fault.development_s else "at once"
-    begun = Event(fault.start_s, "fault", f"{name}: {fault.sign * fault.strength:+g}, {manner}")
-    return [begun, *([Event(fault.stop_s, "fault_end", f"{name}: gone")] if math.isfinite(fault.stop_s) else [])]
+    onset = Event(fault.start_s, "fault", f"{name}: {fault.sign * fault.strength:+g}, {manner}")
+    return [onset, *([Event(fault.stop_s, "fault_end", f"{name}: gone")] if math.isfinite(fault.stop_s) else [])]

@@ -49,12 +49,7 @@ class SimulatedValve:
         self._bench = Bench({1: plant}, settings)
 
     def __enter__(self) -> Self:
-        self._thread = LoopThread(f"bristle {self.name}")
-        try:
-            self._thread.run(self._bench.__aenter__())
-        except BaseException:
-            self._thread.close()
-            raise
+        self._thread = LoopThread.entered(f"bristle {self.name}", self._bench.__aenter__())
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:

@@ -62,4 +62,5 @@ def _gone(trace: TraceResult, before: float | None, after: float | None) -> str:
         return "a free run diverged"
     if before <= trace.error[f"noise_floor_{trace.unit}"]:
         return "both are below the estimated noise"
-    return f"{percent(max(trace.closed, 0.0))} of the error beyond the noise is gone"
+    share = "all" if trace.closed >= 1.0 else percent(max(trace.closed, 0.0))
+    return f"{share} of the error beyond the noise is gone"

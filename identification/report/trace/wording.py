@@ -24,14 +24,13 @@ NEARLY_ALL, MOST = 0.9, 0.75
 
 @dataclass(frozen=True)
 class Answer:
-    """lead : the verdict in a sentence; more : what belongs to it; mood : colour of the block; level : how sure, in a
-    few words; because : the reason in a sentence; evidence : title and sentence of what that rests on; on_site : what
-    to check; next : what to record.
+    """lead : the verdict in a sentence; more : what belongs to it; level : how sure, in a few words; because : the
+    reason in a sentence; evidence : title and sentence of what that rests on; on_site : what to check; next : what to
+    record.
     """
 
     lead: str
     more: tuple[str, ...]
-    mood: str
     level: str
     because: str
     evidence: tuple[tuple[str, str], ...]
@@ -42,7 +41,7 @@ class Answer:
 def answer(trace: TraceResult) -> Answer:
     """The answer of a trace."""
     return Answer(
-        lead=_lead(trace), more=tuple(_more(trace)), mood=_mood(trace), level=_level(trace), because=_because(trace),
+        lead=_lead(trace), more=tuple(_more(trace)), level=_level(trace), because=_because(trace),
         evidence=tuple(_evidence(trace)), on_site=tuple(_on_site(trace)), next=_next(trace),
     )  # fmt: skip
 
@@ -130,10 +129,6 @@ def _place(residual: ResidualDescription) -> str:
     factor, unit = SHOWN.get(residual.unit, (1.0, residual.unit))
     low, high = (plain(float(f"{factor * end:.4g}")) for end in (residual.low, residual.high))
     return f"at a {residual.quantity} of {low}{f' to {high}' if high != low else ''} {unit}"
-
-
-def _mood(trace: TraceResult) -> str:
-    return "good" if trace.verdict == "none" else "warn"
 
 
 def _level(trace: TraceResult) -> str:

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.plants_cases import FITTED, Case, runs
-from benchmarks.plants_effects import FIRST, HELD, KNOWN, Valve
+from benchmarks.plants.cases import FITTED, Case, runs
+from benchmarks.plants.effects import FIRST, HELD, KNOWN, Valve
 from recordings import Array
 from simulator import BASE, kernel
 
@@ -22,7 +22,7 @@ TOLERANCE = 0.12
 TRIM = 0.03
 """Share of the samples, those with the largest errors, that do not count in what is left: one slip that comes 20 ms
 early leaves 4 noises in the mean square of 90 s, and would let a hardly visible effect pass for a strong one."""
-TABLE = Path(__file__).with_name("plants_strengths.json")
+TABLE = Path(__file__).with_name("strengths.json")
 """Strengths found earlier and what they leave, by effect, valve and form, and multiple of the noise."""
 
 CEILING = 0.0

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.plants_cases import COURSE, Case, Run, runs
-from benchmarks.plants_effects import HELD, KNOWN, Valve, fields_of
-from benchmarks.plants_strengths import strengths_of
+from benchmarks.plants.cases import COURSE, Case, Run, runs
+from benchmarks.plants.effects import HELD, KNOWN, Valve, fields_of
+from benchmarks.plants.strengths import strengths_of
 from recordings import Array, Plant, Recording, Signal, write
 from simulator import BASE
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.plants_physics import Physics
+from benchmarks.plants.physics import Physics
 from simulator import random_valve
 
 Fields = dict[str, float]

@@ -7,7 +7,7 @@ formulas nor scheme nor step nor code with the kernel that is fitted to it.
     m dv/dt = u_stem - K x - F0 - (sigma0 z + sigma1 dz/dt + sigma2 v) - extras
     dz/dt   = v - sigma0 abs(v) z / g
 
-What can be added to it are the fields of `Physics`; each is off at its default. `benchmarks.plants_effects` says which
+What can be added to it are the fields of `Physics`; each is off at its default. `benchmarks.plants.effects` says which
 fields make which effect.
 """
 
@@ -18,7 +18,7 @@ import math
 import numpy as np
 from numba import njit
 
-from benchmarks.plants_physics import Physics
+from benchmarks.plants.physics import Physics
 from recordings import Array
 
 STEP = 4e-5

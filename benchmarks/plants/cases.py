@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from benchmarks.plants import STEP, integrate
-from benchmarks.plants_effects import CLAMPS, STALL, Valve, fields_of
+from benchmarks.plants.effects import CLAMPS, STALL, Valve, fields_of
+from benchmarks.plants.integration import STEP, integrate
 from recordings import Array
 
 SECONDS = {"staircase": 40.0, "sine": 50.0, "multisine": 40.0}
@@ -26,7 +26,7 @@ class Case:
     left of each effect's trace in the position when the base is fitted again, in standard deviations of the noise.
 
     rate [Hz]; slow : at a rate below 500, whether ``both`` channels or the ``position`` alone are sampled slowly;
-    noise : factor on the position noise of the valve; form : of the laws, see `benchmarks.plants_effects`.
+    noise : factor on the position noise of the valve; form : of the laws, see `benchmarks.plants.effects`.
     """
 
     valve: int
