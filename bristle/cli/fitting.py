@@ -59,48 +59,11 @@ def refuse_others(options: Mapping[str, object]) -> None:
 
 
 def print_comparison(console: Console, found: FrictionComparison | FreeComparison) -> None:
-    """The table of friction models, by the force or by free runs."""
-    from identification import FreeComparison
+    """The tables of a comparison of friction models: the errors, best first, and the parameters of the best."""
+    from bristle.cli.output.tables import words_table
 
-    if isinstance(found, FreeComparison):
-        print_free_runs(console, found)
-    else:
-        print_friction(console, found)
-
-
-def print_free_runs(console: Console, found: FreeComparison) -> None:
-    """The table of free runs, best first, and the parameters of the best."""
-    from rich.table import Table
-
-    table = Table("friction", "model", "parameters", "fitted", "held out", title="RMS error of free runs, in µm")
-    for row in found.rows:
-        errors = (f"{1e6 * error:.4g}" for error in (row.fitted_m, row.held_out_m))
-        table.add_row(row.name, row.model.text, str(row.parameters), *errors)
-    console.print(table)
-    console.print(f"{found.split}; from the first sample on only the recorded force enters")
-    for row in found.rows:
-        if row.fit.outcome.name != "CONVERGED":
-            console.print(f"{row.name}: {row.fit.outcome.value}")
-    best = Table("parameter", "value", "unit", title=f"{found.best.name}: least error on what was held out")
-    for name, value in found.best.values.items():
-        best.add_row(name, f"{value:.5g}", found.best.unit(name))
-    console.print(best)
-
-
-def print_friction(console: Console, found: FrictionComparison) -> None:
-    """The table of friction models, best first, and the parameters of the best."""
-    from rich.table import Table
-
-    table = Table("friction", "model", "parameters", "fitted [N]", "held out [N]", title="Error of the force, RMS")
-    before = found.before_n
-    for row in found.rows:
-        table.add_row(
-            row.name, row.fit.model.text, str(row.fit.parameters), f"{row.fitted_n:.4g}", f"{row.held_out_n:.4g}"
-        )
-    table.add_row("none", "before: no friction", "-", f"{before[0]:.4g}", f"{before[1]:.4g}")
-    console.print(table)
-    console.print(f"{found.split}; the motion is as recorded")
-    best = Table("parameter", "value", "unit", title=f"{found.best.name}: least error on what was held out")
-    for name, (value, unit) in found.best.fit.values.items():
-        best.add_row(name, f"{value:.5g}", unit)
-    console.print(best)
+    shown = found.findings()
+    console.print(*shown.sentences, sep="\n")
+    for heads, rows in shown.tables:
+        console.print(words_table(heads, rows), soft_wrap=False)
+    console.print(f"{shown.opening.why}; {shown.opening.sure}")

@@ -61,7 +61,7 @@ _ALARMS: Mapping[str | None, tuple[Health, str, tuple[str, ...]]] = {
     "friction": (
         Health.MAINTENANCE, "the friction has changed",
         ("packing: tightness, lubrication, dirt", "stem and guides for scoring or bending",
-         "compare with a signature test (bristle test)"),
+         "compare with a signature test: bristle test --kind signature"),
     ),
     "spring": (
         Health.MAINTENANCE, "the spring, or the area of the diaphragm, has changed",

@@ -88,14 +88,16 @@ class FrictionComparison(ShownFindings):
 
     def findings(self) -> Findings:
         """What its page shows."""
-        from identification.report.findings_page import Findings, ReportOpening
+        from identification.report.findings_page import Findings
+        from identification.report.opening import ReportOpening
 
         best = self.best
         errors = [
             (row.name, row.fit.model.text, f"{row.fit.parameters}", f"{row.fitted_n:.4g}", f"{row.held_out_n:.4g}")
             for row in self.rows
         ]
-        errors.append(("none", "before: no friction", "-", *(f"{error:.4g}" for error in self.before_n)))
+        fitted, held_out = self.before_n
+        errors.append(("none", "before: no friction", "-", f"{fitted:.4g}", f"{held_out:.4g}"))
         values = [(name, f"{value:.5g}", unit) for name, (value, unit) in best.fit.values.items()]
         judged = self.held_out[0]
         x = 1e3 * judged.path.x[judged.counts]

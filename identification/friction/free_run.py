@@ -145,7 +145,8 @@ class FreeComparison(ShownFindings):
 
     def findings(self) -> Findings:
         """What its page shows."""
-        from identification.report.findings_page import Findings, ReportOpening
+        from identification.report.findings_page import Findings
+        from identification.report.opening import ReportOpening
 
         best = self.best
         errors = [

@@ -18,7 +18,7 @@ from hil.service.health import HealthCause, Lasting, Standing
 from hil.service.in_service.movements import KeptMovements, Movements
 from hil.service.in_service.travel import Travel
 from hil.service.in_service.trend import MOST, FigureValue, trended, with_value
-from hil.service.in_service.window import SIGNALS, window_result
+from hil.service.in_service.window import SIGNALS, looked_at
 from hil.service.keeping import StateFolder
 from hil.service.lane import ValveLane, utc_now
 from hil.service.queue import BoundedQueue
@@ -132,9 +132,7 @@ def swept(seed: int, friction: float = 120.0, spring: float = 1.1e5, stroke: flo
 
 @pytest.mark.parametrize("seed", [21, 22, 23])
 def test_natural_movement_tells_friction_and_spring_rate(seed):
-    found = window_result(
-        swept(seed), ("position", "setpoint", "pressure"), Plant(stroke_m=0.04, diaphragm_area_m2=0.03)
-    )
+    found = looked_at(swept(seed), ("position", "setpoint", "pressure"), Plant(stroke_m=0.04, diaphragm_area_m2=0.03))
     assert found.values["friction"].value == pytest.approx(120.0, rel=0.03)
     assert found.values["spring_rate"].value == pytest.approx(1.1e5, rel=0.03)
     assert found.friction_unit == "N"
@@ -153,7 +151,7 @@ def test_steps_tell_dead_time_t86_and_overshoot():
     rows = np.full((len(t), 1 + len(SIGNALS)), np.nan)
     noise = np.random.default_rng(31).normal(0.0, 2e-6, len(t))
     rows[:, 0], rows[:, 1], rows[:, 2] = t, 0.04 * x + noise, asked
-    found = window_result(rows, ("position", "setpoint"), Plant(stroke_m=0.04))
+    found = looked_at(rows, ("position", "setpoint"), Plant(stroke_m=0.04))
     assert found.steps >= 8
     assert found.values["dead_time"].value == pytest.approx(0.5, abs=0.15)
     assert found.values["t86"].value == pytest.approx(0.5 + 2.0 * tau, abs=0.25)

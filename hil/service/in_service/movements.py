@@ -15,7 +15,7 @@ from detector import Measurement
 from hil.service.in_service.figures import InServiceFigures, SignatureCurve
 from hil.service.in_service.travel import LENGTHS, PLACES, Travel
 from hil.service.in_service.trend import MOST, FigureValue, trended, with_value
-from hil.service.in_service.window import QUANTITIES, SIGNALS, WindowResult, window_result
+from hil.service.in_service.window import QUANTITIES, SIGNALS, WindowResult, looked_at
 from recordings import Array, Plant, SignalSpec
 
 WINDOW = 6_000
@@ -95,7 +95,7 @@ class Movements:
         if self._stroke is None:
             self._notes = ("the model does not know the stroke: plant.stroke_m",)
         elif len(rows) >= 2:
-            self._learn(window_result(rows, self._present, self._plant), when)
+            self._learn(looked_at(rows, self._present, self._plant), when)
         places, lengths = self._travel.histograms
         known = {
             name: trended(self._history.get(name, ()), self._friction_unit if name == "friction" else unit)

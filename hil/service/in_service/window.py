@@ -36,7 +36,7 @@ class WindowResult:
     notes: tuple[str, ...]
 
 
-def window_result(rows: Array, present: Sequence[str], plant: Plant) -> WindowResult:
+def looked_at(rows: Array, present: Sequence[str], plant: Plant) -> WindowResult:
     """Judge a window. rows : (n, 1 + len(SIGNALS)), time [s] first, NaN where there is none; present : signals that the
     valve has.
     """

@@ -10,6 +10,8 @@ BELLS = 3
 """Number of bells: three make a profile of any bow along a stretch of the stroke."""
 SPACING = 1.5
 """Distance of two bells in half widths: their sum is even where their strengths are equal."""
+LEAST = -0.8
+"""Least strength of a bell: three of it add up to 0.97 at most, so that the friction level stays positive."""
 
 
 class PositionSpeedFriction(Effect):
@@ -26,7 +28,7 @@ class PositionSpeedFriction(Effect):
     check = "stem and guides along the named stretch for wear, deposits and lack of lubricant; move it slowly and fast"
     parameters = (
         *(
-            Parameter(f"a{i}", "1", f"rise of friction at bell {i}, share of the level", 0.4, lower=-1.0, neutral=0.0)
+            Parameter(f"a{i}", "1", f"rise of friction at bell {i}, share of the level", 0.4, lower=LEAST, neutral=0.0)
             for i in range(1, BELLS + 1)
         ),
         Parameter("x0", "m", "place of the middle bell", scale=0.012, tried_at=TriedAt.POSITIONS),
