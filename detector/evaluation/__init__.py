@@ -10,6 +10,7 @@ from detector.evaluation.isolation.structure import groups as structural_groups
 from detector.evaluation.isolation.structure import signatures as structural_signatures
 from detector.evaluation.isolation.symptoms import Symptoms, learn_symptoms
 from detector.evaluation.levels import Levels, alarms, calibrate, largest
+from detector.evaluation.linear import inputs, linearise, outputs
 from detector.evaluation.outcome import Evaluation
 from detector.evaluation.performance import Indices, Zone, chance, indices, misisolation
 from detector.evaluation.plan import BENCHMARK, MAIN, SMOKE, VARIANTS, Plan, smoke
@@ -53,11 +54,14 @@ __all__ = [
     "feature_vectors",
     "healthy",
     "indices",
+    "inputs",
     "isolation_words",
     "largest",
     "learn_diagnosis",
     "learn_symptoms",
+    "linearise",
     "misisolation",
+    "outputs",
     "plant_hour",
     "plant_table",
     "random_start",

@@ -16,14 +16,12 @@ _DEPTH = 3
 @dataclass(frozen=True, eq=False)
 class Linearised:
     """plant : from CV and the pressure drop to X and F, with faults: sensor of X, sensor of F, set point; means of
-    inputs and outputs; Q, R : covariances for a Kalman filter.
+    inputs and outputs.
     """
 
     plant: LinearPlant
     u_mean: Array
     y_mean: Array
-    Q: Array
-    R: Array
 
     def inputs(self, run: Array) -> Array:
         """Inputs (n, 2) of the plant."""
@@ -48,15 +46,11 @@ def linearise(run: Array) -> Linearised:
     """Least squares on a fault-free run (n, 6): each output from its own last readings and the inputs."""
     u, y = inputs(run), outputs(run)
     u_mean, y_mean = u.mean(axis=0), y.mean(axis=0)
-    blocks, residuals = [], []
+    blocks = []
     for place in range(y.shape[1]):
         past, target = _rows(u - u_mean, y[:, place] - y_mean[place])
-        solved = np.asarray(np.linalg.lstsq(past, target, rcond=None)[0], np.float64)
-        blocks.append(solved)
-        residuals.append(target - past @ solved)
-    noise = np.cov(np.array(residuals))
-    plant, spread = _stacked(blocks, u.shape[1])
-    return Linearised(plant, u_mean, y_mean, spread @ noise @ spread.T + 1e-10 * np.eye(plant.order), 0.1 * noise)
+        blocks.append(np.asarray(np.linalg.lstsq(past, target, rcond=None)[0], np.float64))
+    return Linearised(_stacked(blocks, u.shape[1]), u_mean, y_mean)
 
 
 def _rows(u: Array, y: Array) -> tuple[Array, Array]:
@@ -67,20 +61,19 @@ def _rows(u: Array, y: Array) -> tuple[Array, Array]:
     return np.column_stack([*outputs, *inputs]), y[_DEPTH:]
 
 
-def _stacked(blocks: list[Array], r: int) -> tuple[LinearPlant, Array]:
-    """The models in observer form, one below the other; and how a one-step error of each enters the states.
+def _stacked(blocks: list[Array], r: int) -> LinearPlant:
+    """The models in observer form, one below the other.
 
     y(k) = x1(k) + b1 u(k), x_i(k+1) = x_(i+1)(k) + a_i y(k) + b_(i+1) u(k): the present input acts within its second.
     """
     n, m = _DEPTH, len(blocks)
     A, B, C = np.zeros((n * m, n * m)), np.zeros((n * m, r)), np.zeros((m, n * m))
-    D, spread = np.zeros((m, r)), np.zeros((n * m, m))
+    D = np.zeros((m, r))
     for i, solved in enumerate(blocks):
         at = slice(i * n, (i + 1) * n)
         A[at, at] = np.eye(n, k=1)
         A[at, i * n] += solved[:n]
         b = np.vstack([solved[n:].reshape(n, r), np.zeros((1, r))])
         B[at], C[i, i * n], D[i] = b[1:] + np.outer(solved[:n], b[0]), 1.0, b[0]
-        spread[at, i] = solved[:n]
     R1, R2 = np.hstack([np.zeros((n * m, m)), B[:, :1]]), np.hstack([np.eye(m), D[:, :1]])
-    return LinearPlant(A, B, C, D, R1, R2), spread
+    return LinearPlant(A, B, C, D, R1, R2)
