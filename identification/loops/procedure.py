@@ -95,9 +95,9 @@ def assess_loop(
 def _series(loop: ControlLoop, tried: StictionSearch, valve: Mapping[str, float]) -> JointPosterior:
     """Valve and process together, or why not."""
     if not {"K", "stroke"} <= set(valve):
-        return refused("the spring rate and the stroke of the valve are needed (--valve stroke=0.02,K=5e4)")
+        return refused("the spring rate and the stroke of the valve are needed: K [N/m] and stroke [m]")
     if not loop.op_percent:
-        return refused("the unit of OP is not known (--columns OP=COLUMN:%)")
+        return refused("the unit of OP is not known")
     return joint_inference(loop, tried, valve["K"], full_force(valve))
 
 
