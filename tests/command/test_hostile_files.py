@@ -108,7 +108,7 @@ def test_each_hostile_file_is_refused_by_a_process_of_its_own(tmp_path: Path) ->
     assert wrong == {}
 
 
-FUZZ_SECONDS = float(os.environ.get("BRISTLE_FUZZ_SECONDS", "240"))
+FUZZ_SECONDS = float(os.environ.get("BRISTLE_FUZZ_SECONDS", "190"))
 """For each reader: an hour for all of them."""
 
 MOST_PER_FILE_S = 10.0
