@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import secrets
 import zlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
+from itertools import count
 from pathlib import Path
 from types import TracebackType
 
@@ -22,7 +23,7 @@ from recordings.hdf5.disk import Disk, undisturbed
 from recordings.hdf5.header import Header, Origin
 from recordings.hdf5.journal import Chunk, Journal
 from recordings.hdf5.layout_writer import append_events, append_samples, create_columns, create_events, write_header
-from recordings.hdf5.opening import check_vacant, journal_path, open_hdf5
+from recordings.hdf5.opening import check_vacant, journal_path
 from recordings.hdf5.problems import h5py_errors, hdf5_refusals
 from recordings.hdf5.recover import recover
 from recordings.plant import Event, Plant
@@ -30,6 +31,8 @@ from recordings.sample_checks import TIME_REMEDY, codes_problem, time_fault
 from recordings.signal import SignalSpec
 
 CHUNK_ROWS = 4096
+_CACHE_BYTES, _CACHE_BYTES_A_COLUMN = 1 << 16, 3 << 10
+"""Of the file's structure: for the end of each column's index, and its header."""
 
 
 class RecordingWriter:
@@ -93,7 +96,7 @@ class RecordingWriter:
         self._columns = columns_of(header)
         self._n_rows, self._last_time, self._n_chunks, self._chunk_rows = 0, -np.inf, 0, chunk_rows
         self._run, self._failed, self._closed = secrets.token_hex(8), False, False
-        self._checksums: list[tuple[int, ...]] = []  # of the values of each full chunk, signal by signal
+        self._checksums: list[int] = []  # of each full chunk: over those of its columns
         with writing(self.path), undisturbed(), hdf5_refusals(self.path):
             check_vacant(self.path, overwrite, "a run makes a new file: choose another name")
             if overwrite:  # else somebody may begin to record there just now
@@ -208,7 +211,7 @@ class RecordingWriter:
             return
         self._disk.sync()
         end = [dataset[self._n_chunks * self._chunk_rows :].tobytes() for dataset in self._datasets]
-        self._checksums.append(tuple(map(zlib.crc32, end)))
+        self._checksums.append(_sum(map(zlib.crc32, end)))
         self._file.attrs["journal"] = f"closed {self._run}"
         self._file.close()
         self._disk.sync()
@@ -223,12 +226,12 @@ class RecordingWriter:
         """Whether the closed file, read back by its name, has every sample that was acknowledged."""
         try:
             self._check_files()
-            with h5py_errors(str(self.path)), open_hdf5(self.path) as file:
+            with h5py_errors(str(self.path)), h5py.File(self.path, "r", locking=False, rdcc_nbytes=0) as file:
+                _hold_little(file, len(self._columns))
                 datasets = [file[column.group][column.name] for column in self._columns]
                 return all(len(dataset) == self._n_rows for dataset in datasets) and all(
-                    checksum == zlib.crc32(dataset[k * self._chunk_rows : (k + 1) * self._chunk_rows].tobytes())
-                    for k, checksums in enumerate(self._checksums)
-                    for checksum, dataset in zip(checksums, datasets, strict=True)
+                    checksum == _sum(zlib.crc32(one[start : start + self._chunk_rows].tobytes()) for one in datasets)
+                    for start, checksum in zip(count(0, self._chunk_rows), self._checksums, strict=False)
                 )
         except BadInput:
             return False
@@ -241,6 +244,7 @@ class RecordingWriter:
 
     def _create(self, header: Header) -> h5py.File:
         file = h5py.File(self._disk, "w", track_order=True, rdcc_nbytes=0)  # a cache would grow with every signal
+        _hold_little(file, len(self._columns))
         write_header(file, header)
         file.attrs["journal"] = f"open {self._run}"
         create_columns(file, header, shape=(0,), maxshape=(None,), chunks=(self._chunk_rows,))
@@ -290,13 +294,26 @@ class RecordingWriter:
         rows = self._chunk_rows
         for first_row in range(self._n_chunks * rows, self._n_rows - rows + 1, rows):
             places = tuple(_place(one, first_row, rows) for one in self._datasets)
-            self._checksums.append(tuple(checksum for _, checksum in places))
+            self._checksums.append(_sum(checksum for _, checksum in places))
             self._journal.chunk(Chunk(first_row, places))
         self._n_chunks = self._n_rows // rows
         if self._journal.oversize:
             tail = self._n_chunks * rows
             parts = zip(self._columns, self._datasets, strict=True)
             self._journal.restart(tail, np.stack([column.plain(dataset[tail:]) for column, dataset in parts]))
+
+
+def _hold_little(file: h5py.File, n_columns: int) -> None:
+    """Let the library hold no more of the file's structure than it works on: the index of the chunks grows for ever."""
+    cache = file.id.get_mdc_config()
+    cache.set_initial_size = True
+    cache.initial_size = cache.max_size = cache.min_size = max(_CACHE_BYTES, _CACHE_BYTES_A_COLUMN * n_columns)
+    file.id.set_mdc_config(cache)
+
+
+def _sum(checksums: Iterable[int]) -> int:
+    """One checksum of several: a long run has very many."""
+    return zlib.crc32(b"".join(one.to_bytes(4, "little") for one in checksums))
 
 
 def _place(dataset: h5py.Dataset, first_row: int, n_rows: int) -> tuple[int, int]:

@@ -26,6 +26,7 @@ NOT_RUN = {
     "docs/how-to/service.md": [DEVICE],
     "docs/how-to/trace.md": [README],
     "docs/how-to/watch.md": [DEVICE],
+    "docs/studies/hostile.md": [MINUTES],
     "docs/studies/real-measurements.md": [DATA, DATA],
     "docs/tutorial.md": [SHELL],
 }

@@ -70,7 +70,9 @@ def test_nothing_acknowledged_is_lost_when_memory_runs_out(library, tmp_path, st
     assert found["cases"] > 0
 
 
-@pytest.mark.parametrize("stride", [251, pytest.param(1, marks=pytest.mark.long)])
+@pytest.mark.parametrize(
+    "stride", [251, pytest.param(37, marks=pytest.mark.slow), pytest.param(1, marks=pytest.mark.long)]
+)
 def test_nothing_acknowledged_is_lost_when_an_allocation_of_the_hdf5_library_fails(library, tmp_path, stride):
     found = outcome(library, tmp_path / "case", "malloc", stride)
     assert found["wrong"] == []

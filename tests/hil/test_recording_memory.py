@@ -68,4 +68,5 @@ print(source.seen[1] - source.seen[0])
 def test_memory_does_not_grow_with_the_length_of_a_recording(tmp_path, n_samples, most_megabytes):
     command = [sys.executable, "-c", SCRIPT, str(tmp_path), str(n_samples)]
     grown = float(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
+    print(f"{n_samples} rows: {grown:.2f} MB more at the end than after a fifth of them")
     assert grown < most_megabytes

@@ -101,6 +101,7 @@ def _from_scipy(content: Mapping[str, Any]) -> Iterator[tuple[str, Array]]:
 
 def _datasets(group: h5py.Group, prefix: str = "") -> Iterator[tuple[str, h5py.Dataset]]:
     """The numeric datasets of a group and, with the group's name before theirs, of the groups in it."""
+    check_expansion(Path(group.file.filename), 0, len(group))  # before thousands are looked at
     for name in group:
         if name.startswith("#"):  # where MATLAB keeps what its cells point to
             continue
