@@ -31,6 +31,9 @@ from recordings.signal import SignalSpec
 
 CHUNK_ROWS = 4096
 
+METADATA_ROOM = 32_768
+"""Bookkeeping of the file that is kept in memory beside that of an empty one [bytes]."""
+
 
 class RecordingWriter:
     """A recording in the making, one file a run; a context manager.
@@ -245,6 +248,7 @@ class RecordingWriter:
         create_columns(file, header, shape=(0,), maxshape=(None,), chunks=(self._chunk_rows,))
         create_events(file)
         file.flush()
+        _bound_metadata(file)
         return file
 
     def _checked(
@@ -296,6 +300,18 @@ class RecordingWriter:
             tail = self._n_chunks * rows
             parts = zip(self._columns, self._datasets, strict=True)
             self._journal.restart(tail, np.stack([column.plain(dataset[tail:]) for column, dataset in parts]))
+
+
+def _bound_metadata(file: h5py.File) -> None:
+    """Keep little of the file's own bookkeeping in memory. HDF5 lets it grow to megabytes, a heap for some dozens of
+    events at a time, and a recording may last for months.
+    """
+    configuration = file.id.get_mdc_config()
+    configuration.set_initial_size = True
+    size = file.id.get_mdc_size()[2] + METADATA_ROOM
+    configuration.initial_size = configuration.min_size = configuration.max_size = size
+    configuration.incr_mode = configuration.flash_incr_mode = configuration.decr_mode = 0
+    file.id.set_mdc_config(configuration)
 
 
 def _place(dataset: h5py.Dataset, first_row: int, n_rows: int) -> tuple[int, int]:

@@ -79,9 +79,7 @@ def command(
         from bristle.cli.watching.service import plant_service
 
         others = set(context.params) - {*PLANT_FILE, *OF_PLANT_FILES, *OF_BOTH}
-        _refuse(
-            context, sorted(others), "it is for one source; write it into the plant file, which has keys of its own"
-        )
+        _refuse(context, sorted(others), "it is for one source; the plant file has keys of its own")
         plant_service(plant_file or plant, check, duration, metrics, on_event, settings)
         return
     _refuse(context, OF_PLANT_FILES, "it is for a plant file: give --plant, too")
