@@ -6,7 +6,6 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated
 
-from click.core import ParameterSource
 from typer import Argument, Context, Option
 
 PLANT_FILE, OF_PLANT_FILES = ("plant_file", "plant", "check"), ("metrics", "on_event")
@@ -18,7 +17,7 @@ def _refuse(context: Context, names: Iterable[str], remedy: str) -> None:
     from recordings import BadInput
 
     for name in names:
-        if context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
+        if context.get_parameter_source(name).name == "COMMANDLINE":
             option = f"--{name.rstrip('_').replace('_', '-')}"
             raise BadInput(option, "it does nothing here", remedy)
 
