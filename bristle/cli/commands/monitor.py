@@ -17,7 +17,8 @@ def _refuse(context: Context, names: Iterable[str], remedy: str) -> None:
     from recordings import BadInput
 
     for name in names:
-        if context.get_parameter_source(name).name == "COMMANDLINE":
+        source = context.get_parameter_source(name)
+        if source is not None and source.name == "COMMANDLINE":
             option = f"--{name.rstrip('_').replace('_', '-')}"
             raise BadInput(option, "it does nothing here", remedy)
 
