@@ -6,18 +6,22 @@
 The devices are another process that answers from memory, sixteen behind one address as on a gateway. Valves are added,
 doubling, for as long as fewer than 1 % of the deadlines are missed. The cost is processor time of this process for one
 valve, in ms a second. The last table compares acquisition alone with detection, recording and metrics on top, for the
-same valves; the page is measured by what its own benchmark adds.
+same valves, and then a page that a browser has open (Chromium, where it is installed). Processor time of the process
+of the page counts as well; that of browser and devices does not.
 """
 
 from __future__ import annotations
 
 import argparse
 import asyncio
+import os
+import shutil
+import subprocess
 import tempfile
 import time
 import urllib.request
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -27,13 +31,14 @@ import numpy as np
 from benchmarks.machine import machine
 from benchmarks.monitor_device import MAP, Devices
 from detector import Watch, learn_recordings
-from hil import Monitor, PlantFile, Service, ServiceOutlets, ServicePlan, save_state
+from hil import Monitor, Page, PageSettings, PlantFile, Service, ServiceOutlets, ServicePlan, ServiceTask, save_state
 from recordings import Plant, Recording, Signal
 from simulator import Value, ValveModel
 from simulator.damadics import Actuator, Noise, Parameters, Scenario, run, stimuli
 
 GOAL_MISSED, GOAL_COST = 0.01, 0.30
 BEHIND_ONE = 16
+SETTLED_S, DRAWN_S = 4.0, 10.0
 MODEL = {
     "mass.m": (2.0, "kg"), "spring.K": (1.17e5, "N/m"), "spring.F0": (1950.0, "N"), "lugre.fc": (130.0, "N"),
     "lugre.fs": (170.0, "N"), "lugre.vs": (1e-3, "m/s"), "lugre.sigma0": (3e6, "N/m"),
@@ -128,24 +133,59 @@ def plan_for(rig: Rig, valves: int, rate: float, recorded: bool, watch: Watch | 
 
 def fetched(url: str) -> bytes:
     """What is behind an address."""
-    with urllib.request.urlopen(url, timeout=10) as answer:
+    with urllib.request.urlopen(url, timeout=60) as answer:
         found: bytes = answer.read()
     return found
 
 
-async def loaded(plan: ServicePlan, seconds: float, metrics: bool) -> Load:
-    """Run the service, two seconds to settle, and count."""
+@contextmanager
+def looked_at(url: str) -> Iterator[None]:
+    """Somebody has the page of a valve open."""
+    browser = shutil.which("chromium") or shutil.which("chromium-browser")
+    if browser is None:
+        yield
+        return
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
+        options = ("--headless", "--no-sandbox", "--disable-gpu", "--remote-debugging-port=0")
+        command = [browser, *options, f"--user-data-dir={profile}", f"{url}valve?tag=V0"]
+        started = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        try:
+            yield
+        finally:
+            started.terminate()
+            started.wait()
+
+
+def spent_by(process: int | None) -> float:
+    """Processor time of another process so far [s]; 0 for none."""
+    if process is None:
+        return 0.0
+    words = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+    return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")
+
+
+async def loaded(plan: ServicePlan, seconds: float, metrics: bool, paged: bool = False) -> Load:
+    """Run the service, some seconds to settle, and count. paged : with a page that somebody looks at."""
     service, stop = Service(plan, ServiceOutlets([], ("127.0.0.1", 0) if metrics else None)), asyncio.Event()
-    task = asyncio.create_task(service.run(stop))
-    await asyncio.sleep(2.0)
-    cost, began, before = time.process_time(), time.perf_counter(), service.status()
-    while time.perf_counter() - began < seconds:
-        await asyncio.sleep(min(1.0, seconds))
-        if metrics and service.metrics is not None:
-            await asyncio.to_thread(fetched, f"http://127.0.0.1:{service.metrics.port}/metrics")
-    spent, lasted, after = time.process_time() - cost, time.perf_counter() - began, service.status()
-    stop.set()
-    await task
+    with ExitStack() as opened:
+        page = opened.enter_context(Page(PageSettings(), service)) if paged else None
+        more: Mapping[str, ServiceTask] = {} if page is None else {"page": page.run}
+        task = asyncio.create_task(service.run(stop, more))
+        await asyncio.sleep(SETTLED_S)
+        if page is not None:
+            await asyncio.to_thread(fetched, f"{page.url}alive")
+            opened.enter_context(looked_at(page.url))
+            await asyncio.sleep(DRAWN_S)
+        shown = None if page is None else page.process
+        cost, began, before = time.process_time() + spent_by(shown), time.perf_counter(), service.status()
+        while time.perf_counter() - began < seconds:
+            await asyncio.sleep(min(1.0, seconds))
+            if metrics and service.metrics is not None:
+                await asyncio.to_thread(fetched, f"http://127.0.0.1:{service.metrics.port}/metrics")
+        spent = time.process_time() + spent_by(shown) - cost
+        lasted, after = time.perf_counter() - began, service.status()
+        stop.set()
+        await task
     firsts = range(0, len(after.valves), BEHIND_ONE)
     late = sum(after.valves[k].link.late - before.valves[k].link.late for k in firsts)
     due = sum(source.rate_hz * lasted for source in plan.sources)
@@ -170,17 +210,14 @@ def held(rig: Rig, rate: float, watch: Watch, seconds: float, most: int) -> list
 
 
 def added(rig: Rig, watch: Watch, seconds: float, valves: int, rate: float) -> str:
-    """What detection, recording and metrics cost over acquisition alone: medians of three turns."""
+    """What detection, recording, metrics and page cost over acquisition alone, one on top of the other."""
 
-    def cost(run: Callable[[], Load]) -> float:
-        return sorted(run().cost for _ in range(3))[1]
+    def service(recorded: bool, metrics: bool, paged: bool = False) -> Load:
+        return asyncio.run(loaded(plan_for(rig, valves, rate, recorded, watch), seconds, metrics, paged))
 
-    def service(recorded: bool, metrics: bool) -> Load:
-        return asyncio.run(loaded(plan_for(rig, valves, rate, recorded, watch), seconds, metrics))
-
-    alone = cost(lambda: asyncio.run(acquired(plan_for(rig, valves, rate, False, None), seconds)))
+    alone = asyncio.run(acquired(plan_for(rig, valves, rate, False, None), seconds)).cost
     steps = [("detection", service(False, False)), ("and recording", service(True, False)),
-             ("and metrics", service(True, True))]  # fmt: skip
+             ("and metrics", service(True, True)), ("and a page", service(True, True, True))]  # fmt: skip
     words = ", ".join(f"{name} {one.cost:.2f} ({100 * (one.cost / alone - 1):+.0f} %)" for name, one in steps)
     return (
         f"  {valves} valves at {rate:g} Hz, ms/s a valve: acquisition {alone:.2f}; with {words}; goal {GOAL_COST:+.0%}"
@@ -196,7 +233,7 @@ async def acquired(plan: ServicePlan, seconds: float) -> Load:
                 pass
 
     tasks = [asyncio.create_task(reading(k)) for k in range(len(plan.sources))]
-    await asyncio.sleep(2.0)
+    await asyncio.sleep(SETTLED_S)
     cost, began = time.process_time(), time.perf_counter()
     await asyncio.sleep(seconds)
     spent, lasted = time.process_time() - cost, time.perf_counter() - began
@@ -215,7 +252,8 @@ def main() -> None:
     print(machine())
     with rig() as shared:
         watches = {rate: watch_at(shared, rate) for rate in (10.0, 100.0)}
-        print(added(shared, watches[10.0], options.seconds, min(8, options.most), 10.0), flush=True)
+        for valves, rate in ((8, 10.0), (32, 10.0), (2, 100.0)):
+            print(added(shared, watches[rate], options.seconds, min(valves, options.most), rate), flush=True)
         for rate, watch in watches.items():
             held(shared, rate, watch, options.seconds, options.most)
 

@@ -25,8 +25,9 @@ from hil.service.status import ValveStatus
 from hil.source.sample import LinkEvent, Sample
 from recordings import read
 
-NAP_S = 0.1
-"""Between two looks into the queue: items come in batches, so that waking up costs little."""
+NAP_S = 0.25
+"""Between two looks into the queue [s]: items come in batches, so that waking up costs little. Health is judged no more
+often."""
 
 BATCH = 32
 """Samples after which others get their turn."""

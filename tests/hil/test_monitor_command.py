@@ -233,3 +233,27 @@ def check_that_no_number_can_blind_it(path: Path, stride: int) -> None:
             with pytest.raises(BadInput, match="not finite"):
                 load_state(path, "m")
     assert n_changed > 20
+
+
+@pytest.mark.parametrize(
+    ("words", "option"),
+    [
+        (["plant.toml", "--record", "rec"], "--record"),
+        (["--plant", "plant.toml", "--map", "damadics"], "--map"),
+        (["--source", "tcp://127.0.0.1:1", "--model", "model.json", "--metrics", "127.0.0.1:0"], "--metrics"),
+    ],
+)
+def test_an_option_that_would_do_nothing_is_refused(words, option, capsys):
+    assert run(["monitor", *words]) == 2
+    assert f"{option}: it does nothing here" in capsys.readouterr().err
+
+
+def test_a_replay_writes_a_report_that_says_what_to_do(model, healthy, tmp_path):
+    broken, page = broken_file(healthy, tmp_path / "broken.h5"), tmp_path / "report.html"
+    words = ["replay", str(broken), "--model", str(model), "--calibrate", str(healthy)]
+    assert run([*words, "--events", str(tmp_path / "events.jsonl"), "--report", str(page)]) == 1
+    said = page.read_text()
+    opening = said[said.index("class='opening'") :]
+    assert opening.index("Verdict:") < opening.index("Confidence:") < opening.index("Next:")
+    assert "false alarms:" in opening
+    assert said.count("<td>alarm</td>") >= 1

@@ -6,7 +6,6 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated
 
-from click.core import ParameterSource
 from typer import Argument, Context, Option
 
 PLANT_FILE, OF_PLANT_FILES = ("plant_file", "plant", "check"), ("metrics", "on_event")
@@ -18,7 +17,8 @@ def _refuse(context: Context, names: Iterable[str], remedy: str) -> None:
     from recordings import BadInput
 
     for name in names:
-        if context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
+        source = context.get_parameter_source(name)
+        if source is not None and source.name == "COMMANDLINE":
             option = f"--{name.rstrip('_').replace('_', '-')}"
             raise BadInput(option, "it does nothing here", remedy)
 
@@ -79,9 +79,7 @@ def command(
         from bristle.cli.watching.service import plant_service
 
         others = set(context.params) - {*PLANT_FILE, *OF_PLANT_FILES, *OF_BOTH}
-        _refuse(
-            context, sorted(others), "it is for one source; write it into the plant file, which has keys of its own"
-        )
+        _refuse(context, sorted(others), "it is for one source; the plant file has keys of its own")
         plant_service(plant_file or plant, check, duration, metrics, on_event, settings)
         return
     _refuse(context, OF_PLANT_FILES, "it is for a plant file: give --plant, too")

@@ -49,9 +49,9 @@ class InServiceFigures:
     """The figures of one valve since it is watched; None for what its movements have not told yet.
 
     at : of the newest sample in them, UTC; observed_s : time with good values [s]; travel : time spent at positions [s]
-    by position [%]; cycles : movements by their length [%], one to and one fro are two; travelled_strokes : whole travel
-    in strokes; reversals : changes of direction; signature : see `SignatureCurve`; friction [N], or [Pa] where the
-    diaphragm area is not known; spring_rate [N/m]; dead_band [% of span]; dead_time, t86 [s]; overshoot [% of the
+    by position [%]; cycles : movements by their length [%], one to and one fro are two; travelled_strokes : whole
+    travel in strokes; reversals : changes of direction; signature : see `SignatureCurve`; friction [N], or [Pa] where
+    the diaphragm area is not known; spring_rate [N/m]; dead_band [% of span]; dead_time, t86 [s]; overshoot [% of the
     step]; steps : judged so far; notes : why something is missing.
     """
 
