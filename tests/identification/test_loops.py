@@ -22,7 +22,9 @@ from identification.loops import (
     read_loop,
     simulated_loop,
 )
+from studies.loop_joint import STROKE, lugre_loop
 
+JOINT_SEED = 7902
 STICKY = [(6001, "flow"), (6002, "level"), (6003, "temperature"), (6004, "flow"), (6005, "pressure")]
 OTHERS = [(6011, "tuning"), (6012, "disturbance"), (6013, "disturbance"), (6014, "tuning"), (6015, "noise")]
 REFINERY = DATA / "loops" / "refinery"
@@ -87,10 +89,30 @@ def test_too_few_cycles_and_too_few_samples_a_cycle_are_said():
     loop, period = known.loop, int(answer.oscillations[0].period_s / known.loop.dt)
     few = slice(0, max(61, 6 * period))
     short = assess_loop(replace(loop, pv=loop.pv[few], op=loop.op[few], sp=loop.sp[few]))
-    assert short.verdict == "cannot_tell"
+    assert short.verdict in ("stiction", "cannot_tell")  # the search may find stiction, and never excludes it
+    assert "cycles are fewer than ten" in short.why
     t = np.arange(3000.0)
     fast = loop_of("fast", t, None, np.sin(2 * np.pi * t / 6.1), np.cos(2 * np.pi * t / 6.1), True, "flow")
     assert "samples a cycle" in assess_loop(fast).why
+
+
+def test_few_cycles_of_other_causes_are_never_called_healthy():
+    known, answer = assessed(6012, "disturbance", "flow")
+    assert answer.verdict == "no_stiction"
+    few = slice(0, int(6 * answer.oscillations[0].period_s / known.loop.dt))
+    short = assess_loop(replace(known.loop, pv=known.loop.pv[few], op=known.loop.op[few], sp=known.loop.sp[few]))
+    assert short.verdict == "cannot_tell"
+    assert short.probability is None
+
+
+def test_a_stick_band_that_op_hardly_leaves_is_found_from_any_first_sample():
+    """Where a valve stood at the first sample is not known, and it would never be seen from a wrong start."""
+    known, _ = assessed(6004, "stiction", "flow")
+    for first in (0, 7, 13):
+        loop = replace(known.loop, pv=known.loop.pv[first:], op=known.loop.op[first:], sp=known.loop.sp[first:])
+        amount = assess_loop(loop).amount
+        assert amount is not None
+        assert amount.s.value == pytest.approx(known.s, rel=0.05)
 
 
 def test_oscillations_have_their_periods_and_noise_has_none():
@@ -225,6 +247,29 @@ def test_valve_data_that_give_no_force_are_refused(valve, said):
     known, _ = assessed(6001, "stiction", "flow")
     with pytest.raises(br.BadParameter, match=said):
         assess_loop(known.loop, valve=valve)
+
+
+def test_valve_and_process_together_are_refused_in_words_where_they_cannot_be_told():
+    known, _ = assessed(6001, "stiction", "flow")
+    without = assess_loop(known.loop, valve={"area": 0.0125, "span": 80.0}, joint=True)
+    assert "spring rate and the stroke" in without.joint.refused
+    other, _ = assessed(6012, "disturbance")
+    healthy = assess_loop(other.loop, valve={"stroke": 0.02, "K": 5e4}, joint=True)
+    assert "not found to stick" in healthy.joint.refused
+    assert any("no joint posterior" in line for line in healthy.lines())
+    assert healthy.as_json()["joint"] == {"refused": healthy.joint.refused}
+
+
+@pytest.mark.slow
+def test_valve_and_process_are_inferred_together():
+    known, stem, _ = lugre_loop(JOINT_SEED)
+    found = assess_loop(known.loop, valve={"stroke": STROKE, "K": stem["spring.K"]}, joint=True).joint
+    assert not found.refused
+    for name, truth in (("fs [N]", stem["lugre.fs"]), ("gain [PV per % of travel]", known.gain)):
+        told = found.told[name]
+        assert told.lower - 0.05 * truth <= truth <= told.upper + 0.05 * truth
+    assert np.isfinite(found.draws).all()
+    assert "mass [kg]" in found.untold
 
 
 def test_a_historian_keeps_a_loop_whole_rounded_or_compressed():

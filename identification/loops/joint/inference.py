@@ -70,9 +70,9 @@ def joint_inference(
     found : the search, which has starting values; K [N/m], full [N] : spring rate, force of the whole range of OP.
     """
     rng = np.random.default_rng([seed, 31])
-    series = [JointSeries.of(_first(loop), K, full, start, way) for start, way in found.starts]
-    n = min(len(one.pv) for one in series)
-    places = sorted((one for each in series for one in _starts(each, found, n)), key=lambda one: -one[1].density)
+    first = max(start for start, _ in found.starts)
+    series = [JointSeries.of(_first(loop), K, full, start, first, way) for start, way in found.starts]
+    places = sorted((one for each in series for one in _starts(each, found)), key=lambda one: -one[1].density)
     if len(places) < CHAINS:
         return refused("no stem within the range of plausible valves follows these data")
     chosen = places[0][0]
@@ -88,9 +88,8 @@ def _first(loop: ControlLoop) -> ControlLoop:
     return replace(loop, op=loop.op[:LONGEST], pv=loop.pv[:LONGEST])
 
 
-def _starts(series: JointSeries, found: StictionSearch, n: int) -> list[tuple[JointSeries, Place]]:
-    """The best pairs of the search as places, each with the process that fits it best; their densities are comparable
-    between the two series of a loop because both are per sample."""
+def _starts(series: JointSeries, found: StictionSearch) -> list[tuple[JointSeries, Place]]:
+    """The best pairs of the search as places, each with the process that fits it best."""
     order = np.argsort(found.error)
     places, seen = [], []
     for i in order:
@@ -104,9 +103,7 @@ def _starts(series: JointSeries, found: StictionSearch, n: int) -> list[tuple[Jo
         valve = np.log([fc, excess, 300.0, 3e-3, 3.0])
         path = series.path(valve)
         if path is not None and np.ptp(path) > 0:
-            place = _best_process(series, valve, path)
-            scaled = place.density * n / len(series.pv)
-            places.append((series, Place(place.valve, place.process, place.delay, place.path, scaled)))
+            places.append((series, _best_process(series, valve, path)))
         if len(seen) >= STARTS // 2:
             break
     return places

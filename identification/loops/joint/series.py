@@ -34,7 +34,9 @@ TAU, MOST_DELAY = (0.3, 300.0), 15
 
 @dataclass(frozen=True)
 class JointSeries:
-    """force (n,) [N] of OP about its mean; pv (n,); K [N/m] and full [N] of the valve; way : as of `stem_path`."""
+    """force (m,) [N] of OP about its mean, from the start of the stem on; pv (n,), from a sample on that is later or
+    the same; K [N/m] and full [N] of the valve; way : as of `stem_path`.
+    """
 
     force: Array
     pv: Array
@@ -44,10 +46,10 @@ class JointSeries:
     way: float
 
     @classmethod
-    def of(cls, loop: ControlLoop, K: float, full: float, start: int, way: float) -> JointSeries:
-        """The series of a loop from the sample on at which OP is at an extreme."""
+    def of(cls, loop: ControlLoop, K: float, full: float, start: int, first: int, way: float) -> JointSeries:
+        """The series of a loop whose stem starts where OP is at an extreme; PV counts from the sample `first` on."""
         force = full * (loop.op[start:] - loop.op.mean()) / 100
-        return cls(force, loop.pv[start:] - loop.pv.mean(), K, full, loop.integrating, way)
+        return cls(force, loop.pv[first:] - loop.pv.mean(), K, full, loop.integrating, way)
 
     def ranges(self) -> dict[str, tuple[float, float]]:
         """Lower and upper end of every prior of the valve."""
@@ -67,7 +69,7 @@ class JointSeries:
             if not low <= value <= high:
                 return None
         found = stem_path(self.values(valve), self.force, self.way)
-        return None if found is None else 100 * self.K / self.full * found
+        return None if found is None else 100 * self.K / self.full * found[-len(self.pv) :]
 
     def regression(self, path: Array, process: Array, delay: int) -> tuple[Array, Array] | None:
         """Whitened PV (m,) and its regressors (m, k), the process' answer first; None outside the priors."""
@@ -77,9 +79,9 @@ class JointSeries:
         keep = 1.0 if self.integrating else float(np.exp(-1 / tau))
         entry = 1.0 if self.integrating else 1 - keep
         answer = lfilter([entry], [1, -keep], path[: len(path) - delay] - path[0])
-        columns = np.column_stack([self.pv[delay:], answer, np.ones(len(answer))])
-        if self.integrating:  # where the process rests is not known: the difference from it runs away
-            columns = np.column_stack([columns, np.arange(len(answer)) / len(answer)])
+        k = np.arange(len(answer))
+        unknown = k / len(k) if self.integrating else keep**k  # where the process rests, or where it began
+        columns = np.column_stack([self.pv[delay:], answer, np.ones(len(k)), unknown])
         white = lfilter([1, -pole], [1, -zero], columns, axis=0)[MOST_DELAY + 5 - delay :]
         return white[:, 0], white[:, 1:]
 
