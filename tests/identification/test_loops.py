@@ -22,9 +22,7 @@ from identification.loops import (
     read_loop,
     simulated_loop,
 )
-from studies.loop_joint import STROKE, lugre_loop
 
-JOINT_SEED = 7902
 STICKY = [(6001, "flow"), (6002, "level"), (6003, "temperature"), (6004, "flow"), (6005, "pressure")]
 OTHERS = [(6011, "tuning"), (6012, "disturbance"), (6013, "disturbance"), (6014, "tuning"), (6015, "noise")]
 REFINERY = DATA / "loops" / "refinery"
@@ -247,29 +245,6 @@ def test_valve_data_that_give_no_force_are_refused(valve, said):
     known, _ = assessed(6001, "stiction", "flow")
     with pytest.raises(br.BadParameter, match=said):
         assess_loop(known.loop, valve=valve)
-
-
-def test_valve_and_process_together_are_refused_in_words_where_they_cannot_be_told():
-    known, _ = assessed(6001, "stiction", "flow")
-    without = assess_loop(known.loop, valve={"area": 0.0125, "span": 80.0}, joint=True)
-    assert "spring rate and the stroke" in without.joint.refused
-    other, _ = assessed(6012, "disturbance")
-    healthy = assess_loop(other.loop, valve={"stroke": 0.02, "K": 5e4}, joint=True)
-    assert "not found to stick" in healthy.joint.refused
-    assert any("no joint posterior" in line for line in healthy.lines())
-    assert healthy.as_json()["joint"] == {"refused": healthy.joint.refused}
-
-
-@pytest.mark.slow
-def test_valve_and_process_are_inferred_together():
-    known, stem, _ = lugre_loop(JOINT_SEED)
-    found = assess_loop(known.loop, valve={"stroke": STROKE, "K": stem["spring.K"]}, joint=True).joint
-    assert not found.refused
-    for name, truth in (("fs [N]", stem["lugre.fs"]), ("gain [PV per % of travel]", known.gain)):
-        told = found.told[name]
-        assert told.lower - 0.05 * truth <= truth <= told.upper + 0.05 * truth
-    assert np.isfinite(found.draws).all()
-    assert "mass [kg]" in found.untold
 
 
 def test_a_historian_keeps_a_loop_whole_rounded_or_compressed():
