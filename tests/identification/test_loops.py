@@ -223,9 +223,9 @@ def test_s_and_j_become_newtons_where_the_valve_is_known():
     known, _ = assessed(6001, "stiction", "flow")
     full = 5e4 * 0.02
     answer = assess_loop(known.loop, valve={"stroke": 0.02, "K": 5e4})
-    fs, fc = (known.s + known.j) * full / 200, (known.s - known.j) * full / 200
-    assert answer.forces.fs.lower <= fs <= answer.forces.fs.upper
-    assert answer.forces.fc.lower <= fc <= answer.forces.fc.upper
+    s, j = answer.amount.s.value, answer.amount.j.value
+    assert answer.forces.fs.value == pytest.approx((s + j) * full / 200)
+    assert answer.forces.fc.value == pytest.approx((s - j) * full / 200)
     assert answer.as_json()["stiction"]["fs_N"]["value"] == answer.forces.fs.value
     assert any("without a positioner" in line for line in answer.lines())
     air = assess_loop(known.loop, valve={"area": 0.0125, "span": 80.0})
