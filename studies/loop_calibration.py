@@ -30,7 +30,7 @@ from identification.loops import (
 )
 from recordings import Array
 
-RIDGE = 2.0
+RIDGE = 0.5
 HEAD = '''"""What the evidence weighs, fitted to simulated loops of known cause by `studies/loop_calibration.py`.
 
 Seeds {first} to {last} of `simulated_loop`; the answers are judged on seeds from 5000 on.
@@ -124,12 +124,22 @@ def judged(first: int, last: int, loops: Loops = simulated_loop) -> str:
     table = Counter((known.cause, found.verdict) for known, found in pairs)
     lines = [f"{cause:12} {verdict:12} {count}" for (cause, verdict), count in sorted(table.items())]
     clear = [found for known, found in pairs if known.cause == "stiction" and known.j > 2 * known.noise]
-    carried = [found for found in clear if found.probability is not None]
     lines.append(f"J above two noise sigmas: {_share(clear, 'stiction')} found")
-    lines.append(f"the same where the data can carry an answer: {_share(carried, 'stiction')} found")
+    for words, some in _by_data(clear).items():
+        lines.append(f"  {words}: {_share(some, 'stiction')} found")
     others = [found for known, found in pairs if known.cause != "stiction"]
     lines.append(f"no stiction: {_share(others, 'stiction')} called stiction")
     return "\n".join([*lines, *_amounts(pairs)])
+
+
+def _by_data(found: list[Assessment]) -> dict[str, list[Assessment]]:
+    """Assessments by what the data hide."""
+    sorted_out: dict[str, list[Assessment]] = {"nothing hidden": [], "shape hidden": [], "everything hidden": []}
+    for one in found:
+        hidden = {problem.hides for problem in one.problems}
+        key = "everything" if "everything" in hidden else "shape" if "shape" in hidden else "nothing"
+        sorted_out[f"{key} hidden"].append(one)
+    return sorted_out
 
 
 def _share(found: list[Assessment], verdict: str) -> str:

@@ -107,7 +107,6 @@ def assess(
     loop: str | None = None,
     columns: Mapping[str, str] | None = None,
     valve: Mapping[str, float] | None = None,
-    joint: bool = False,
     progress: Progress = silent,
 ) -> Assessment:
     """Say whether the valve of a control loop sticks, from set point, process value and controller output.
@@ -123,8 +122,6 @@ def assess(
     valve : mapping, optional
         Data of a spring-opposed valve without a positioner, for friction in N: ``{"stroke": 0.02, "K": 5e4}`` [m],
         [N/m], or ``{"area": 0.0129, "span": 80}`` [m2], [kPa]. Those of a recording's plant otherwise.
-    joint : bool, optional
-        Infer a LuGre valve and the process together, with a posterior where the data carry one: `Assessment.joint`.
     progress : callable, optional
         Told the stages of the work, once the input can be used.
 
@@ -152,7 +149,7 @@ def assess(
     known = known_of(opened.plant) if isinstance(opened, Recording) and valve is None else valve
     found = read_loop(opened, loop, columns)
     progress("asking every method", 0, 0)
-    return assess_loop(*found, known, joint)
+    return assess_loop(*found, known)
 
 
 def _recording_or_file(source: RecordingLike) -> Recording | Path:

@@ -3,7 +3,6 @@
 from identification.loops.assessment import Assessment
 from identification.loops.evidence import of_search
 from identification.loops.forces import FrictionForces, known_of
-from identification.loops.joint import JointPosterior, LugreStem
 from identification.loops.loop import LOOP_KINDS, ControlLoop, LoopKind, loop_of
 from identification.loops.procedure import assess_loop, loop_evidence
 from identification.loops.reading import read_loop
@@ -16,9 +15,7 @@ __all__ = [
     "Assessment",
     "ControlLoop",
     "FrictionForces",
-    "JointPosterior",
     "LoopKind",
-    "LugreStem",
     "SimulatedLoop",
     "as_kept",
     "assess_loop",

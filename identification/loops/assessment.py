@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 from identification.loops.amounts import StictionAmount
 from identification.loops.data_problems import DataProblem
 from identification.loops.forces import WITHOUT_POSITIONER, FrictionForces
-from identification.loops.joint import JointPosterior
 from identification.loops.loop import ControlLoop
 from identification.loops.methods import MethodAnswer
 from identification.loops.oscillation import Oscillation
@@ -30,8 +29,7 @@ class Assessment(ShownFindings):
 
     verdict; probability : of stiction, None where the data cannot carry one; why : in a sentence; amount : S
     and J where there is stiction; other_causes : by name, with probabilities; guesses : what was not said of the
-    columns; loop : what was assessed; forces : friction in N where there is stiction and the valve's data are known;
-    joint : LuGre valve and process together, where that was asked for.
+    columns; loop : what was assessed; forces : friction in N where there is stiction and the valve's data are known.
     """
 
     verdict: LoopVerdict
@@ -45,7 +43,6 @@ class Assessment(ShownFindings):
     other_causes: Mapping[str, float]
     answers: tuple[MethodAnswer, ...]
     forces: FrictionForces | None = None
-    joint: JointPosterior | None = None
 
     def as_json(self) -> dict[str, Any]:
         """The content of `assessment.json`."""
@@ -56,7 +53,7 @@ class Assessment(ShownFindings):
         stiction = {"S_percent": amount.s.as_json(), "J_percent": amount.j.as_json()} if amount else None
         if stiction and self.forces:
             stiction |= {"fs_N": self.forces.fs.as_json(), "fc_N": self.forces.fc.as_json()}
-        found = {
+        return {
             "format": "loop-assessment", "version": 1, "verdict": self.verdict, "probability": self.probability,
             "why": self.why, "data": {"samples": n, "dt_s": dt, "cycles": cycles, "problems": problems},
             "oscillation": [{"period_s": one.period_s, "regularity": one.regularity} for one in self.oscillations],
@@ -66,7 +63,6 @@ class Assessment(ShownFindings):
                 {"method": one.method, "value": one.value, "says": one.says, "why": one.why} for one in self.answers
             ],
         }  # fmt: skip
-        return found if self.joint is None else found | {"joint": self.joint.as_json()}
 
     def lines(self) -> list[str]:
         """The answer in lines for a terminal."""
@@ -80,8 +76,6 @@ class Assessment(ShownFindings):
             for name, one in (("fs", self.forces.fs), ("fc", self.forces.fc)):
                 found.append(f"{name} = {one.value:.3g} N ({one.lower:.3g} to {one.upper:.3g} N)")
             found.append(WITHOUT_POSITIONER)
-        if self.joint:
-            found += self.joint.lines()
         if self.other_causes:
             found.append("else: " + ", ".join(f"{name} {value:.2f}" for name, value in self.other_causes.items()))
         return [*found, *(one.words for one in self.problems), *self.guesses]

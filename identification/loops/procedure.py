@@ -10,7 +10,6 @@ from identification.loops.assessment import Assessment
 from identification.loops.data_problems import DataProblem, data_problems
 from identification.loops.evidence import evidence, of_search
 from identification.loops.forces import friction_forces, full_force
-from identification.loops.joint import JointPosterior, joint_inference, refused
 from identification.loops.loop import ControlLoop
 from identification.loops.methods import METHODS, MethodAnswer, StictionSearch, hammerstein_answer, search
 from identification.loops.oscillation import Oscillation, oscillations
@@ -53,13 +52,12 @@ def loop_evidence(loop: ControlLoop) -> tuple[Array, bool] | None:
 
 
 def assess_loop(
-    loop: ControlLoop, guesses: tuple[str, ...] = (), valve: Mapping[str, float] | None = None, joint: bool = False
+    loop: ControlLoop, guesses: tuple[str, ...] = (), valve: Mapping[str, float] | None = None
 ) -> Assessment:
     """Assess a loop. Where the data hide the shape of the signals, only the search for S and J has a say: the answer
     is `stiction` or `cannot_tell`. Where they hide more, it is `cannot_tell`.
 
-    valve : data of the valve by the names of `forces.ITEMS`, for friction in N; joint : whether to infer the valve and
-    the process together, which takes half a minute.
+    valve : data of the valve by the names of `forces.ITEMS`, for friction in N.
     """
     full = full_force(valve) if valve else None
     found = oscillations(loop)
@@ -67,38 +65,20 @@ def assess_loop(
     limits = "; ".join(one.words for one in problems if one.hides != "nothing")
     saturation = {one.cause: 1.0 for one in problems if one.cause}
     seen = findings(loop, found, problems)
-    series = None if not joint else refused("the valve was not found to stick")
     if any(one.hides == "everything" for one in problems):
-        return Assessment(
-            "cannot_tell", None, limits, loop, problems, guesses, found, None, saturation, seen.answers, None, series
-        )
+        return Assessment("cannot_tell", None, limits, loop, problems, guesses, found, None, saturation, seen.answers)
     causes = weighed(seen.weights, table_of(loop.integrating, seen.whole))
     probability = causes.pop("stiction")
     answer = verdict(probability)
     if not seen.whole and answer != "stiction":
-        return Assessment(
-            "cannot_tell", None, limits, loop, problems, guesses, found, None, saturation, seen.answers, None, series
-        )
+        return Assessment("cannot_tell", None, limits, loop, problems, guesses, found, None, saturation, seen.answers)
     others = dict(sorted({**causes, **saturation}.items(), key=lambda one: -one[1]))
     says = {word: [one.method for one in seen.answers if one.says == word] for word in ("stiction", "no_stiction")}
     why = f"for stiction: {_list(says['stiction'])}; against: {_list(says['no_stiction'])}"
     why = why if seen.whole else f"by the search for S and J alone, as {limits}"
     amount = amounts(seen.tried) if answer == "stiction" and loop.op_percent else None
     forces = friction_forces(amount, full) if amount and full else None
-    if joint and answer == "stiction":
-        series = _series(loop, seen.tried, valve or {})
-    return Assessment(
-        answer, probability, why, loop, problems, guesses, found, amount, others, seen.answers, forces, series
-    )
-
-
-def _series(loop: ControlLoop, tried: StictionSearch, valve: Mapping[str, float]) -> JointPosterior:
-    """Valve and process together, or why not."""
-    if not {"K", "stroke"} <= set(valve):
-        return refused("the spring rate and the stroke of the valve are needed: K [N/m] and stroke [m]")
-    if not loop.op_percent:
-        return refused("the unit of OP is not known")
-    return joint_inference(loop, tried, valve["K"], full_force(valve))
+    return Assessment(answer, probability, why, loop, problems, guesses, found, amount, others, seen.answers, forces)
 
 
 def _list(names: list[str]) -> str:

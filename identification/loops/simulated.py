@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Literal, Protocol, get_args
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -21,37 +20,17 @@ DT = {"flow": 1.0, "pressure": 2.0, "level": 5.0, "temperature": 10.0}
 
 @dataclass(frozen=True)
 class SimulatedLoop:
-    """A loop and what makes it oscillate. s, j : of the valve in % of OP; noise : standard deviation on PV in %;
-    gain, tau [samples], delay [samples] : of the process.
-    """
+    """A loop and what makes it oscillate. s, j : of the valve in % of OP; noise : standard deviation on PV in %."""
 
     loop: ControlLoop
     cause: Cause
     s: float
     j: float
     noise: float
-    gain: float = 0.0
-    tau: float = 0.0
-    delay: int = 0
 
 
-class SteppedValve(Protocol):
-    """A valve that a loop steps sample by sample, from OP to position, both in % about their middle."""
-
-    def move(self, op: float) -> float:
-        """The position for the next controller output."""
-
-
-def simulated_loop(
-    seed: int,
-    cause: Cause | None = None,
-    kind: LoopKind | None = None,
-    valve: Callable[[float, float], SteppedValve] | None = None,
-) -> SimulatedLoop:
-    """The loop of a seed: kind, process, tuning, noise and cause are drawn from it. A PI controller, PV and OP in %.
-
-    valve : makes another valve than Kano's from S and J [% of OP].
-    """
+def simulated_loop(seed: int, cause: Cause | None = None, kind: LoopKind | None = None) -> SimulatedLoop:
+    """The loop of a seed: kind, process, tuning, noise and cause are drawn from it. A PI controller, PV and OP in %."""
     rng = np.random.default_rng([seed, 26])
     kind = LOOP_KINDS[int(rng.integers(4))] if kind is None else kind
     drawn = CAUSES[int(rng.choice(5, p=(0.4, 0.2, 0.2, 0.1, 0.1)))]
@@ -64,11 +43,10 @@ def simulated_loop(
     s, j = _valve(cause, rng)
     noise = float(10 ** rng.uniform(-2.0, -0.7)) * max(s, 1.0) / 2
     outside = _disturbance(cause, n + warm, delay + tau, rng)
-    stem = KanoValve(s, j) if valve is None else valve(s, j)
-    pv, op = _run(n + warm, integrating, (gain, tau, delay), (kc, ti), stem, noise, outside, rng)
+    pv, op = _run(n + warm, integrating, (gain, tau, delay), (kc, ti), (s, j), noise, outside, rng)
     t = np.arange(float(n)) * DT[kind]
     loop = loop_of(f"seed {seed}", t, np.full(n, 50.0), pv[warm:], op[warm:], True, kind)
-    return SimulatedLoop(loop, cause, s, j, noise, gain, tau, delay)
+    return SimulatedLoop(loop, cause, s, j, noise)
 
 
 def as_kept(loop: ControlLoop, seed: int) -> ControlLoop:
@@ -149,13 +127,14 @@ def _run(
     integrating: bool,
     process: tuple[float, float, int],
     tuning: tuple[float, float],
-    valve: SteppedValve,
+    band: tuple[float, float],
     noise: float,
     outside: Array,
     rng: np.random.Generator,
 ) -> tuple[Array, Array]:
     """PV and OP [%], (n,)."""
     (gain, tau, delay), (kc, ti) = process, tuning
+    valve = KanoValve(*band)
     sensor = rng.normal(0, noise, n)
     pole = 1.0 if integrating else float(np.exp(-1 / tau))
     entry = gain / tau if integrating else gain * (1 - pole)

@@ -37,8 +37,8 @@ DS, DJ = (grid.ravel() for grid in np.meshgrid((-1.0, 0.0, 1.0), (-2.0, -1.0, 0.
 @dataclass(frozen=True)
 class StictionSearch:
     """The search over S and J. s, j (k,) : pairs, in the unit of OP; error (k,) : best squared error over delays and
-    starts; linear : the same without the element; n : degrees of freedom of the errors; starts : samples at which
-    valves were started, and the direction (1 or -1) in which they had moved before.
+    starts; linear : the same without the element; n : degrees of freedom of the errors; step : of
+    the finest grid of S.
     """
 
     s: Array
@@ -46,7 +46,7 @@ class StictionSearch:
     error: Array
     linear: float
     n: int
-    starts: tuple[tuple[int, float], ...]
+    step: float
 
     @property
     def gain(self) -> float:
@@ -74,7 +74,7 @@ def search(loop: ControlLoop, period: float | None) -> StictionSearch:
         more_s, more_j = _near(s, j, error, step)
         _, more = ready.errors(more_s, more_j)
         s, j, error = (np.concatenate(pair) for pair in ((s, more_s), (j, more_j), (error, more)))
-    return StictionSearch(s, j, error, linear, ready.n, ((ready.high, 1.0), (ready.low, -1.0)))
+    return StictionSearch(s, j, error, linear, ready.n, step)
 
 
 def _near(s: Array, j: Array, error: Array, step: float) -> tuple[Array, Array]:

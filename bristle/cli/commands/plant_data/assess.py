@@ -17,7 +17,6 @@ def command(
     valve: Annotated[
         str | None, typer.Option(help="For friction in N: stroke=0.02,K=5e4 (m, N/m) or area=0.0129,span=80 (m2, kPa).")
     ] = None,
-    joint: Annotated[bool, typer.Option(help="Valve (LuGre) and process together; needs stroke, K.")] = False,
     out: Annotated[Path | None, typer.Option(help="Write the answer here (assessment.json).")] = None,
     report: Annotated[Path | None, typer.Option(help="Write a self-contained HTML page here.")] = None,
 ) -> None:
@@ -34,5 +33,5 @@ def command(
         writable(path)
     known = assignments(valve.split(","), "--valve") if valve else None
     with working("assessing", staged=True) as progress:
-        found = br.assess(file, loop=loop, columns=named_columns(columns), valve=known, joint=joint, progress=progress)
+        found = br.assess(file, loop=loop, columns=named_columns(columns), valve=known, progress=progress)
     present(found, out, report)
