@@ -125,6 +125,15 @@ def test_it_follows_a_drift_but_never_further_than_its_changes_reach(healthy, le
     assert left(large) > 3.0 * OFFSET
 
 
+def test_at_a_start_a_small_difference_is_found_out_at_once_and_a_large_one_is_told(healthy, learned):
+    def told(offset: float) -> float:
+        values = healthy.values | {"position": healthy.values["position"] + offset * learned.span}
+        return float(np.nanmean(learned.run(Measurements(healthy.time_s, values))[0][600:1200])) * learned.deviation
+
+    assert abs(told(0.5 * OFFSET)) < 0.15 * OFFSET
+    assert told(8.0 * OFFSET) > 3.0 * OFFSET
+
+
 def test_with_nothing_but_set_point_and_position_the_watch_finds_a_positioner_that_has_changed(healthy):
     watch = learn(healthy)
     assert watch.positioner is not None
