@@ -78,8 +78,6 @@ def test_a_fit_that_tells_the_friction_at_the_speeds_of_its_data_alone_names_it(
     force = values["spring.K"] * x + values["spring.F0"] + grown * dry + values["lugre.sigma2"] * speed
     for time_s, position, pushed in zip(t.tolist(), x.tolist(), force.tolist(), strict=True):
         moment = Measurement(time_s, {"position": position, "force": pushed})
-        balance = (
-            test.start(fitted, moment) if balance is None else test.step(balance, fitted, moment, time_s > 5.0)
-        )
+        balance = test.start(fitted, moment) if balance is None else test.step(balance, fitted, moment, time_s > 5.0)
     assert balance is not None
     assert test.kind(fitted, balance) == kind

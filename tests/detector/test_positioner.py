@@ -28,7 +28,9 @@ def loop(**constants: float) -> PositionerLoop:
     )  # fmt: skip
 
 
-def position(of: PositionerLoop, setpoint: np.ndarray, drop: np.ndarray | float = 0.0, start: float = 0.0) -> np.ndarray:
+def position(
+    of: PositionerLoop, setpoint: np.ndarray, drop: np.ndarray | float = 0.0, start: float = 0.0
+) -> np.ndarray:
     t = of.dt_s * np.arange(len(setpoint))
     rows = np.column_stack([t, setpoint, np.broadcast_to(drop, t.shape), np.full(len(t), start)])
     out = np.empty(len(rows))

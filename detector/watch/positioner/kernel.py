@@ -59,7 +59,7 @@ def meant(setpoint, low, width, constants):  # type: ignore[no-untyped-def]
 @inlined
 def advance_loop(loop, before, after, drop_before, drop_after, dt, constants):  # type: ignore[no-untyped-def]
     """A loop (N_LOOP,) from one sample to the next, in place; inputs are straight between them."""
-    n = max(int(ceil(dt / LONGEST - 1e-9)), 1)
+    n = max(ceil(dt / LONGEST - 1e-9), 1)
     h = dt / n
     late = 1.0 - exp(-h / max(constants[LATE], 1e-3))
     half = 0.5 * constants[PLAY]
@@ -111,8 +111,8 @@ def watch(
     last, an offset; drifts (n_answers,) : growth of the variance of their shares in a
     sample; residuals (n,) : over the usual deviation, NaN where they say nothing; answers (n, n_answers) : what each
     change adds to the position, over the same.
-    numbers : lowest knot and width; gap_s, settle_s : a silence that restarts the loops, and for how long after that, or
-    after the last motion, a sample says nothing or still something [s]; offset; deviation; learned ranges of set point
+    numbers : lowest knot and width; gap_s, settle_s : a silence that restarts the loops, and for how long after that a
+    sample says nothing, or after the last motion still something [s]; offset; deviation; learned ranges of set point
     and drop, low and high.
     """
     low, width, gap_s, settle_s, offset, deviation = numbers[:6]
@@ -169,8 +169,8 @@ def _forget(spread, drifts):  # type: ignore[no-untyped-def]
 
 @inlined
 def _innovation(shares, spread, answers, drifts, left, frozen):  # type: ignore[no-untyped-def]
-    """What is left over its deviation, and a step of the Kalman filter of the shares, each a slow random walk within one
-    change up or down.
+    """What is left over its deviation, and a step of the Kalman filter of the shares, each a slow random walk within
+    one change up or down.
     """
     n = len(shares)
     gain, variance = np.empty(n), 1.0

@@ -17,7 +17,6 @@ from detector.measurements import Measurement, Measurements
 from detector.watch.positioner.kernel import (
     CURVE,
     DEAD,
-
     DOWN,
     GAIN,
     LATE,
