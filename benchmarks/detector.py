@@ -87,6 +87,22 @@ def cost() -> None:
     print(f"{N_VALVES} valves, jittered samples {jittered:9.0f} ns a step")
     for name, value in (("plain numpy form", numpy_ns), ("filterpy, predict and update", filterpy_ns)):
         print(f"{name:30} {value:9.0f} ns a step   {value / single:.0f} x single, {value / regular:.0f} x batched")
+    whole = _whole_watch() / 1000.0
+    print(f"whole watch, all its parts     {whole:9.0f} us a sample   {whole / 100.0:.1f} % of a core at 100 Hz")
+
+
+def _whole_watch() -> float:
+    """Nanoseconds a sample of observer, positioner, model of a fit, flow and levels."""
+    data = ten_hertz.seen(ten_hertz.moving, 160.0, 1)
+    watch, rows = learn(data, ten_hertz.fitted()), list(data)
+
+    def work() -> None:
+        state = watch.initial()
+        for row in rows:
+            state, _ = watch.step(state, row)
+
+    work()
+    return best(work, len(rows))
 
 
 def _fleet(x: Array, u: Array, jitter: float) -> float:

@@ -23,6 +23,7 @@ FITTED_TO = ("time", "position", "pressure")
 LEVELS = {"small": 0.25, "big": 0.75}
 HEAD = ("", "fault", "strength", "in motion [s]", "named", "at rest [s]", "named")
 
+
 def moving(t: Array) -> Array:
     """Set point to and fro, everything else constant."""
     columns = stimuli.constant(0.5)(t)
@@ -89,8 +90,9 @@ def main() -> None:
     watch = learn(seen(moving, 400.0, 1), fitted())
     note = (
         "Benchmark actuator with LuGre friction and the benchmark's noise, a sample every 0.1 s; the model is that of "
-        "a fit to two minutes of a recording, the detector learned on 390 s of another. Each fault is abrupt and comes once while the valve moves, once 20 s after the set point came "
-        "to rest: seconds to the alarm, and the name it has a minute after the onset. A dash: not seen in that minute. "
+        "a fit to two minutes of a recording, the detector learned on 390 s of another. Each fault is abrupt and comes "
+        "once while the valve moves, once 20 s after the set point came to rest: seconds to the alarm, and the name it "
+        "has a minute after the onset. A dash: not seen in that minute. "
         f"Without a fault: {quiet(watch)}.\n\nMade by `python -m studies.ten_hertz`; {watch.false_alarms.sentence}."
     )
     drawing.page("ten_hertz", "What can be seen at 10 Hz", HEAD, rows(watch), note)

@@ -23,14 +23,15 @@ from recordings import Array, BadInput
 PERIOD_S = 3600.0
 MOST_S = 7 * DAY_S
 
+
 @dataclass(frozen=True)
 class EvidenceState:
     """What is remembered of n_channels residuals, as arrays with the channels first.
 
     running (n_channels, N_RUNNING); limits, shares (n_channels, N_SCALES, N_STATISTICS) : in use now; counts : three
     arrays (n_channels, N_SCALES, N_STATISTICS, N_BINS + 1), histograms of this period, the one that waits, and the
-    trusted ones; samples : of this period; waits : whether one waits; alarmed : whether there was an alarm in this period;
-    trusted_s : fault-free time, with that of learning [s].
+    trusted ones; samples : of this period; waits : whether one waits; alarmed : whether there was an alarm in this
+    period; trusted_s : fault-free time, with that of learning [s].
     """
 
     running: Array
@@ -96,7 +97,9 @@ class Evidence:
         n = len(self.healthy)
         current, waiting, trusted = np.zeros((3, n, N_SCALES, N_STATISTICS, N_BINS + 1))
         limits, shares = (np.array([getattr(one, name) for one in self.healthy]) for name in ("limits", "shares"))
-        return EvidenceState(np.zeros((n, N_RUNNING)), limits, shares, (current, waiting, trusted), 0, False, False, self.promise.seconds)
+        return EvidenceState(
+            np.zeros((n, N_RUNNING)), limits, shares, (current, waiting, trusted), 0, False, False, self.promise.seconds
+        )
 
     def run(self, state: EvidenceState, residuals: Array) -> tuple[EvidenceState, Array]:
         """Many samples (n_samples, n_channels), NaN where there is none; the evidence after each, (n_samples,
@@ -144,7 +147,13 @@ class Evidence:
         samples = state.samples + (len(residuals) if self.learns else 0)
         alarmed = state.alarmed or bool((load >= 1.0).any())
         after = EvidenceState(
-            running, state.limits, state.shares, (current, *state.counts[1:]), samples, state.waits, alarmed,
+            running,
+            state.limits,
+            state.shares,
+            (current, *state.counts[1:]),
+            samples,
+            state.waits,
+            alarmed,
             state.trusted_s,
         )
         return self._turned(after) if samples >= round(PERIOD_S / self.dt_s) else after

@@ -88,7 +88,7 @@ def _simulated(model: ValveModel, dt_s: float, stroke: float, catalogue: Catalog
     n = max(round(STANDS_FOR_S / dt_s), LEAST_SAMPLES) // STRETCHES
     parts = []
     for k in range(STRETCHES):
-        t = dt_s * np.arange(n) + k * n * dt_s
+        t = dt_s * np.arange(k * n, (k + 1) * n, dtype=np.float64)
         position, force = _stretch(model, t, stroke, random, catalogue)
         parts.append((t + k * 1000.0 * dt_s, position, force))
     time_s, position, force = (np.concatenate(rows) for rows in zip(*parts, strict=True))

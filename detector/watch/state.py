@@ -16,9 +16,9 @@ from recordings import Array, BadInput
 
 @dataclass(frozen=True)
 class WatchState:
-    """What the detector remembers of a valve. positioner : of its loop, a row; evidence : of its residuals; levels : a sum for each pressure;
-    over_s : time of the last score above its limit [s]; kind : name of the alarm so far; last_s : last used time [s];
-    remaining : without a kind, those that the evidence leaves.
+    """What the detector remembers of a valve. positioner : of its loop, a row; evidence : of its residuals; levels : a
+    sum for each pressure; over_s : time of the last score above its limit [s]; kind : name of the alarm so far;
+    last_s : last used time [s]; remaining : without a kind, those that the evidence leaves.
     """
 
     observer: ObserverState

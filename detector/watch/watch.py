@@ -225,9 +225,12 @@ class Watch:
     def state_from_dict(self, parts: Mapping[str, Any]) -> WatchState:
         """The state that `WatchState.as_dict` wrote for this watch. Raises BadInput for anything else."""
         state = WatchState.from_dict(parts)
-        positioner = self.initial().positioner
-        wrong = np.shape(state.positioner) != np.shape(positioner) or (state.positioner is None) != (positioner is None)
-        wrong |= len(state.levels) != len(self.levels) or len(state.evidence.limits) != len(self.evidence.names)
+        known, own = (0 if one is None else len(one) for one in (state.positioner, self.initial().positioner))
+        wrong = (
+            known != own
+            or len(state.levels) != len(self.levels)
+            or len(state.evidence.limits) != len(self.evidence.names)
+        )
         if wrong or (state.model is not None and self.model is None):
             raise BadInput("state of the detector", "it belongs to another detector", "learn anew")
         return state

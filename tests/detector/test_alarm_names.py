@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -65,3 +66,18 @@ def test_the_flow_says_where_the_stem_is_and_is_silent_where_it_cannot():
     assert error(0.02, 4.0, falling) == pytest.approx(0.0, abs=1e-12)
     bent = FlowRelation("flow", FLOW.knots, (1.0, 5.0, 3.0, 7.0), 0.02, 0.0, 1e300)
     assert math.isnan(error(0.02, 4.0, bent))
+
+
+@pytest.mark.parametrize(("grown", "kind"), [(1.0, None), (1.8, "friction")])
+def test_a_fit_that_tells_the_friction_at_the_speeds_of_its_data_alone_names_it(grown, kind):
+    values = MODEL.values | {"lugre.fc": 728.0, "lugre.fs": 108.0, "lugre.vs": 7e-3}
+    fitted, balance, test = replace(FILTER, values=values), None, replace(TEST, usual=2000.0)
+    t = DT_S * np.arange(900)
+    x, speed = 0.02 + 8e-3 * np.sin(2 * np.pi * t / 15.0), 8e-3 * 2 * np.pi / 15.0 * np.cos(2 * np.pi * t / 15.0)
+    dry = (728.0 - 620.0 * np.exp(-((speed / 7e-3) ** 2))) * np.sign(speed)
+    force = values["spring.K"] * x + values["spring.F0"] + grown * dry + values["lugre.sigma2"] * speed
+    for time_s, position, pushed in zip(t.tolist(), x.tolist(), force.tolist(), strict=True):
+        moment = Measurement(time_s, {"position": position, "force": pushed})
+        balance = test.start(fitted, moment) if balance is None else test.step(balance, fitted, moment, time_s > 5.0)
+    assert balance is not None
+    assert test.kind(fitted, balance) == kind

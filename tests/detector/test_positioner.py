@@ -28,7 +28,9 @@ def loop(**constants: float) -> PositionerLoop:
     )  # fmt: skip
 
 
-def position(of: PositionerLoop, setpoint: np.ndarray, drop: np.ndarray | float = 0.0, start: float = 0.0) -> np.ndarray:
+def position(
+    of: PositionerLoop, setpoint: np.ndarray, drop: np.ndarray | float = 0.0, start: float = 0.0
+) -> np.ndarray:
     t = of.dt_s * np.arange(len(setpoint))
     rows = np.column_stack([t, setpoint, np.broadcast_to(drop, t.shape), np.full(len(t), start)])
     out = np.empty(len(rows))
@@ -123,6 +125,15 @@ def test_it_follows_a_drift_but_never_further_than_its_changes_reach(healthy, le
     small, large = 0.5 * OFFSET, 8.0 * OFFSET
     assert abs(left(small)) < 0.5 * small
     assert left(large) > 3.0 * OFFSET
+
+
+def test_at_a_start_a_small_difference_is_found_out_at_once_and_a_large_one_is_told(healthy, learned):
+    def told(offset: float) -> float:
+        values = healthy.values | {"position": healthy.values["position"] + offset * learned.span}
+        return float(np.nanmean(learned.run(Measurements(healthy.time_s, values))[0][600:1200])) * learned.deviation
+
+    assert abs(told(0.5 * OFFSET)) < 0.15 * OFFSET
+    assert told(8.0 * OFFSET) > 3.0 * OFFSET
 
 
 def test_with_nothing_but_set_point_and_position_the_watch_finds_a_positioner_that_has_changed(healthy):

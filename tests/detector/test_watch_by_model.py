@@ -1,4 +1,4 @@
-"""A watch from the model alone: quiet on the valve that it is of, loud when it changes, refused when nothing is known."""
+"""A watch from the model alone: quiet on its valve, loud when that changes, refused when nothing is known."""
 
 from __future__ import annotations
 
@@ -19,7 +19,11 @@ def known(std: float = 0.05, **changes: object) -> ValveModel:
         name: one.model_copy(update={"std": std * one.value, "status": "identified"})
         for name, one in MODEL.parameters.items()
     }
-    told = {"parameters": parameters, "noise": {"position_m": 6e-5, "force_N": 45.0}, "error": {"fit": {"rmse_m": 3e-4}}}
+    told = {
+        "parameters": parameters,
+        "noise": {"position_m": 6e-5, "force_N": 45.0},
+        "error": {"fit": {"rmse_m": 3e-4}},
+    }
     return MODEL.model_copy(update=told | changes)
 
 

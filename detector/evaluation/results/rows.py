@@ -8,6 +8,7 @@ import numpy as np
 
 from detector.evaluation.benchmark.published import OTHERS, R2
 from detector.evaluation.isolation.structure import groups as structural_groups
+from detector.evaluation.jobs import SEEDS
 from detector.evaluation.outcome import Evaluation
 from detector.evaluation.plan import Plan
 from detector.evaluation.results.isolation_rows import confusion_table, isolation_table
@@ -52,9 +53,11 @@ def _summary(outcome: Evaluation) -> ResultTable:
 
 def _trial_words(outcome: Evaluation) -> str:
     plan = outcome.plan
+    learn, calibrate, judge, starts, judged_starts = (first + plan.seeds_from for first in SEEDS.values())
     return (
-        f"Trials: {' '.join(_form_words(plan, form) for form in plan.forms)} Seeds of fault-free runs from 1000, 2000, "
-        f"3000; {plan.starts[0]} and {plan.starts[1]} starts of 25 min to calibrate and judge, from 4000, 5000; "
+        f"Trials: {' '.join(_form_words(plan, form) for form in plan.forms)} Seeds of scenarios from "
+        f"{plan.seeds_from + 1}, of fault-free runs from {learn}, {calibrate}, {judge}; {plan.starts[0]} and "
+        f"{plan.starts[1]} starts of 25 min to calibrate and judge, from {starts}, {judged_starts}; "
         "examples of faults from 50000."
     )
 
@@ -62,7 +65,8 @@ def _trial_words(outcome: Evaluation) -> str:
 def _form_words(plan: Plan, form: Form) -> str:
     """Trials and fault-free hours of a form."""
     usual, long = (plan.seeds, plan.long_seeds) if form == "play" else plan.other_seeds
-    cut = "" if form == "play" else f", followed for {plan.other_long_h:g} h"
+    followed_h = plan.long_h if form == "play" else plan.other_long_h
+    cut = f", followed for {followed_h:g} h" if followed_h < 24.0 else ""
     hours = _hours(plan.hours(form))
     return (
         f"{form}: {usual} of each scenario ({long} of the day-long ones{cut}), {hours} fault-free to learn, calibrate "

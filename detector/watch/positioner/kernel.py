@@ -7,7 +7,7 @@ against it. A play stands between the two. The loop never sees the measured posi
 
 from __future__ import annotations
 
-from math import ceil, exp, fabs
+from math import ceil, exp, fabs, sqrt
 
 import numpy as np
 
@@ -40,6 +40,9 @@ NOISY = 5.0
 OUTSIDE = 0.05
 """A loop starts where the stem is at most so far outside the learned stroke."""
 
+UNSURE = 0.5
+"""After a start each change is as likely as not by such a share: nobody knows how much air is trapped."""
+
 LOUDEST = 3.0
 """A residual moves the constants as if it were this many deviations at most."""
 
@@ -56,7 +59,7 @@ def meant(setpoint, low, width, constants):  # type: ignore[no-untyped-def]
 @inlined
 def advance_loop(loop, before, after, drop_before, drop_after, dt, constants):  # type: ignore[no-untyped-def]
     """A loop (N_LOOP,) from one sample to the next, in place; inputs are straight between them."""
-    n = max(int(ceil(dt / LONGEST - 1e-9)), 1)
+    n = max(ceil(dt / LONGEST - 1e-9), 1)
     h = dt / n
     late = 1.0 - exp(-h / max(constants[LATE], 1e-3))
     half = 0.5 * constants[PLAY]
@@ -105,11 +108,11 @@ def watch(
 
     rows (n, 4) : time [s], set point, drop, position; NaN where one is missing, and the sample is passed over; frozen :
     whether the constants stay; constants (n_answers, n_constants) : of the loop, then with each of the changes but the
-    last, an offset, drifts (2, n_answers) : variance of their shares, and its growth by a
+    last, an offset; drifts (n_answers,) : growth of the variance of their shares in a
     sample; residuals (n,) : over the usual deviation, NaN where they say nothing; answers (n, n_answers) : what each
     change adds to the position, over the same.
-    numbers : lowest knot and width; gap_s, settle_s : a silence that restarts the loops, and for how long after that, or
-    after the last motion, a sample says nothing or still something [s]; offset; deviation; learned ranges of set point
+    numbers : lowest knot and width; gap_s, settle_s : a silence that restarts the loops, and for how long after that a
+    sample says nothing, or after the last motion still something [s]; offset; deviation; learned ranges of set point
     and drop, low and high.
     """
     low, width, gap_s, settle_s, offset, deviation = numbers[:6]
@@ -125,7 +128,10 @@ def watch(
         within = numbers[6] <= setpoint <= numbers[7] and numbers[8] <= drop <= numbers[9]
         if state[SINCE] < settle_s:
             within = within and -OUTSIDE <= x <= 1.0 + OUTSIDE  # a stem on its stop comes back late
-        if state[SINCE] < 0.0 or not 0.0 <= dt <= gap_s or not within:
+        if state[SINCE] < 0.0 or not 0.0 <= dt <= gap_s:
+            _forget(state[spread:], drifts)
+            within = False
+        if not within:
             state[SINCE], state[STILL], state[AT_LOOP], state[AT_VALVE] = 0.0, settle_s, x, x
             for i in range(n):
                 loop = state[LOOPS + N_LOOP * i : LOOPS + N_LOOP * (i + 1)]
@@ -149,27 +155,39 @@ def watch(
         for i in range(n):
             left -= answers[k, i] * state[shares + i]
         if state[SINCE] >= settle_s and state[STILL] < settle_s:
-            residuals[k] = left
-            if not frozen:
-                _learn(state[shares:spread], state[spread:], answers[k], drifts, left)
+            residuals[k] = _innovation(state[shares:spread], state[spread:], answers[k], drifts, left, frozen)
 
 
 @inlined
-def _learn(shares, spread, answers, drifts, left):  # type: ignore[no-untyped-def]
-    """A step of the Kalman filter of the shares, each a slow random walk within one change up or down."""
+def _forget(spread, drifts):  # type: ignore[no-untyped-def]
+    """The shares are unsure anew, where the data show the change at all."""
+    spread[:] = 0.0
+    for i in range(len(drifts)):
+        if drifts[i] > 0.0:
+            spread[i * len(drifts) + i] = UNSURE**2
+
+
+@inlined
+def _innovation(shares, spread, answers, drifts, left, frozen):  # type: ignore[no-untyped-def]
+    """What is left over its deviation, and a step of the Kalman filter of the shares, each a slow random walk within
+    one change up or down.
+    """
     n = len(shares)
     gain, variance = np.empty(n), 1.0
-    for i in range(n):
-        at = i * n + i
-        spread[at] = min(spread[at] + drifts[1, i], 10.0 * drifts[0, i])
     for i in range(n):
         gain[i] = 0.0
         for j in range(n):
             gain[i] += spread[i * n + j] * answers[j]
     for i in range(n):
         variance += answers[i] * gain[i]
-    told = min(max(left, -LOUDEST), LOUDEST) / variance
-    for i in range(n):
-        shares[i] = min(max(shares[i] + gain[i] * told, -1.0), 1.0)
-        for j in range(n):
-            spread[i * n + j] -= gain[i] * gain[j] / variance
+    away = left / sqrt(variance)
+    if not frozen:
+        told = min(max(away, -LOUDEST), LOUDEST) / sqrt(variance)
+        for i in range(n):
+            shares[i] = min(max(shares[i] + gain[i] * told, -1.0), 1.0)
+            for j in range(n):
+                spread[i * n + j] -= gain[i] * gain[j] / variance
+        for i in range(n):
+            at = i * n + i
+            spread[at] = min(spread[at] + drifts[i], UNSURE**2)
+    return away

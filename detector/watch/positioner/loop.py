@@ -17,7 +17,6 @@ from detector.measurements import Measurement, Measurements
 from detector.watch.positioner.kernel import (
     CURVE,
     DEAD,
-
     DOWN,
     GAIN,
     LATE,
@@ -84,7 +83,6 @@ class PositionerLoop:
         """The state before the first sample: a row of numbers."""
         state = np.zeros(LOOPS + (N_LOOP + 1) * N_ANSWERS + N_ANSWERS**2)
         state[SINCE] = -1.0
-        state[-(N_ANSWERS**2) :] = np.diag(self._drifts[0]).ravel()
         return state
 
     def step(self, before: Array, moment: Measurement, frozen: bool) -> tuple[Array, float]:
@@ -139,12 +137,11 @@ class PositionerLoop:
 
     @cached_property
     def _drifts(self) -> Array:
-        """Variance of the shares of the changes and its growth in a sample, (2, n_answers): so that each of them alone
+        """Growth of the variance of the shares of the changes in a sample, (n_answers,): so that each of them alone
         would follow over `MEMORY_S`; none where the data do not show the change.
         """
         n, powers = MEMORY_S / self.dt_s, np.array(self.powers)
-        shown = np.where(powers > 1e-3, 1.0 / np.maximum(powers, 1e-3), 0.0)
-        return np.array([shown / n, shown / n**2])
+        return np.where(powers > 1e-3, 1.0 / np.maximum(powers, 1e-3), 0.0) / n**2
 
     def as_dict(self) -> dict[str, Any]:
         """Plain numbers, for JSON."""
