@@ -129,6 +129,20 @@ def _force_driven(
     return fit_output_error(valve, coordinates, experiments, ranked, progress)
 
 
+def resolved_order(experiments: Sequence[Experiment], given: Mapping[str, float], catalogue: Catalogue) -> Order:
+    """The order in which `fit` starts a fit of the base effects whose force drives, and with starting values alone."""
+    valve = kernel(BASE, "force", catalogue)
+    check_given(given, valve)
+    force = np.concatenate([s.u for e in experiments for s in e.segments])
+    coordinates = Coordinates.of(valve, given, float(np.std(force)) or 1.0)
+    if integrates(coordinates):
+        return "full"
+    noisy = _noise_aware("auto", coordinates, experiments)
+    driven = with_smooth_force(experiments) if noisy else experiments
+    ranked = starting_values(chunked(driven) or driven, valve, coordinates)
+    return _order(coordinates, ranked, max(s.dt for e in experiments for s in e.segments), noisy)
+
+
 def _order(coordinates: Coordinates, ranked: Sequence[StartingPoint], spacing: float, noisy: bool) -> Order:
     """The order by the stiffest bristle and lightest mass that starting values from the recordings have."""
     if not ranked:
