@@ -18,7 +18,7 @@ from identification.budget import Budget
 from identification.data.experiment import Experiment
 from identification.data.grid import with_smooth_force
 from identification.estimators.fitted import Fit
-from identification.estimators.noise_aware.resolution import MOST_BETWEEN, SWING
+from identification.estimators.noise_aware.resolution import RESOLVED_BY_NODES
 from identification.estimators.order import swing
 from identification.estimators.output_error.problem import Problem
 from identification.estimators.output_error.replicates import following
@@ -81,7 +81,7 @@ def net_gain(model: Model, refit: Model, effect: str) -> float:
 def _clear_gain(model: Model) -> float:
     """The gain that is beyond doubt for recordings of such sampling."""
     spacing = max(s.dt for e in model.data.experiments for s in e.segments)
-    resolved = swing(model.values) * spacing < SWING * MOST_BETWEEN
+    resolved = swing(model.values) * spacing < RESOLVED_BY_NODES
     return settings.CLEAR_GAIN if resolved else settings.CLEAR_GAIN_UNRESOLVED
 
 

@@ -11,13 +11,13 @@ from identification.data.experiment import Experiment, imposed
 from identification.data.grid import with_smooth_force
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.estimate import lean
-from identification.estimators.fit import fit, resolved_order
+from identification.estimators.fit import fit, order_for_paths
 from identification.estimators.fitted import Fit, Outcome, held
 from identification.estimators.imposed_motion.fit import fit_imposed_motion
 from identification.estimators.imposed_motion.grid import imposed_grids, showing
 from identification.estimators.noise_aware.estimator import NoiseAware
 from identification.estimators.noise_aware.fit import smoothed_starts
-from identification.estimators.noise_aware.resolution import quickest
+from identification.estimators.noise_aware.resolution import RESOLVED_BY_NODES, quickest
 from identification.estimators.noise_aware.search import best_on_chunks as best_of_starts
 from identification.estimators.noise_aware.search import on_chunks
 from identification.tracing import settings
@@ -37,12 +37,12 @@ def base_model(
     progress: Progress = silent,
 ) -> Model:
     """The base model of a trace. Where the motion is imposed the force is predicted, and likewise without a spring,
-    where a free run integrates every error of the model. Where the sampling does not resolve the bristle it is the fit
-    without starting values, in damped order. Raises NegativeAnswer where it cannot be fitted.
+    where a free run integrates every error of the model. Where not even nodes between samples resolve the bristle it is
+    the fit without starting values, in damped order. Raises NegativeAnswer where it cannot be fitted.
     """
     if experiments[0].causality == "motion" or given.get("spring.K") == 0.0:
         return _force_predicting(experiments, held_out, given, catalogue)
-    if resolved_order(experiments, given, catalogue) != "full":
+    if order_for_paths(experiments, given, catalogue, RESOLVED_BY_NODES) != "full":
         first = fit(experiments, given=given, catalogue=catalogue, progress=progress)
         if first.order != "full":
             return _damped(first, trial_data(experiments, held_out, held(first), catalogue))
