@@ -85,7 +85,8 @@ def _damped(first: Fit, data: TrialData) -> Model:
     found = work.fit(theta, settings.REFIT_STEPS) if known is None else work.along(theta, known.paths, 0)
     if found is None:
         raise NegativeAnswer(Outcome.DIVERGED.value)
-    return replace(with_stiffness_growth(polished(Model(BASE, data, lean(found)))), fit=first)
+    kept = first if known is None else replace(first, estimate=lean(known))
+    return replace(with_stiffness_growth(polished(Model(BASE, data, lean(found)))), fit=kept)
 
 
 def _noise_aware(data: TrialData) -> Model:

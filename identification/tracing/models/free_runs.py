@@ -56,13 +56,21 @@ def identification_of(
     """The model with its free runs on the fitted and the held-out experiments, as after a fit: the fit itself, where it
     is one.
     """
-    fit = model.fit or _known(model, experiments)
+    fit = _known(model, experiments) if model.fit is None else _with_derivatives(model.fit)
     runs, others = free_runs(fit, experiments, fitted=False), free_runs(fit, held_out, fitted=False)
     known = uncertainty_of(fit)
     check = crosscheck(fit, model.data.experiments, known)
     quality: dict[str, object] = {"crosscheck": check.sentence}
     stored = valve_model(fit, known, recordings, experiments, {"fit": runs, "holdout": others}, quality)
     return Identification(fit, known, stored, runs, others, check, ())
+
+
+def _with_derivatives(found: Fit) -> Fit:
+    """A fit with the derivatives of its estimate, which one that is kept does without."""
+    if found.estimate is None or found.noise_aware is None:
+        return found
+    estimate = found.noise_aware.along(found.estimate.theta, found.estimate.paths, 0)
+    return found if estimate is None else replace(found, estimate=replace(estimate, settled=found.estimate.settled))
 
 
 def _known(model: Model, experiments: Sequence[Experiment]) -> Fit:

@@ -97,8 +97,9 @@ class TrialData:
 
     def kernel(self, effects: tuple[str, ...]) -> Kernel:
         """The kernel of some effects by which they are fitted."""
-        causality = "motion" if self.imposed else "force with error"
-        return kernel(effects, causality, self.catalogue, damped=self.damped is not None)
+        if self.imposed:
+            return kernel(effects, "motion", self.catalogue)
+        return kernel(effects, "force with error", self.catalogue, damped=self.damped is not None)
 
     def coordinates(self, effects: tuple[str, ...]) -> Coordinates:
         """The coordinates of some effects: known constants and given parameters are held."""
