@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import time
+
 import numpy as np
 import pytest
 from stiff_valves import STIFF, stem_test
 
-from identification import experiment, identify, trace
+from identification import Trace, experiment, identify, trace
 from identification.data.grid import grids
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.noise_aware.damped import damped_for
@@ -23,6 +25,15 @@ def with_tight_spot(rate: float) -> list[Recording]:
     """The recordings of a stem test of a stiff valve with a tight spot, at a rate [Hz]."""
     effects = tuple(e for e in CATALOGUE.ids if e in (*BASE, EFFECT))
     return stem_test(rate, values={f"{EFFECT}.{name}": value for name, value in SPOT.items()}, effects=effects)
+
+
+def told(recordings: list[Recording]) -> Trace:
+    """A trace of some recordings, and what it took, printed."""
+    start = time.process_time()
+    found = trace(recordings)
+    errors = [(found.error[side]["report"] or {}).get("rmse_m") for side in ("before", "after")]
+    print(found.verdict, found.values, "free-run error [m]:", errors, f"{time.process_time() - start:.0f} s")
+    return found
 
 
 def test_a_recording_that_begins_near_break_away_rests_there():
@@ -52,7 +63,7 @@ def test_a_trace_starts_from_what_identify_says_of_the_same_recordings():
 
 @pytest.mark.long
 def test_a_tight_spot_is_named_with_its_place():
-    found = trace(with_tight_spot(200.0))
+    found = told(with_tight_spot(200.0))
     assert found.effects_added == (EFFECT,)
     assert found.values[f"{EFFECT}.x0"] == pytest.approx(SPOT["x0"], abs=3e-4)
     assert found.values[f"{EFFECT}.a"] == pytest.approx(SPOT["a"], rel=0.02)
@@ -60,4 +71,4 @@ def test_a_tight_spot_is_named_with_its_place():
 
 @pytest.mark.long
 def test_the_same_valve_without_one_lacks_nothing():
-    assert trace(stem_test(200.0)).verdict == "none"
+    assert told(stem_test(200.0)).verdict == "none"
