@@ -13,10 +13,8 @@ from dataclasses import replace
 from identification.data.experiment import Experiment
 from identification.data.grid import Grid, grids
 from identification.estimators.coordinates import Coordinates
-from identification.estimators.estimate import Estimate
 from identification.estimators.fitted import Fit, Outcome, fit_of, free_run_start
 from identification.estimators.noise_aware.damped import best_on_chunks, damped_for, on_whole_recordings
-from identification.estimators.noise_aware.estimator import NoiseAware
 from identification.estimators.noise_aware.search import RIGHT
 from identification.estimators.order import Order, slip_is_seen
 from identification.estimators.output_error.damped import RANGES, fit_in_windows, search_for
@@ -75,13 +73,19 @@ def _noise_aware(
         return None
     form = ResidualForm(work.freedom.h_max)
     minimum = Minimum(free_run_start(problem, estimate), estimate.normal, form, 0, estimate.settled)
-    return replace(fit_of(estimate, work, problem, minimum), order="damped", bias=_bias(valve, problem, work, estimate))
+    found = replace(fit_of(estimate, work, problem, minimum), order="damped")
+    return replace(found, bias=order_bias(found))
 
 
-def _bias(valve: Kernel, problem: Problem, work: NoiseAware, estimate: Estimate) -> Array | None:
-    """Where the fit goes from its end (m,), in coordinates, on what the model gives in full order there."""
-    experiments = replicate_without_noise(problem, estimate.theta)
+def order_bias(found: Fit) -> Array | None:
+    """Where a noise-aware fit of damped order goes from its end (m,), in coordinates, on what the model gives in full
+    order there; None where that has no solution.
+    """
+    assert found.problem is not None
+    assert found.estimate is not None
+    theta = found.estimate.theta
+    experiments = replicate_without_noise(found.problem, theta)
     if experiments is None:
         return None
-    again = damped_for(valve, work.coordinates, grids(experiments), estimate.theta).fit(estimate.theta, STEPS)
-    return None if again is None else again.theta - estimate.theta
+    again = damped_for(found.kernel, found.coordinates, grids(experiments), theta).fit(theta, STEPS)
+    return None if again is None else again.theta - theta

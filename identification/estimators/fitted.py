@@ -89,6 +89,12 @@ class Fit:
         return dict(zip(self.kernel.parameters, self.p.tolist(), strict=True))
 
 
+def held(found: Fit) -> dict[str, float]:
+    """The parameters that a fit held, by full name."""
+    c = found.coordinates
+    return {n: v for n, v, free in zip(c.names, c.base.tolist(), c.free, strict=True) if not free}
+
+
 def fit_of(estimate: Estimate, work: NoiseAware, problem: Problem, minimum: Minimum) -> Fit:
     """A noise-aware estimate as a fit, with its outcome; work : what made it; problem, minimum : it as a free run."""
     resolved = turn(problem.coordinates.values(estimate.theta), problem.spacing) < RESOLVED

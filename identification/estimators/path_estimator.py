@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Protocol
 
 from identification.data.grid import Grid
@@ -37,6 +37,13 @@ class PathEstimator(Protocol):
     def along(self, theta: Array, paths: Sequence[Array], steps: int) -> Estimate | None:
         """The estimate at parameters theta (m,) along paths, one (n, n_states) for every grid, after so many steps of
         them. None where the model diverges.
+        """
+
+    def refit(
+        self, theta: Array, paths: Sequence[Array], steps: int, vain: Callable[[Estimate], bool] | None = None
+    ) -> Estimate | None:
+        """The estimate after at most so many Gauss-Newton steps along paths that another model left, and where slips
+        are short along new ones as well. vain : whether it is, to go on. None where the model diverges.
         """
 
     def descend(self, now: Estimate, steps: int) -> Estimate:

@@ -75,7 +75,7 @@ def select(
     known, progress = plant_constants(parts.fitted) | dict(given or {}), budget.told(progress)
     _check(parts.fitted, known, catalogue)
     progress("base model", 0, 1)
-    base = base_model(parts.fitted, parts.held_out, known, catalogue)
+    base = base_model(parts.fitted, parts.held_out, known, catalogue, _of("base model", progress))
     progress("base model", 1, 1)
     base, model, added, rounds = forward_selection(base, budget, progress)
     model, added, candidates, same_class = _reconsidered(model, added, rounds, budget)
@@ -92,7 +92,7 @@ def forward_selection(
     """
     model, added, rounds = base, tuple[str, ...](), Rounds()
     while len(added) < settings.MAX_EFFECTS:
-        watch = _of_round(len(rounds) + 1, progress)
+        watch = _of(f"round {len(rounds) + 1}", progress)
         if not budget.allows(f"round {len(rounds) + 1}"):
             break
         rounds.append(candidates_of_round(model, budget, watch))
@@ -187,6 +187,6 @@ def _check(experiments: Sequence[Experiment], given: Mapping[str, float], catalo
         raise NegativeAnswer(hindered.value)
 
 
-def _of_round(number: int, progress: Progress) -> Progress:
-    """Progress that says of which round a stage is."""
-    return lambda stage, done, total: progress(f"round {number}: {stage}", done, total)
+def _of(part: str, progress: Progress) -> Progress:
+    """Progress that says of which part of the work a stage is."""
+    return lambda stage, done, total: progress(f"{part}: {stage}", done, total)

@@ -17,8 +17,11 @@ import numpy as np
 from identification.budget import Budget
 from identification.data.experiment import Experiment
 from identification.data.grid import with_smooth_force
-from identification.estimators.noise_aware.resolution import MOST_BETWEEN, SWING
+from identification.estimators.fitted import Fit
+from identification.estimators.noise_aware.resolution import RESOLVED_BY_NODES
 from identification.estimators.order import swing
+from identification.estimators.output_error.problem import Problem
+from identification.estimators.output_error.replicates import following
 from identification.tracing import settings
 from identification.tracing.models.base import base_model, polished
 from identification.tracing.models.comparison import is_white
@@ -30,7 +33,7 @@ from identification.tracing.refine import CandidateFit, fit_on_chunks, refit_on_
 from identification.tracing.screen import Score
 from identification.uncertainty.bootstrap import replicate
 from recordings import NegativeAnswer, Progress, silent
-from simulator import BASE
+from simulator import BASE, kernel
 
 
 def null_probability(
@@ -78,7 +81,7 @@ def net_gain(model: Model, refit: Model, effect: str) -> float:
 def _clear_gain(model: Model) -> float:
     """The gain that is beyond doubt for recordings of such sampling."""
     spacing = max(s.dt for e in model.data.experiments for s in e.segments)
-    resolved = swing(model.values) * spacing < SWING * MOST_BETWEEN
+    resolved = swing(model.values) * spacing < RESOLVED_BY_NODES
     return settings.CLEAR_GAIN if resolved else settings.CLEAR_GAIN_UNRESOLVED
 
 
@@ -88,7 +91,8 @@ def _gain_of_replicate(
     """What an effect gains on one null replicate of a model; None where the model is not found again at all."""
     data = model.data
     pairs = ((data.experiments, data.fitted), (data.held_out_experiments, data.held_out))
-    fitted, held_out = (replicate(as_fit(model, with_smooth_force(*pair)), rng) for pair in pairs)
+    plants = [_in_full_order(as_fit(model, with_smooth_force(*pair))) for pair in pairs]
+    fitted, held_out = (replicate(plant, rng) for plant in plants)
     found = _found_again(model, fitted, held_out)
     if found is None:
         return None
@@ -102,6 +106,15 @@ def _gain_of_replicate(
     return 0.0 if refit is None else net_gain(found, refit, effect)
 
 
+def _in_full_order(found: Fit) -> Fit:
+    """A fit as a plant whose bristles swing, whatever order it was fitted in."""
+    if found.order == "full" or found.problem is None or found.minimum is None:
+        return found
+    full = kernel(found.kernel.effects, "force", found.kernel.catalogue)
+    problem = Problem(full, found.coordinates, found.problem.experiments)
+    return replace(found, problem=problem, minimum=replace(found.minimum, setting=following(found.values)))
+
+
 def _found_again(model: Model, fitted: list[Experiment], held_out: list[Experiment]) -> Model | None:
     """The same effects fitted to other recordings: a base model as at first, others from usual values of the base."""
     given, catalogue = model.data.given, model.data.catalogue
@@ -110,10 +123,11 @@ def _found_again(model: Model, fitted: list[Experiment], held_out: list[Experime
             return base_model(fitted, held_out, given, catalogue)
         except NegativeAnswer:
             return None
-    new = trial_data(fitted, held_out, given, catalogue).resolving(swing(model.values))
+    new = trial_data(fitted, held_out, given, catalogue)
+    new = new.resolving(swing(model.values)) if model.data.damped is None else new.damped_for(model.values)
     data = replace(
         model.data, fitted=new.fitted, held_out=new.held_out, experiments=new.experiments,
-        held_out_experiments=new.held_out_experiments,
+        held_out_experiments=new.held_out_experiments, damped=new.damped,
     )  # fmt: skip
     ends = continued(first_fits(replace(model, data=data), from_here=False))
     refit = ends[0].refitted_to(data) if ends else None

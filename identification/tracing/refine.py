@@ -9,13 +9,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from identification.estimators.estimate import Estimate, lean
-from identification.estimators.noise_aware.estimator import NoiseAware
 from identification.tracing import settings
 from identification.tracing.models.model import Model
 from identification.tracing.models.search import continued, differ, first_fits
 from identification.tracing.scan import strengths
 from identification.tracing.screen import Score, newton_step
-from identification.tracing.settings import PATH_FREEDOM
 
 
 @dataclass(frozen=True)
@@ -88,9 +86,9 @@ def _on_base_paths(base: Model, effect: str, values: Mapping[str, float], best_g
         )
 
     worth = max(settings.IDLE_GAIN, settings.SLOW_SHARE * best_gain)
-    work = NoiseAware(found.kernel, found.coordinates, found.data.fitted, PATH_FREEDOM, worth)
-    end = work.descend(found.estimate, settings.REFIT_STEPS, hopeless)
-    return replace(found, estimate=lean(end))
+    work = found.data.estimator(found.effects, worth=worth)
+    end = work.refit(found.estimate.theta, found.estimate.paths, settings.REFIT_STEPS, hopeless)
+    return None if end is None else replace(found, estimate=lean(end))
 
 
 def worth_refitting(base: Model, fits: Sequence[CandidateFit]) -> dict[str, CandidateFit]:

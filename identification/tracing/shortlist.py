@@ -75,7 +75,8 @@ def _shortlist(base: Model, scores: Sequence[Score], refits: Refits, complete: M
     lacks = base.data.imposed or not is_white(base)
     if complete is not None:
         enough = settings.GAIN_SHARE * gain_of(base, complete)
-        alike = [s for s in promising if max(s.gain, gain[s.effect]) > enough]  # a refit may have failed
+        # a refit may have failed, but hardly one that looked for new paths
+        alike = [s for s in promising if base.data.damped is None and max(s.gain, gain[s.effect]) > enough]
         fall = base.estimate.loss - complete.estimate.loss
         unclear = lacks and fall < settings.COMPLETE_LOSS - 1  # as much may still be missing unseen
         return [s for s in scores if s in alike or (unclear and is_imitated(base, s))]

@@ -14,7 +14,7 @@ import numpy as np
 from identification.data.experiment import Experiment, Segment, noisy
 from identification.data.grid import grids
 from identification.estimators.fit import fit
-from identification.estimators.fitted import Fit
+from identification.estimators.fitted import Fit, held
 from identification.estimators.noise_aware.damped import damped_for
 from identification.estimators.noise_aware.fit import noise_aware_for
 from identification.estimators.output_error.replicates import replicates
@@ -120,9 +120,8 @@ def _refitted(found: Fit, experiments: list[Experiment]) -> Array | None:
     """The parameter vector of a replicate: a noise-aware fit goes on from the estimate, another starts from nothing."""
     c = found.coordinates
     if found.estimate is None:
-        held = {n: v for n, v, is_free in zip(c.names, c.base.tolist(), c.free, strict=True) if not is_free}
         again = fit(
-            experiments, effects=found.kernel.effects, given=held, estimator="output-error",
+            experiments, effects=found.kernel.effects, given=held(found), estimator="output-error",
             catalogue=found.kernel.catalogue,
         )  # fmt: skip
         return again.p if again.outcome.usable else None

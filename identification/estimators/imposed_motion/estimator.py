@@ -8,7 +8,7 @@ starts where the output-error fit of `fit.py` has led, and says there how the tw
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -48,6 +48,13 @@ class ImposedMotion:
         found = [self._line(grid, p) for grid in self.grids]
         pairs = [pair for pair in found if pair is not None]
         return self._estimate(theta, pairs) if len(pairs) == len(found) else None
+
+    def refit(
+        self, theta: Array, paths: Sequence[Array], steps: int, _vain: Callable[[Estimate], bool] | None = None
+    ) -> Estimate | None:
+        """`fit`: no path is left over."""
+        now = self.along(theta, paths, 0)
+        return None if now is None else self.descend(now, steps)
 
     def descend(self, now: Estimate, steps: int) -> Estimate:
         """The estimate after at most so many Gauss-Newton steps."""

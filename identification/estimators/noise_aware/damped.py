@@ -7,7 +7,7 @@ that are set back to the data. A step of a path that does harm in a stretch is t
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -53,10 +53,38 @@ class DampedNoiseAware(NoiseAware):
         diverges.
         """
         p = self.coordinates.p(theta)
-        indices = range(len(self.grids))
-        paths = each(lambda i: self._best_of(i, p, [first_path(self.kernel, self.grids[i], p)]), indices)
-        known = [path for path in paths if path is not None]
-        return self.along(theta, known, steps) if len(known) == len(paths) else None
+        return self._along_best_of(theta, each(lambda grid: [first_path(self.kernel, grid, p)], self.grids), steps)
+
+    def refit(
+        self, theta: Array, paths: Sequence[Array], steps: int, vain: Callable[[Estimate], bool] | None = None
+    ) -> Estimate | None:
+        """The estimate after descents: first along paths that another model left, then each along new paths, as long as
+        that helps. None where the model diverges.
+        """
+        best = super().refit(theta, paths, steps, vain)
+        return self.on_new_paths(theta if best is None else best.theta, best, vain)
+
+    def on_new_paths(
+        self, theta: Array, best: Estimate | None = None, vain: Callable[[Estimate], bool] | None = None
+    ) -> Estimate | None:
+        """The end of descents from theta (m,), each along new paths, as long as that helps. None where the model
+        diverges. best : the estimate so far, where there is one; vain : whether it is, to go on.
+
+        The smoother holds on to slips that a path has, and to rests; the model at better parameters has others.
+        """
+        for _ in range(ROUNDS):
+            if best is not None and vain is not None and vain(best):
+                break
+            start = self.start(theta)
+            if start is None:
+                break
+            end = self.descend(start, STEPS, vain)
+            fall = float("inf") if best is None else best.cost - end.cost
+            best = lean(end) if fall > 0 or best is None else best
+            if fall < NOTABLE or end.loss > HOPELESS:
+                break
+            theta = end.theta
+        return best
 
     def relaxed(self, i: int, p: Array, path: Array, steps: int) -> tuple[Array, Innovations] | None:
         """A path of grid i after so many steps to the smoothed one, and the innovations about it; None where the model
@@ -90,10 +118,7 @@ class DampedNoiseAware(NoiseAware):
         trial = self.along(theta, moved, 0)
         if not self.dense or (trial is not None and trial.cost < now.cost + EQUAL):
             return trial
-        p = self.coordinates.p(theta)
-        paths = each(lambda i: self._best_of(i, p, [moved[i], now.paths[i]]), range(len(self.grids)))
-        known = [path for path in paths if path is not None]
-        return self.along(theta, known, RESTING) if len(known) == len(paths) else None
+        return self._along_best_of(theta, [list(pair) for pair in zip(moved, now.paths, strict=True)], RESTING)
 
     @property
     def last_stages(self) -> Stages:
@@ -104,6 +129,13 @@ class DampedNoiseAware(NoiseAware):
     def strict_freedom(self) -> PathFreedom:
         """The freedom of the paths by which ends of fits are judged."""
         return self.freedom
+
+    def _along_best_of(self, theta: Array, paths: Sequence[Sequence[Array | None]], steps: int) -> Estimate | None:
+        """The estimate along the best of some paths for every grid, after so many steps of them."""
+        p = self.coordinates.p(theta)
+        best = each(lambda i: self._best_of(i, p, paths[i]), range(len(self.grids)))
+        known = [path for path in best if path is not None]
+        return self.along(theta, known, steps) if len(known) == len(best) else None
 
     def _best_of(self, i: int, p: Array, paths: Sequence[Array | None]) -> Array | None:
         """Of some paths of grid i (n, n_states), and one that is set back to the data, in every stretch the one about
@@ -136,9 +168,17 @@ def damped_for(
 ) -> DampedNoiseAware:
     """The estimator for the grids of some experiments, with nodes and sub-steps that resolve a slip of theta (m,)."""
     with_error = kernel(valve.effects, "force with error", valve.catalogue, damped=True)
-    freedom = replace(FREEDOM, h_max=sub_step(coordinates.values(theta)) / FINER)
-    nodes = [grid.divided(max(1, round(float(np.median(np.diff(grid.t))) / WIDEST))) for grid in segment_grids]
-    return DampedNoiseAware(with_error, coordinates, nodes, freedom)
+    return DampedNoiseAware(with_error, coordinates, close(segment_grids), freedom_for(coordinates.values(theta)))
+
+
+def freedom_for(values: Mapping[str, float]) -> PathFreedom:
+    """The freedom of paths whose sub-steps resolve a slip, for parameters by full name."""
+    return replace(FREEDOM, h_max=sub_step(values) / FINER)
+
+
+def close(segment_grids: Sequence[Grid]) -> list[Grid]:
+    """Grids with nodes close enough for a slip."""
+    return [grid.divided(max(1, round(float(np.median(np.diff(grid.t))) / WIDEST))) for grid in segment_grids]
 
 
 def best_on_chunks(whole: DampedNoiseAware, starts: Sequence[Array], progress: Progress = silent) -> Estimate | None:
@@ -148,29 +188,11 @@ def best_on_chunks(whole: DampedNoiseAware, starts: Sequence[Array], progress: P
     small, ends = replace(whole, grids=chunks(whole.grids, CHUNK, CHUNK_S)), list[Estimate]()
     for done, start in enumerate(starts):
         progress("search on chunks", done, len(starts))
-        end = _on_new_paths(small, start)
+        end = small.on_new_paths(start)
         ends += [] if end is None else [end]
         if end is not None and end.loss < RIGHT:
             break
     return min(ends, key=lambda end: end.cost) if ends else None
-
-
-def _on_new_paths(work: DampedNoiseAware, theta: Array) -> Estimate | None:
-    """The end of descents from theta (m,), each along new paths, as long as that helps. None where the model diverges.
-
-    The smoother holds on to slips that a path has, and to rests; the model at better parameters has others.
-    """
-    best: Estimate | None = None
-    for _ in range(ROUNDS):
-        end = work.fit(theta, STEPS)
-        if end is None:
-            break
-        fall = float("inf") if best is None else best.cost - end.cost
-        best = lean(end) if fall > 0 or best is None else best
-        if fall < NOTABLE or end.loss > HOPELESS:
-            break
-        theta = end.theta
-    return best
 
 
 def on_whole_recordings(whole: DampedNoiseAware, theta: Array) -> Estimate | None:

@@ -165,6 +165,13 @@ class NoiseAware:
                 break
         return replace(now, settled=settled)
 
+    def refit(
+        self, theta: Array, paths: Sequence[Array], steps: int, vain: Callable[[Estimate], bool] | None = None
+    ) -> Estimate | None:
+        """The estimate after a descent along paths that another model left. None where the model diverges."""
+        now = self.along(theta, paths, 0)
+        return None if now is None else self.descend(now, steps, vain)
+
     def trial(self, now: Estimate, step: Array) -> Estimate | None:
         """The estimate a step further, after as many steps of its paths as it needs to cost less, within reason."""
         trial = self.along(now.theta + step, self.moved(now, step), 0)

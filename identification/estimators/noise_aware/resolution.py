@@ -15,6 +15,10 @@ SWING, MOST_BETWEEN = 0.75, 2
 """Radians of a swing between nodes, and nodes per sample that are spent on it at most."""
 
 
+RESOLVED_BY_NODES = SWING * MOST_BETWEEN
+"""Radians of a swing between samples that so many nodes resolve."""
+
+
 def quickest(coordinates: Coordinates, starts: Sequence[Array]) -> float:
     """The largest `swing` [rad/s] of several starts (m,): one of them may have a mass of tons."""
     return max(swing(coordinates.values(theta)) for theta in starts)

@@ -10,6 +10,7 @@ International Economic Review 40(2), 1999).
 from __future__ import annotations
 
 import functools
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -95,10 +96,14 @@ def _in_full_order(problem: Problem, theta: Array) -> list[Array] | None:
     """The positions (n_samples,) of each segment by free runs in full order and fine steps; None where they diverge."""
     full = kernel(problem.kernel.effects, "force", problem.kernel.catalogue)
     curved = Problem(full, problem.coordinates, [_curved(e) for e in problem.experiments])
-    fine = max(FINE / swing(problem.coordinates.values(theta)), FINEST)
-    answers = curved.responses(curved.start(theta), ResidualForm(fine))
+    answers = curved.responses(curved.start(theta), following(problem.coordinates.values(theta)))
     predicted = [answer.predicted[::BETWEEN] for answer in answers if answer is not None]
     return predicted if len(predicted) == len(answers) else None
+
+
+def following(values: Mapping[str, float]) -> ResidualForm:
+    """Free runs in steps that follow the swing of the mass on its bristles, for parameters by full name."""
+    return ResidualForm(max(FINE / swing(values), FINEST))
 
 
 def _curved(e: Experiment) -> Experiment:

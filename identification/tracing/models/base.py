@@ -11,12 +11,13 @@ from identification.data.experiment import Experiment, imposed
 from identification.data.grid import with_smooth_force
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.estimate import lean
-from identification.estimators.fitted import Outcome
+from identification.estimators.fit import fit, order_for_paths
+from identification.estimators.fitted import Fit, Outcome, held
 from identification.estimators.imposed_motion.fit import fit_imposed_motion
 from identification.estimators.imposed_motion.grid import imposed_grids, showing
 from identification.estimators.noise_aware.estimator import NoiseAware
 from identification.estimators.noise_aware.fit import smoothed_starts
-from identification.estimators.noise_aware.resolution import quickest
+from identification.estimators.noise_aware.resolution import RESOLVED_BY_NODES, quickest
 from identification.estimators.noise_aware.search import best_on_chunks as best_of_starts
 from identification.estimators.noise_aware.search import on_chunks
 from identification.tracing import settings
@@ -24,7 +25,7 @@ from identification.tracing.models.comparison import is_white
 from identification.tracing.models.model import Model
 from identification.tracing.models.search import best_model_on_chunks
 from identification.tracing.models.trial_data import TrialData, trial_data
-from recordings import NegativeAnswer
+from recordings import NegativeAnswer, Progress, silent
 from simulator import BASE, Catalogue, kernel
 
 
@@ -33,12 +34,18 @@ def base_model(
     held_out: Sequence[Experiment],
     given: Mapping[str, float],
     catalogue: Catalogue,
+    progress: Progress = silent,
 ) -> Model:
     """The base model of a trace. Where the motion is imposed the force is predicted, and likewise without a spring,
-    where a free run integrates every error of the model. Raises NegativeAnswer where it cannot be fitted.
+    where a free run integrates every error of the model. Where not even nodes between samples resolve the bristle it is
+    the fit without starting values, in damped order. Raises NegativeAnswer where it cannot be fitted.
     """
     if experiments[0].causality == "motion" or given.get("spring.K") == 0.0:
         return _force_predicting(experiments, held_out, given, catalogue)
+    if order_for_paths(experiments, given, catalogue, RESOLVED_BY_NODES) != "full":
+        first = fit(experiments, given=given, catalogue=catalogue, progress=progress)
+        if first.order != "full":
+            return _damped(first, trial_data(experiments, held_out, held(first), catalogue))
     return _noise_aware(trial_data(experiments, held_out, given, catalogue))
 
 
@@ -66,6 +73,20 @@ def _force_predicting(
     if found is None:
         raise NegativeAnswer(Outcome.DIVERGED.value)
     return Model(BASE, data, lean(found))
+
+
+def _damped(first: Fit, data: TrialData) -> Model:
+    """The base model of a fit in damped order; where that was made in windows, the estimate goes on from its values."""
+    if not first.outcome.usable:
+        raise NegativeAnswer(first.outcome.value)
+    data = data.damped_for(first.values)
+    work = data.estimator(BASE)
+    theta, known = work.coordinates.theta(first.p), first.estimate
+    found = work.fit(theta, settings.REFIT_STEPS) if known is None else work.along(theta, known.paths, 0)
+    if found is None:
+        raise NegativeAnswer(Outcome.DIVERGED.value)
+    kept = first if known is None else replace(first, estimate=lean(known))
+    return replace(with_stiffness_growth(polished(Model(BASE, data, lean(found)))), fit=kept)
 
 
 def _noise_aware(data: TrialData) -> Model:
@@ -119,7 +140,7 @@ def polished(model: Model) -> Model:
     What lacks an effect has many ends that differ by hundreds in cost, by its paths alone. Candidates are fitted on new
     paths, so the model that they are compared with must have been, too: or any of them explains that difference.
     """
-    if is_white(model):
+    if is_white(model) or model.data.damped is not None:  # there every refit looks for new paths
         return min(model, model.refitted(), key=lambda m: m.cost)
     here, other = _refitted_repeatedly(model), best_model_on_chunks(model)
     there = None if other is None else other.refitted_to(model.data)

@@ -9,7 +9,7 @@ from scipy.stats import norm
 from scipy.stats import t as student
 
 from identification.data.grid import Grid
-from identification.estimators.estimate import OUTLIER, Estimate
+from identification.estimators.estimate import OUTLIER, ROUGH_LOSS, ROUGH_OUTLIERS, Estimate
 from identification.estimators.least_squares import cauchy
 from identification.tracing import settings
 from identification.tracing.models.model import Model
@@ -69,26 +69,30 @@ class Whiteness:
         return self.loss - settings.COMPLETE_LOSS
 
 
-def whiteness(estimate: Estimate) -> Whiteness:
+def whiteness(estimate: Estimate, *, resolved: bool = True) -> Whiteness:
     """Test of the position's innovations: their mean loss, of independent samples if the model is complete, and their
-    outliers.
+    outliers. resolved : break-away is, by the sampling; otherwise what its linearisation leaves counts as noise, as it
+    does where a fit has converged.
     """
+    complete, most = (settings.COMPLETE_LOSS, settings.MAX_OUTLIERS) if resolved else (ROUGH_LOSS, ROUGH_OUTLIERS)
     of_one = settings.LOSS_SPREAD if np.isfinite(estimate.tuning) else settings.SQUARE_SPREAD
     spread = of_one / np.sqrt(estimate.samples)
-    p_value = float(norm.sf((estimate.loss - settings.COMPLETE_LOSS) / spread))
-    if estimate.outliers > settings.MAX_OUTLIERS:
+    p_value = float(norm.sf((estimate.loss - complete) / spread))
+    if estimate.outliers > most:
         p_value = min(p_value, float(norm.sf(OUTLIER)))
     return Whiteness(p_value > settings.WHITE_LEVEL, p_value, estimate.loss, estimate.outliers)
 
 
 def fitted_whiteness(model: Model) -> Whiteness:
     """The test on the fitted grids."""
-    return whiteness(model.estimate)
+    return whiteness(model.estimate, resolved=model.data.damped is None)
 
 
 def held_out_whiteness(model: Model) -> Whiteness:
     """The test on the held-out grids; failed where the model has no solution on them."""
-    return whiteness(model.held_out) if model.held_out is not None else Whiteness(False, 0.0, float("inf"), 1.0)
+    if model.held_out is None:
+        return Whiteness(False, 0.0, float("inf"), 1.0)
+    return whiteness(model.held_out, resolved=model.data.damped is None)
 
 
 def is_white(model: Model) -> bool:

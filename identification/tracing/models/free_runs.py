@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from identification.data.experiment import Experiment, imposed
 from identification.data.grid import with_smooth_force
+from identification.estimators.damped import order_bias
 from identification.estimators.fitted import FREE_STEP, Fit, fit_of, fit_of_free_runs
 from identification.estimators.noise_aware.estimator import NoiseAware
 from identification.estimators.output_error.homotopy import Minimum
@@ -20,7 +22,7 @@ from identification.tracing.models.model import Model
 from identification.tracing.models.trial_data import TrialData
 from identification.uncertainty.covariance import uncertainty_of
 from recordings import Recording
-from simulator import kernel
+from simulator import Causality, kernel
 
 
 def free_run_experiments(data: TrialData) -> tuple[list[Experiment], list[Experiment]]:
@@ -33,29 +35,50 @@ def free_run_experiments(data: TrialData) -> tuple[list[Experiment], list[Experi
 
 def as_fit(model: Model, experiments: Sequence[Experiment]) -> Fit:
     """The model as a fit to experiments, whose force is smoothed unless it is what the model predicts."""
-    valve = kernel(model.effects, "motion" if model.data.imposed else "force", model.data.catalogue)
+    damped = model.data.damped
+    causality: Causality = "motion" if model.data.imposed else "force"
+    valve = kernel(model.effects, causality, model.data.catalogue, damped=damped is not None)
     problem, estimate = Problem(valve, model.coordinates, experiments), model.estimate
     if model.data.imposed:
         unknowns = problem.start(estimate.theta)
         minimum = Minimum(unknowns, estimate.normal, ResidualForm(0.0), 0, estimate.settled)
         return fit_of_free_runs(valve, model.coordinates, problem, minimum)
-    minimum = Minimum(problem.start(estimate.theta), estimate.normal, ResidualForm(FREE_STEP), 0, estimate.settled)
+    form = ResidualForm(FREE_STEP if damped is None else damped.h_max)
+    minimum = Minimum(problem.start(estimate.theta), estimate.normal, form, 0, estimate.settled)
     work = model.data.estimator(model.effects)
     assert isinstance(work, NoiseAware)
-    return fit_of(estimate, work, problem, minimum)
+    return replace(fit_of(estimate, work, problem, minimum), order="full" if damped is None else "damped")
 
 
 def identification_of(
     model: Model, recordings: Sequence[Recording], experiments: Sequence[Experiment], held_out: Sequence[Experiment]
 ) -> Identification:
-    """The model with its free runs on the fitted and the held-out experiments, as after a fit."""
-    fit = as_fit(model.with_path_steps(0), experiments)  # with the derivatives, which models that are kept do without
+    """The model with its free runs on the fitted and the held-out experiments, as after a fit: the fit itself, where it
+    is one.
+    """
+    fit = _known(model, experiments) if model.fit is None else _with_derivatives(model.fit)
     runs, others = free_runs(fit, experiments, fitted=False), free_runs(fit, held_out, fitted=False)
     known = uncertainty_of(fit)
     check = crosscheck(fit, model.data.experiments, known)
     quality: dict[str, object] = {"crosscheck": check.sentence}
     stored = valve_model(fit, known, recordings, experiments, {"fit": runs, "holdout": others}, quality)
     return Identification(fit, known, stored, runs, others, check, ())
+
+
+def _with_derivatives(found: Fit) -> Fit:
+    """A fit with the derivatives of its estimate, which one that is kept does without."""
+    if found.estimate is None or found.noise_aware is None:
+        return found
+    estimate = found.noise_aware.along(found.estimate.theta, found.estimate.paths, 0)
+    return found if estimate is None else replace(found, estimate=replace(estimate, settled=found.estimate.settled))
+
+
+def _known(model: Model, experiments: Sequence[Experiment]) -> Fit:
+    """The model as a fit with what its uncertainty needs: derivatives, which kept models do without, and the bias of
+    its order.
+    """
+    found = as_fit(model.with_path_steps(0), experiments)
+    return found if found.order == "full" else replace(found, bias=order_bias(found))
 
 
 def holdout_rmse(model: Model, experiments: Sequence[Experiment], held_out: Sequence[Experiment]) -> float:

@@ -11,21 +11,23 @@ import numpy as np
 from identification.data.grid import Grid
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.estimate import Estimate, lean
-from identification.estimators.noise_aware.linearised_model import PathFreedom
+from identification.estimators.fitted import Fit
 from identification.tracing import settings
 from identification.tracing.models.trial_data import TrialData
-from identification.tracing.settings import PATH_FREEDOM
 from recordings import Array
 from simulator import Kernel
 
 
 @dataclass(frozen=True)
 class Model:
-    """Effects with their estimate on the fitted grids. effects : ids in the order of the catalogue."""
+    """Effects with their estimate on the fitted grids. effects : ids in the order of the catalogue; fit : of which the
+    estimate goes on, None where it came of others.
+    """
 
     effects: tuple[str, ...]
     data: TrialData
     estimate: Estimate
+    fit: Fit | None = None
 
     @property
     def kernel(self) -> Kernel:
@@ -92,13 +94,15 @@ class Model:
 
     def refitted(self) -> Model:
         """The same effects after further steps."""
-        return self.descended(PATH_FREEDOM, settings.REFIT_STEPS)
+        return self.descended(settings.REFIT_STEPS)
 
-    def descended(self, freedom: PathFreedom, steps: int) -> Model:
-        """The same effects after so many further steps, or until two of them change little."""
-        work = self.data.estimator(self.effects, freedom, settings.IDLE_GAIN)
-        now = work.along(self.estimate.theta, self.estimate.paths, 0)
-        return self if now is None else replace(self, estimate=lean(work.descend(now, steps)))
+    def descended(self, steps: int, *, coarse: bool = False) -> Model:
+        """The same effects after so many further steps, or until two of them change little. coarse : in longer
+        sub-steps.
+        """
+        work = self.data.estimator(self.effects, coarse=coarse, worth=settings.IDLE_GAIN)
+        end = work.refit(self.estimate.theta, self.estimate.paths, steps)
+        return self if end is None else Model(self.effects, self.data, lean(end))
 
     def refitted_to(self, data: TrialData) -> Model | None:
         """These parameters fitted on to other data, on new paths. None where that diverges."""

@@ -33,7 +33,7 @@ def first_fits(
     """
     effects = model.data.in_order(*model.effects, *effect)
     data, _ = model.data.on_chunks()
-    work = data.estimator(effects, freedom=settings.CHUNK_FREEDOM)
+    work = data.estimator(effects, coarse=True)
     known = {k: v for e in effect for k, v in model.data.defaults(e).items()} | model.values | dict(values or {})
     theta = work.coordinates.theta(work.kernel.vector(known))
     usual = usual_values(work.coordinates, theta)[:1]
@@ -49,7 +49,7 @@ def first_fits(
 def continued(fits: Sequence[Model]) -> list[Model]:
     """First fits continued, best first."""
     steps = settings.CHUNK_STEPS - settings.FIRST_STEPS
-    return sorted((fit.descended(settings.CHUNK_FREEDOM, steps) for fit in fits), key=lambda end: end.cost)
+    return sorted((fit.descended(steps, coarse=True) for fit in fits), key=lambda end: end.cost)
 
 
 def imitations(model: Model, effect: str) -> list[Mapping[str, float]]:

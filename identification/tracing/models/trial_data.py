@@ -12,6 +12,7 @@ from identification.data.experiment import Experiment, Segment
 from identification.data.grid import Grid, grids
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.imposed_motion.estimator import ImposedMotion
+from identification.estimators.noise_aware.damped import DampedNoiseAware, close, freedom_for
 from identification.estimators.noise_aware.estimator import NoiseAware
 from identification.estimators.noise_aware.linearised_model import PathFreedom
 from identification.estimators.noise_aware.resolution import resolving
@@ -31,7 +32,8 @@ class TrialData:
     segments; given : parameters that are held, by full name, SI units; travel : lowest and highest position seen [m];
     force_std : standard deviation of the force [N]; catalogue : the effects that exist; candidates : those of them that
     can show in what is predicted; imposed : whether the motion is, and the force is predicted; max_stiffness : bound on
-    the stiffness of the bristles [N/m], max_mass : on the mass [kg], since either can swallow what is missing.
+    the stiffness of the bristles [N/m], max_mass : on the mass [kg], since either can swallow what is missing; damped :
+    freedom of the paths in damped order, None where the sampling resolves the bristle.
     """
 
     experiments: tuple[Experiment, ...]
@@ -46,6 +48,7 @@ class TrialData:
     imposed: bool = False
     max_stiffness: float = float("inf")
     max_mass: float = float("inf")
+    damped: PathFreedom | None = None
 
     @property
     def stroke(self) -> float:
@@ -75,6 +78,11 @@ class TrialData:
             self, fitted=tuple(resolving(self.fitted, omega)), held_out=tuple(resolving(self.held_out, omega))
         )
 
+    def damped_for(self, values: Mapping[str, float]) -> TrialData:
+        """The same in damped order, with nodes and steps close enough for a slip, for parameters by full name."""
+        fitted, held_out = (tuple(close(some)) for some in (self.fitted, self.held_out))
+        return replace(self, fitted=fitted, held_out=held_out, damped=freedom_for(values))
+
     def in_order(self, *effects: str) -> tuple[str, ...]:
         """Effects in the order of the catalogue."""
         return tuple(e for e in self.catalogue.ids if e in effects)
@@ -89,7 +97,9 @@ class TrialData:
 
     def kernel(self, effects: tuple[str, ...]) -> Kernel:
         """The kernel of some effects by which they are fitted."""
-        return kernel(effects, "motion" if self.imposed else "force with error", self.catalogue)
+        if self.imposed:
+            return kernel(effects, "motion", self.catalogue)
+        return kernel(effects, "force with error", self.catalogue, damped=self.damped is not None)
 
     def coordinates(self, effects: tuple[str, ...]) -> Coordinates:
         """The coordinates of some effects: known constants and given parameters are held."""
@@ -102,13 +112,16 @@ class TrialData:
             free, upper=np.minimum(free.upper, np.array([bounds.get(name, np.inf) for name in free.names]))
         )  # fmt: skip
 
-    def estimator(
-        self, effects: tuple[str, ...], freedom: PathFreedom = settings.PATH_FREEDOM, worth: float = 0.0
-    ) -> PathEstimator:
-        """The fit of some effects to the fitted grids. freedom, worth : of `NoiseAware`, which alone has paths."""
+    def estimator(self, effects: tuple[str, ...], *, coarse: bool = False, worth: float = 0.0) -> PathEstimator:
+        """The fit of some effects to the fitted grids. coarse : in longer sub-steps, in full order; worth : of
+        `NoiseAware`, which alone has paths.
+        """
         target, free = self.kernel(effects), self.coordinates(effects)
         if self.imposed:
             return ImposedMotion(target, free, self.fitted)
+        if self.damped is not None:
+            return DampedNoiseAware(target, free, self.fitted, self.damped, worth)
+        freedom = settings.CHUNK_FREEDOM if coarse else settings.PATH_FREEDOM
         return NoiseAware(target, free, self.fitted, freedom, worth)
 
 

@@ -1,0 +1,74 @@
+"""Tracing where the sampling does not resolve the bristle: in damped order, from the fit that `identify` makes."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+from stiff_valves import STIFF, stem_test
+
+from identification import Trace, experiment, identify, trace
+from identification.data.grid import grids
+from identification.estimators.coordinates import Coordinates
+from identification.estimators.noise_aware.damped import damped_for
+from identification.estimators.noise_aware.search import RIGHT
+from recordings import Recording
+from simulator import BASE, CATALOGUE, kernel
+
+SPOT = {"a": 0.6, "b": 0.0, "x0": 0.02, "w": 0.003}
+"""Friction rises by 60 % in a bell of 3 mm at 20 mm."""
+EFFECT = "position_dependent_friction"
+
+
+def with_tight_spot(rate: float) -> list[Recording]:
+    """The recordings of a stem test of a stiff valve with a tight spot, at a rate [Hz]."""
+    effects = tuple(e for e in CATALOGUE.ids if e in (*BASE, EFFECT))
+    return stem_test(rate, values={f"{EFFECT}.{name}": value for name, value in SPOT.items()}, effects=effects)
+
+
+def told(recordings: list[Recording]) -> Trace:
+    """A trace of some recordings, and what it took, printed."""
+    start = time.process_time()
+    found = trace(recordings)
+    errors = [(found.error[side]["report"] or {}).get("rmse_m") for side in ("before", "after")]
+    print(found.verdict, found.values, "free-run error [m]:", errors, f"{time.process_time() - start:.0f} s")
+    return found
+
+
+def test_a_recording_that_begins_near_break_away_rests_there():
+    """Between Coulomb and static friction, where a bristle that holds no more than Coulomb friction would creep."""
+    [sine] = stem_test(200.0, ("sine:90",))
+    [segment] = experiment(sine).segments
+    held = np.abs(segment.u - STIFF["spring.K"] * segment.motion.x - STIFF["spring.F0"]) / STIFF["lugre.fc"]
+    near = int(np.flatnonzero((segment.motion.crept == 0.0) & (held > 1.2))[0])
+    assert held[near] < STIFF["lugre.fs"] / STIFF["lugre.fc"]
+    e = experiment(sine).with_segments((segment.part(near, near + 400),))
+    coordinates = Coordinates.of(kernel(BASE), {}, 700.0)
+    theta = coordinates.theta_of(STIFF)
+    estimate = damped_for(kernel(BASE), coordinates, grids([e]), theta).start(theta, 10)
+    assert estimate is not None
+    assert estimate.loss < RIGHT
+
+
+@pytest.mark.slow
+def test_a_trace_starts_from_what_identify_says_of_the_same_recordings():
+    *fitted, held_out = stem_test(100.0, ("staircase:12", "sine:12", "sine:10"))
+    base = trace(fitted, holdout=[held_out], budget=1.0).base
+    alone = identify(fitted, check=False)
+    assert base.fit.order == alone.fit.order == "damped"
+    assert base.model.values == alone.model.values
+    assert base.uncertainty.status == alone.uncertainty.status
+
+
+@pytest.mark.long
+def test_a_tight_spot_is_named_with_its_place():
+    found = told(with_tight_spot(200.0))
+    assert found.effects_added == (EFFECT,)
+    assert found.values[f"{EFFECT}.x0"] == pytest.approx(SPOT["x0"], abs=3e-4)
+    assert found.values[f"{EFFECT}.a"] == pytest.approx(SPOT["a"], rel=0.02)
+
+
+@pytest.mark.long
+def test_the_same_valve_without_one_lacks_nothing():
+    assert told(stem_test(200.0)).verdict == "none"
