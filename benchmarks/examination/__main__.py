@@ -1,0 +1,89 @@
+"""Draw, run and write the examination of a release.
+
+    python -m benchmarks.examination --seed 1234 --cases fit=20,trace=20,monitor=10,assess=20,emps=1
+    python -m benchmarks.examination --cases fit=4,assess=4 --write       the seed is the commit's
+
+Without --seed it is the first 32 bits of the commit. Every finished case is a line of the results file, and an
+examination that is started again goes on behind them. --write adds the score to docs/examinations.md, once.
+"""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+import json
+import os
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+from benchmarks.examination.score import append, scores, section
+from benchmarks.examination.subjects import SUBJECTS, Row, examine
+from benchmarks.machine import machine
+
+DEFAULT = "fit=12,trace=12,monitor=6,assess=12,emps=1"
+
+
+def asked_cases(text: str) -> list[tuple[str, int]]:
+    """``fit=2,assess=1`` as subjects and numbers of cases; raises argparse's error for anything else."""
+    found = []
+    for item in text.split(","):
+        name, _, count = item.partition("=")
+        if name not in SUBJECTS or not count.isdigit():
+            raise argparse.ArgumentTypeError(f"{item!r} is no SUBJECT=NUMBER; subjects are {', '.join(SUBJECTS)}")
+        found += [(name, case) for case in range(int(count))]
+    return found
+
+
+def taken(cases: list[tuple[str, int]], seed: int, path: Path) -> list[Row]:
+    """The rows of all cases: those that the file has, and the others as they are examined."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    known = [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
+    rows = {(row["subject"], row["case"]): row for row in known if row["seed"] == seed}
+    with path.open("a") as file:
+        for subject, case in cases:
+            if (subject, case) not in rows:
+                row = examine(subject, case, seed)
+                rows[subject, case] = row
+                file.write(json.dumps(row) + "\n")
+                file.flush()
+                print(json.dumps(row), flush=True)
+    return [rows[case] for case in cases]
+
+
+def commit() -> str:
+    """The commit that is examined; a tree with changes is said to be one."""
+    def git(*words: str) -> str:
+        return subprocess.run(["git", *words], capture_output=True, text=True, check=True).stdout.strip()
+
+    return git("rev-parse", "HEAD") + (" with changes" if git("status", "--porcelain", "-uno") else "")
+
+
+def main() -> None:
+    """Run what is asked for, print the score, and write it where that is asked for."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seed", type=int, help="of all draws; by default the first 32 bits of the commit")
+    parser.add_argument("--cases", type=asked_cases, default=asked_cases(DEFAULT), help=f"by default {DEFAULT}")
+    parser.add_argument("--results", type=Path, default=Path("build/examination.jsonl"))
+    parser.add_argument("--write", action="store_true", help="add the score to docs/examinations.md")
+    chosen = parser.parse_args()
+    head = commit()
+    if chosen.write and head.endswith("changes"):
+        sys.exit("the tree has changes; commit them, then examine the commit")
+    seed = int(head[:8], 16) if chosen.seed is None else chosen.seed
+    rows = taken(chosen.cases, seed, chosen.results)
+    version = tomllib.loads(Path("pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
+    processor_s = sum(row["processor_s"] for row in rows)
+    about = (
+        f"Commit {head[:12]}, seed {seed}, {datetime.datetime.now(datetime.UTC).date()}. "
+        f"{machine('numpy', 'casadi')}; load {os.getloadavg()[0]:.0f}; {processor_s / 60:.0f} minutes of processor time."
+    )
+    text = section(f"{version}, seed {seed}", [about, "", *scores(rows)])
+    print(text)
+    if chosen.write:
+        append(text)
+
+
+if __name__ == "__main__":
+    main()

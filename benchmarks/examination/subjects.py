@@ -1,0 +1,132 @@
+"""The subjects of the examination. Each takes a case and returns a row: what was asked, what was answered, how right it is."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+import bristle as br
+from benchmarks import real
+from benchmarks.examination import draws, process
+from benchmarks.examination.plant import Valve, run
+from recordings import BadInput, NegativeAnswer, Recording
+
+Row = dict[str, Any]
+RATES = (50.0, 100.0, 200.0)
+TRUTH = {
+    "mass.m": "m", "spring.K": "K", "spring.F0": "F0", "lugre.fc": "fc", "lugre.fs": "fs", "lugre.vs": "vs",
+    "lugre.sigma0": "sigma0", "lugre.sigma1": "sigma1", "lugre.sigma2": "sigma2",
+}  # fmt: skip
+TRACE_BUDGET_S = 240.0
+LEARNED_S, HEALTHY_S, WORN_S = 600.0, 1800.0, 600.0
+WATCHED_HZ = 20.0
+WISH = 30.0
+"""False alarms a month that the monitor is allowed."""
+CAUSES = ("stiction", "tuning", "disturbance")
+
+
+def fit(rng: np.random.Generator) -> Row:
+    """Relative errors of all parameters, and which of the reported 95 % intervals hold the truth."""
+    valve, rate = draws.valve(rng), float(rng.choice(RATES))
+    recordings, judging = draws.experiments(valve, rate, rng)
+    found = br.fit(recordings, holdout=judging, crosscheck=False)
+    truth = {name: float(getattr(valve, field)) for name, field in TRUTH.items()}
+    errors = {name: found.values[name] / true - 1.0 for name, true in truth.items()}
+    holds = {
+        name: bool(abs(found.values[name] - truth[name]) <= 1.96 * std)
+        for name, std in found.uncertainty.std.items()
+        if name in truth and np.isfinite(std)
+    }
+    return {
+        "asked": f"{rate:g} Hz", "converged": bool(found.converged), "errors": errors, "holds": holds,
+        "status": {name: str(word) for name, word in found.uncertainty.status.items()},
+    }  # fmt: skip
+
+
+def trace(rng: np.random.Generator) -> Row:
+    """The name of the effect: right, wrong, or a miss (`none` or `unlisted` where an effect of the catalogue is)."""
+    effect = str(rng.choice(list(draws.EFFECTS)))
+    valve = draws.EFFECTS[effect](draws.valve(rng), rng)
+    recordings, judging = draws.experiments(valve, 100.0, rng)
+    found = br.trace(recordings, holdout=judging, budget=TRACE_BUDGET_S)
+    due = "unlisted" if effect in draws.UNLISTED else effect
+    return {
+        "asked": effect, "answered": found.verdict, "complete": bool(found.complete),
+        "score": scored(due, found.verdict, found.same_class),
+    }  # fmt: skip
+
+
+def scored(due: str, verdict: str, same_class: tuple[str, ...] = ()) -> str:
+    """``right``, ``miss`` or ``wrong``."""
+    if verdict == due or due in same_class:
+        return "right"
+    return "miss" if verdict in ("none", "unlisted") and due != "none" else "wrong"
+
+
+def monitor(rng: np.random.Generator) -> Row:
+    """Alarms on a healthy valve, and how long grown friction stays unseen. The model is fitted, as a user would."""
+    valve = draws.valve(rng)
+    model = br.fit(draws.experiments(valve, 100.0, rng)[0], crosscheck=False).model
+    worn = float(rng.uniform(0.3, 1.0))
+    ageing = valve._replace(worn=worn, worn_at=HEALTHY_S)
+    watch = br.learn(_service(valve, LEARNED_S, rng), model, false_alarms=WISH)
+    seen = br.watch(_service(ageing, HEALTHY_S + WORN_S, rng), watch)
+    at = np.array([one.time_s for one in seen.alarms])
+    after = at[at >= HEALTHY_S]
+    standing = bool(seen.alarm[seen.time_s < HEALTHY_S][-1])
+    delay = 0.0 if standing else float(after[0] - HEALTHY_S) if len(after) else None
+    return {
+        "asked": f"friction +{100 * worn:.0f} %", "false_alarms": int(np.sum(at < HEALTHY_S)), "standing": standing,
+        "delay_s": delay, "kinds": sorted({str(one.kind) for one in seen.alarms if one.time_s >= HEALTHY_S}),
+    }  # fmt: skip
+
+
+def _service(valve: Valve, seconds: float, rng: np.random.Generator) -> Recording:
+    course = draws.setpoint(valve.stroke, seconds, "service", rng)
+    return draws.measured(valve, run(valve, course, rng), WATCHED_HZ, rng)
+
+
+def assess(rng: np.random.Generator) -> Row:
+    """Whether a sticking valve, a controller or a disturbance makes a loop swing."""
+    cause = str(rng.choice(CAUSES, p=(0.5, 0.25, 0.25)))
+    signals = dict(zip(("SP", "PV", "OP"), process.loop(draws.valve(rng), cause, 2400, rng).T, strict=True))
+    time_s = process.SCAN_S * np.arange(2400)
+    recording = br.Recording.from_arrays(time=time_s, extra=signals, units=dict.fromkeys(signals, "%"))
+    found = br.assess(recording, loop="flow")
+    due = "stiction" if cause == "stiction" else "no_stiction"
+    score = "cannot tell" if found.verdict == "cannot_tell" else "right" if found.verdict == due else "wrong"
+    return {"asked": cause, "answered": found.verdict, "score": score}
+
+
+def emps(rng: np.random.Generator) -> Row:
+    """EMPS with its official split, scored as its authors do; needs no luck. Absent data are a miss that is said."""
+    (row,) = (row for row in real.ROWS if row.name.startswith("EMPS"))
+    recordings = row.recordings()
+    found = br.trace(recordings, given={"spring.K": 0.0}, hold=row.hold)
+    official = real.imported(real.DATA / "emps/DATA_EMPS_PULSES.mat", "emps")
+    return {
+        "asked": "DATA_EMPS to DATA_EMPS_PULSES", "answered": ", ".join(found.effects_added) or found.verdict,
+        "fitted": real.authors_error(found.final, recordings[0]), "official": real.authors_error(found.final, official),
+    }  # fmt: skip
+
+
+SUBJECTS: dict[str, Callable[[np.random.Generator], Row]] = {
+    "fit": fit, "trace": trace, "monitor": monitor, "assess": assess, "emps": emps,
+}  # fmt: skip
+
+
+def examine(subject: str, case: int, seed: int) -> Row:
+    """One case of a sealed examination. A refusal or an exception is an answer, too: the row has ``failed``."""
+    rng = np.random.default_rng([seed, case, list(SUBJECTS).index(subject)])
+    started = time.process_time()
+    row: Row = {"subject": subject, "case": case, "seed": seed}
+    try:
+        row |= SUBJECTS[subject](rng)
+    except (BadInput, NegativeAnswer) as refusal:
+        row |= {"failed": f"refused: {refusal}"}
+    except Exception as error:
+        row |= {"failed": f"{type(error).__name__}: {error}"}
+    return row | {"processor_s": round(time.process_time() - started, 1)}
