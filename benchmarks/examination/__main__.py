@@ -54,6 +54,7 @@ def taken(cases: list[tuple[str, int]], seed: int, path: Path) -> list[Row]:
 
 def commit() -> str:
     """The commit that is examined; a tree with changes is said to be one."""
+
     def git(*words: str) -> str:
         return subprocess.run(["git", *words], capture_output=True, text=True, check=True).stdout.strip()
 

@@ -36,7 +36,11 @@ def setpoint(stroke: float, seconds: float, shape: str, rng: Rng) -> Array:
     t = CONTROL_S * np.arange(n)
     if shape == "sweep":
         periods = rng.integers(2, 4)
-        part = 0.5 - 0.36 * np.cos(2 * np.pi * periods * t / seconds) + 0.04 * np.sin(2 * np.pi * rng.uniform(0.2, 0.5) * t)
+        part = (
+            0.5
+            - 0.36 * np.cos(2 * np.pi * periods * t / seconds)
+            + 0.04 * np.sin(2 * np.pi * rng.uniform(0.2, 0.5) * t)
+        )
     else:
         longest = 8.0 if shape == "steps" else 20.0
         lengths = rng.uniform(1.5, longest, int(seconds / 1.5) + 2)

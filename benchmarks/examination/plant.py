@@ -129,7 +129,9 @@ def _run(setpoint, gusts, q, closed, held, step):
             t = k * CONTROL_S + i * h
             x, v, z = _stem(t, h, x, v, z, q.area * acting + gust, q)
         sensed = min(max(sensed, x - 0.5 * q.play), x + 0.5 * q.play)
-        lagged = sensed if q.sensor_lag == 0.0 else lagged + (sensed - lagged) * (1.0 - math.exp(-CONTROL_S / q.sensor_lag))
+        lagged = (
+            sensed if q.sensor_lag == 0.0 else lagged + (sensed - lagged) * (1.0 - math.exp(-CONTROL_S / q.sensor_lag))
+        )
     return out
 
 

@@ -41,7 +41,9 @@ def append(text: str, page: Path = PAGE) -> None:
 
 def scores(rows: Sequence[Row]) -> Iterator[str]:
     """Lines of Markdown: a table for each subject, then every miss."""
-    by = {name: [row for row in rows if row["subject"] == name] for name in ("fit", "trace", "monitor", "assess", "emps")}
+    by = {
+        name: [row for row in rows if row["subject"] == name] for name in ("fit", "trace", "monitor", "assess", "emps")
+    }
     yield "| subject | cases | score |"
     yield "| --- | --- | --- |"
     for name, words in (("fit", _fit), ("trace", _named), ("monitor", _monitor), ("assess", _named), ("emps", _emps)):
@@ -49,7 +51,11 @@ def scores(rows: Sequence[Row]) -> Iterator[str]:
             yield f"| {name} | {len(by[name])} | {words([row for row in by[name] if 'failed' not in row])} |"
     errors = [row for row in by["fit"] if "failed" not in row]
     if errors:
-        yield from ("", "| parameter | median error [%] | largest [%] | intervals given | that hold |", "| --- " * 5 + "|")
+        yield from (
+            "",
+            "| parameter | median error [%] | largest [%] | intervals given | that hold |",
+            "| --- " * 5 + "|",
+        )
         for name in TRUTH:
             size = [100 * abs(row["errors"][name]) for row in errors]
             holds = [row["holds"][name] for row in errors if name in row["holds"]]
@@ -65,8 +71,12 @@ def miss(row: Row) -> str | None:
     if "failed" in row:
         return f"{name}: {row['failed']}"
     if row["subject"] == "fit":
-        outside = [f"`{key}` off by {100 * row['errors'][key]:+.1f} %" for key, held in row["holds"].items() if not held]
-        words = ([] if row["converged"] else ["did not converge"]) + ([f"outside its interval: {', '.join(outside)}"] if outside else [])
+        outside = [
+            f"`{key}` off by {100 * row['errors'][key]:+.1f} %" for key, held in row["holds"].items() if not held
+        ]
+        words = ([] if row["converged"] else ["did not converge"]) + (
+            [f"outside its interval: {', '.join(outside)}"] if outside else []
+        )
         return f"{name}: {'; '.join(words)}" if words else None
     if row["subject"] == "monitor":
         words = [f"{row['false_alarms']} false alarms"] if row["false_alarms"] else []
@@ -80,7 +90,9 @@ def miss(row: Row) -> str | None:
 
 def _fit(rows: Sequence[Row]) -> str:
     holds = [held for row in rows for held in row["holds"].values()]
-    return f"{sum(row['converged'] for row in rows)} converged; {sum(holds)} of {len(holds)} 95 % intervals hold the truth"
+    return (
+        f"{sum(row['converged'] for row in rows)} converged; {sum(holds)} of {len(holds)} 95 % intervals hold the truth"
+    )
 
 
 def _named(rows: Sequence[Row]) -> str:
