@@ -8,30 +8,30 @@ import pytest
 from xdist.scheduler import LoadFileScheduling
 
 TOGETHER: Mapping[str, Sequence[str]] = {
-    "tests/identification/test_trace.py": (
-        "tests/identification/test_report_trace.py",
-        "tests/identification/test_trace_budget.py",
-        "tests/identification/test_trace_null.py",
-        "tests/identification/test_trace_screen.py",
-        "tests/identification/test_trace_shortlist.py",
-        "tests/identification/test_trace_swap.py",
+    "tests/identification/tracing/test_trace.py": (
+        "tests/identification/report/test_report_trace.py",
+        "tests/identification/tracing/test_trace_budget.py",
+        "tests/identification/tracing/test_trace_null.py",
+        "tests/identification/tracing/test_trace_screen.py",
+        "tests/identification/tracing/test_trace_shortlist.py",
+        "tests/identification/tracing/test_trace_swap.py",
     ),
-    "tests/identification/test_report.py": (
-        "tests/identification/test_report_browser.py",
-        "tests/identification/test_own_effect.py",
+    "tests/identification/report/test_report.py": (
+        "tests/identification/report/test_report_browser.py",
+        "tests/identification/fit/test_own_effect.py",
     ),
 }
 """Files by the first one of those with which they share traces or fits: one worker runs them, and makes each once."""
 
 FIRST = (
-    "tests/identification/test_trace.py",
+    "tests/identification/tracing/test_trace.py",
     "tests/docs/test_pages.py",
     "tests/command/test_demo_command.py",
     "tests/test_examples.py",
-    "tests/identification/test_order.py",
+    "tests/identification/fit/test_order.py",
     "tests/detector/test_evaluation_run.py",
-    "tests/hil/test_monitor_served.py",
-    "tests/identification/test_fit_recovery.py",
+    "tests/hil/monitor/test_monitor_served.py",
+    "tests/identification/fit/test_fit_recovery.py",
 )
 """What takes longest, so that no worker still has one of them when the others are done."""
 

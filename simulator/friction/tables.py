@@ -46,4 +46,4 @@ CAPABILITIES = (
     Capability("frictional memory", "needed to predict the interaction of stiffness and stick-slip amplitude"),
     Capability("presliding", "needed to predict small displacements while sticking, and velocity reversals"),
 )
-"""Table 2.2. `tests/simulator/test_armstrong.py` reproduces each row by simulation."""
+"""Table 2.2. `tests/simulator/friction/test_armstrong.py` reproduces each row by simulation."""

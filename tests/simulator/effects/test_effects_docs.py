@@ -10,7 +10,7 @@ from effect_contract import CHECKS, Subject
 from simulator import CATALOGUE, Effect
 from tools.effects_table import section
 
-DOCS = Path(__file__).resolve().parents[2] / "docs"
+DOCS = Path(__file__).resolve().parents[3] / "docs"
 PAGE, CATALOGUE_PAGE = DOCS / "extending.md", DOCS / "effects.md"
 
 

@@ -28,7 +28,7 @@ from hil.service.outlets.program import ProgramSink
 from hil.service.outlets.sink import SinkTask
 from hil.service.supervision import SupervisedTask
 
-DEPLOY = Path(__file__).parents[2] / "deploy"
+DEPLOY = Path(__file__).parents[3] / "deploy"
 EVENTS = [MonitorEvent(float(k), 100.0 + k, "LC/74+20", "alarm", f"number {k}", "friction") for k in range(3)]
 
 

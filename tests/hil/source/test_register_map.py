@@ -345,7 +345,7 @@ def test_the_show_command_prints_a_map_and_draws_it_as_a_page(tmp_path, capsys):
     assert "did you mean 'scale'" in capsys.readouterr().err
 
 
-DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "register-maps.md"
+DOCUMENT = Path(__file__).resolve().parents[3] / "docs" / "register-maps.md"
 
 
 def test_the_examples_of_the_documentation_load(tmp_path):
