@@ -28,6 +28,7 @@ NOT_RUN = {
     "docs/how-to/watch.md": [DEVICE],
     "docs/studies/hostile.md": [MINUTES],
     "docs/studies/real-measurements.md": [DATA, DATA],
+    "docs/studies/service.md": [MINUTES, MINUTES, MINUTES],
     "docs/tutorial.md": [SHELL],
 }
 """Why the blocks of a page that are marked `no-test` do not run, one reason for each. Their options are tested."""

@@ -86,7 +86,7 @@ def test_an_effect_that_the_catalogue_lacks_is_named(healthy, model, learned):
 def test_learning_and_watching_say_how_far_they_are(healthy):
     stages: list[tuple[str, int, int]] = []
     found = br.learn(healthy, false_alarms=RARE, progress=lambda *how: stages.append(how))
-    assert [stage for stage, *_ in stages] == ["observer", "model", "flow and pressures"]
+    assert [stage for stage, *_ in stages] == ["observer", "positioner", "model", "flow and pressures"]
     stages.clear()
     seen = br.watch(healthy, found, progress=lambda *how: stages.append(how))
     assert stages[0] == ("samples", 0, len(seen.judgements))

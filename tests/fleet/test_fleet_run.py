@@ -185,7 +185,7 @@ def test_what_cannot_be_done_is_said(folder, tmp_path, capsys):
     assert run(["fleet", "paint", str(folder), *out]) == 2
     assert "what paint: it cannot be done to a fleet; there are fit, trace" in capsys.readouterr().err
     assert run(["fleet", "test", str(folder), *out]) == 2
-    assert "it is not said which test; say for example --kind step (--kind)" in capsys.readouterr().err
+    assert "it is not said which test; say one, for example step (--kind)" in capsys.readouterr().err
     (tmp_path / "r.parquet").write_bytes(b"mine")
     assert run(["fleet", "test", str(folder), "--kind", "step", *out]) == 2
     assert "it is no table of results" in capsys.readouterr().err
