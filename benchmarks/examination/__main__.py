@@ -21,6 +21,7 @@ from pathlib import Path
 from benchmarks.examination.score import append, scores, section
 from benchmarks.examination.subjects import SUBJECTS, Row, examine
 from benchmarks.machine import machine
+from benchmarks.measured_data import DATA
 
 DEFAULT = "fit=12,trace=12,monitor=6,assess=12,emps=1"
 
@@ -69,6 +70,8 @@ def main() -> None:
     parser.add_argument("--results", type=Path, default=Path("build/examination.jsonl"))
     parser.add_argument("--write", action="store_true", help="add the score to docs/examinations.md")
     chosen = parser.parse_args()
+    if ("emps", 0) in chosen.cases and not (DATA / "emps").is_dir():
+        sys.exit("no measured data of EMPS here; set BRISTLE_DATA to their folder, or ask for emps=0")
     head = commit()
     if chosen.write and head.endswith("changes"):
         sys.exit("the tree has changes; commit them, then examine the commit")

@@ -103,7 +103,7 @@ def assess(rng: np.random.Generator) -> Row:
 
 
 def emps(rng: np.random.Generator) -> Row:
-    """EMPS with its official split, scored as its authors do; needs no luck. Absent data are a miss that is said."""
+    """EMPS with its official split, scored as its authors do; nothing is drawn."""
     (row,) = (row for row in real.ROWS if row.name.startswith("EMPS"))
     recordings = row.recordings()
     found = br.trace(recordings, given={"spring.K": 0.0}, hold=row.hold)
