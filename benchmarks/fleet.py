@@ -3,8 +3,9 @@
     python -m benchmarks.fleet [--recordings 200] [--samples 20000] [--workers 2]
 
 The work is `fit`. Where other programs share the machine the clock says little; the processor time of the fleet, start
-and scheduling included, over that of the loop says what the fleet costs, and the load is printed. The projection to a plant of 10,000 valves on 100 cores takes from the measurement the time of a
-task in a worker, the overhead of a task, and the start of a cluster; it is arithmetic, not a measurement.
+and scheduling included, over that of the loop says what the fleet costs, and the load is printed. The projection to a
+plant of 10,000 valves on 100 cores takes from the measurement the time of a task in a worker, the overhead of a task,
+and the start of a cluster; it is arithmetic, not a measurement.
 """
 
 from __future__ import annotations

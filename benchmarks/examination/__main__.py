@@ -21,6 +21,7 @@ from pathlib import Path
 from benchmarks.examination.score import append, scores, section
 from benchmarks.examination.subjects import SUBJECTS, Row, examine
 from benchmarks.machine import machine
+from benchmarks.measured_data import DATA
 
 DEFAULT = "fit=12,trace=12,monitor=6,assess=12,emps=1"
 
@@ -36,15 +37,15 @@ def asked_cases(text: str) -> list[tuple[str, int]]:
     return found
 
 
-def taken(cases: list[tuple[str, int]], seed: int, path: Path) -> list[Row]:
-    """The rows of all cases: those that the file has, and the others as they are examined."""
+def taken(cases: list[tuple[str, int]], seed: int, head: str, path: Path) -> list[Row]:
+    """The rows of all cases: those that the file has of this seed and commit, the others as they are examined."""
     path.parent.mkdir(parents=True, exist_ok=True)
     known = [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
-    rows = {(row["subject"], row["case"]): row for row in known if row["seed"] == seed}
+    rows = {(row["subject"], row["case"]): row for row in known if (row["seed"], row["commit"]) == (seed, head)}
     with path.open("a") as file:
         for subject, case in cases:
             if (subject, case) not in rows:
-                row = examine(subject, case, seed)
+                row = examine(subject, case, seed) | {"commit": head}
                 rows[subject, case] = row
                 file.write(json.dumps(row) + "\n")
                 file.flush()
@@ -69,16 +70,19 @@ def main() -> None:
     parser.add_argument("--results", type=Path, default=Path("build/examination.jsonl"))
     parser.add_argument("--write", action="store_true", help="add the score to docs/examinations.md")
     chosen = parser.parse_args()
+    if ("emps", 0) in chosen.cases and not (DATA / "emps").is_dir():
+        sys.exit("no measured data of EMPS here; set BRISTLE_DATA to their folder, or ask for emps=0")
     head = commit()
     if chosen.write and head.endswith("changes"):
         sys.exit("the tree has changes; commit them, then examine the commit")
     seed = int(head[:8], 16) if chosen.seed is None else chosen.seed
-    rows = taken(chosen.cases, seed, chosen.results)
+    rows = taken(chosen.cases, seed, head, chosen.results)
     version = tomllib.loads(Path("pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
     processor_s = sum(row["processor_s"] for row in rows)
     about = (
         f"Commit {head[:12]}, seed {seed}, {datetime.datetime.now(datetime.UTC).date()}. "
-        f"{machine('numpy', 'casadi')}; load {os.getloadavg()[0]:.0f}; {processor_s / 60:.0f} minutes of processor time."
+        f"{machine('numpy', 'casadi')}; load {os.getloadavg()[0]:.0f}; "
+        f"{processor_s / 60:.1f} minutes of processor time."
     )
     text = section(f"{version}, seed {seed}", [about, "", *scores(rows)])
     print(text)

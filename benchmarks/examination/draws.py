@@ -6,12 +6,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from benchmarks.examination.plant import CONTROL_S, Valve, run
+from benchmarks.examination.plant import CONTROL_S, KEPT_S, Valve, run
 from recordings import Array, Recording
 
 Rng = np.random.Generator
-TICK_S = 1e-3
-"""The clock of the recorder shows whole milliseconds."""
+TICK_S = 1e-4
+"""The clock of the recorder shows whole ticks; a sample is taken between them."""
 
 
 def valve(rng: Rng) -> Valve:
@@ -50,19 +50,19 @@ def setpoint(stroke: float, seconds: float, shape: str, rng: Rng) -> Array:
 
 
 def measured(known: Valve, raw: Array, rate: float, rng: Rng) -> Recording:
-    """What a recorder leaves of a run: jitter of a tenth of the interval, ticks, 14 bits for the position, 13 for pressure."""
-    n = int((len(raw) - 2) * CONTROL_S * rate)
-    t = np.arange(1, n) / rate
-    t = np.unique(np.round((t + rng.uniform(-0.1, 0.1, len(t)) / rate) / TICK_S)) * TICK_S
-    grid = CONTROL_S * np.arange(len(raw))
+    """What a recorder leaves: intervals that jitter by a tenth, times in ticks, 14 bits of position, 13 of pressure."""
+    n = int((len(raw) - 2) * KEPT_S * rate)
+    t = (np.arange(1, n) + rng.uniform(-0.1, 0.1, n - 1)) / rate
+    grid = KEPT_S * np.arange(len(raw))
     position, pressure = (np.interp(t, grid, raw[:, i]) for i in (0, 1))
+    shown = TICK_S * np.round(t / TICK_S)
     steps = (known.stroke / 2**14, 2.0 * known.K * known.stroke / known.area / 2**13)
     position, pressure = (
         step * np.round((z + rng.normal(0.0, step, len(t))) / step)
         for z, step in zip((position, pressure), steps, strict=True)
     )
     plant = {"stroke_m": known.stroke, "diaphragm_area_m2": known.area}
-    return Recording.from_arrays(time=t, position=position, pressure=pressure, plant=plant, source="simulated")
+    return Recording.from_arrays(time=shown, position=position, pressure=pressure, plant=plant, source="simulated")
 
 
 def experiments(known: Valve, rate: float, rng: Rng, seconds: float = 60.0) -> tuple[list[Recording], Recording]:

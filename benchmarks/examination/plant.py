@@ -1,12 +1,13 @@
 """The valve that is examined on: LuGre friction behind a pneumatic actuator and a positioner that closes the loop.
 
-    m dv/dt = A p - K x (1 - fade t) - F0 - k3 (x - x_m)**3 - d abs(v)**1.8 sgn(v) - (sigma0 z + sigma1 dz/dt + sigma2 v)
+    m dv/dt = A p - K x (1 - fade t) - F0 - k3 (x - x_m)**3 - d abs(v)**1.8 sgn(v) - F
+    F       = sigma0 z + sigma1 dz/dt + sigma2 v
     dz/dt   = v - sigma0 abs(v) z / g,    g = (fc + (fs - fc) exp(-(v/vs)**2)) (1 + spot of a triangle) (1 + worn)
     dp/dt   = (p_demand - p) / T
 
 The bristle is advanced by its exact solution at constant velocity, in two halves around a step of the velocity by the
 trapezoidal rule, and so is the position (a splitting in Strang's way): neither the scheme nor the step nor the code of
-`simulator` or of `benchmarks.plants`. The clock of the recorder jitters and shows whole ticks, its channels whole steps.
+`simulator` or of `benchmarks.plants`.
 """
 
 from __future__ import annotations
@@ -20,10 +21,12 @@ from numba import njit
 from recordings import Array
 
 STEP_S = 2e-5
-CONTROL_S = 5e-3
-"""Steps of the plant, and between two answers of the positioner [s]."""
-LATE = 4096
-"""Past pressures and positions that are kept, one per control step."""
+KEPT_S = 1e-3
+HELD = 5
+CONTROL_S = HELD * KEPT_S
+"""Steps of the plant, between two kept values, and between two answers of the positioner [s]."""
+LATE = 256
+"""Past pressures that are kept, more than the longest dead time."""
 
 
 class Valve(NamedTuple):
@@ -56,7 +59,6 @@ class Valve(NamedTuple):
     gust_s: float = 0.5  # s, its correlation time
     worn: float = 0.0  # share of friction that comes at worn_at
     worn_at: float = 1e9  # s
-    seat: float = 0.0  # Pa/(control step), largest change of the demand; 0: any
 
 
 njit_quick = njit(cache=True, error_model="numpy")
@@ -81,8 +83,8 @@ def _bristle(h, x, v, z, t, q):
 
 @njit_quick
 def _stem(t, h, x, v, z, force, q):
-    """One step of position, velocity and bristle under a force [N]: half a step of the first and last, a whole one of the
-    velocity by the trapezoidal rule, and the other halves."""
+    """One step of position, velocity and bristle under a force [N]: half a step of position and bristle, a whole one of
+    the velocity by the trapezoidal rule, and the other halves."""
     z = _bristle(0.5 * h, x, v, z, t, q)
     x += 0.5 * h * v
     slope = 1.0  # dz/dt = slope v
@@ -100,50 +102,40 @@ def _stem(t, h, x, v, z, force, q):
 
 
 @njit_quick
-def _run(setpoint, gusts, q, closed, held, step):
-    """Position reading [m], pressure [Pa] and stem position [m] at every control step."""
-    n = len(setpoint)
+def _run(setpoint, gusts, q, step):
+    n = len(gusts)
     out = np.empty((n, 3))
-    x = setpoint[0] if closed else 0.5 * q.stroke
+    x, v, z, sensed, lagged = setpoint[0], 0.0, 0.0, setpoint[0], setpoint[0]
     p = (q.K * x + q.F0) / q.area
-    v, z, sensed, lagged = 0.0, 0.0, x, x
     total, demand, gust = p, p, 0.0
     past = np.full(LATE, p)
-    parts = max(round(CONTROL_S / step), 1)
-    h, keep = CONTROL_S / parts, math.exp(-CONTROL_S / q.gust_s)
+    parts = max(round(KEPT_S / step), 1)
+    h, keep = KEPT_S / parts, math.exp(-KEPT_S / q.gust_s)
+    back = round(q.dead / KEPT_S)
     for k in range(n):
         out[k, 0], out[k, 1], out[k, 2] = lagged, p, x
         past[k % LATE] = p
-        if closed:
-            error = setpoint[k] - lagged
+        if k % HELD == 0:
+            error = setpoint[k // HELD] - lagged
             total += q.integral * error * CONTROL_S
-            wanted = total + q.gain * error
-        else:
-            wanted = held[k]
-        demand = wanted if q.seat == 0.0 else min(max(wanted, demand - q.seat), demand + q.seat)
+            demand = total + q.gain * error
         gust = keep * gust + math.sqrt(1.0 - keep * keep) * q.gust * gusts[k]
-        back = min(int(round(q.dead / CONTROL_S)), min(k, LATE - 1))
         for i in range(parts):
             before, p = p, demand + (p - demand) * math.exp(-h / q.filling)
             acting = 0.5 * (before + p) if back == 0 else past[(k - back) % LATE]
-            t = k * CONTROL_S + i * h
-            x, v, z = _stem(t, h, x, v, z, q.area * acting + gust, q)
+            x, v, z = _stem(k * KEPT_S + i * h, h, x, v, z, q.area * acting + gust, q)
         sensed = min(max(sensed, x - 0.5 * q.play), x + 0.5 * q.play)
-        lagged = (
-            sensed if q.sensor_lag == 0.0 else lagged + (sensed - lagged) * (1.0 - math.exp(-CONTROL_S / q.sensor_lag))
-        )
+        part = 1.0 if q.sensor_lag == 0.0 else 1.0 - math.exp(-KEPT_S / q.sensor_lag)
+        lagged += part * (sensed - lagged)
     return out
 
 
 def run(valve: Valve, setpoint: Array, rng: np.random.Generator, step: float = STEP_S) -> Array:
-    """The positioner follows a set point [m] of one value each `CONTROL_S`; (n, 3): reading [m], pressure [Pa], stem [m]."""
-    q = Valve(*map(float, valve))
-    gusts = rng.standard_normal(len(setpoint)) if q.gust else np.zeros(len(setpoint))
-    return np.asarray(_run(np.asarray(setpoint, float), gusts, q, True, np.zeros(1), step))
+    """The positioner follows a set point [m] of one value each `CONTROL_S`.
 
-
-def driven(valve: Valve, pressure: Array, step: float = STEP_S) -> Array:
-    """The same without a positioner, under a demanded pressure [Pa]."""
+    Gives, (HELD n, 3), one row each `KEPT_S`: reading [m], pressure [Pa], stem [m].
+    """
     q = Valve(*map(float, valve))
-    pressure = np.asarray(pressure, float)
-    return np.asarray(_run(pressure, np.zeros(len(pressure)), q, False, pressure, step))
+    n = HELD * len(setpoint)
+    gusts = rng.standard_normal(n) if q.gust else np.zeros(n)
+    return np.asarray(_run(np.asarray(setpoint, float), gusts, q, step))

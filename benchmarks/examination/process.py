@@ -15,7 +15,8 @@ SCAN_S = 1.0
 
 @njit(cache=True, error_model="numpy")
 def _loop(q, setpoint, low, span, gain, Ti, T, delay, disturbance, noise, step):
-    """SP, PV, OP [%] at every scan; a first-order process with a delay of whole scans, a PI controller in velocity form."""
+    """SP, PV, OP [%] at every scan: a first-order process with a delay of whole scans, a PI controller in velocity
+    form."""
     n = len(setpoint)
     out = np.empty((n, 3))
     x, v, z, pv, op, before = 0.5 * q.stroke, 0.0, 0.0, 50.0, 50.0, 0.0
@@ -38,8 +39,11 @@ def _loop(q, setpoint, low, span, gain, Ti, T, delay, disturbance, noise, step):
 
 
 def loop(valve: Valve, cause: str, n: int, rng: np.random.Generator, step: float = 4e-5) -> Array:
-    """SP, PV and OP [%], (n, 3), of a flow loop. cause : ``stiction``, ``tuning`` (a controller on its way to instability) or
-    ``disturbance`` (a load that comes and goes); the friction of the last two is a tenth."""
+    """SP, PV and OP [%], (n, 3), of a flow loop.
+
+    cause : ``stiction``, ``tuning`` (a controller at the edge of stability) or ``disturbance`` (a load that comes and
+    goes); the last two have hardly any friction.
+    """
     share = rng.uniform(0.04, 0.12) if cause == "stiction" else 0.003
     span_N = valve.K * valve.stroke
     fc = share * span_N / 2.0

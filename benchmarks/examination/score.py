@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from statistics import median
 
-from benchmarks.examination.subjects import TRUTH, Row
+from benchmarks.examination.subjects import HEALTHY_S, TRUTH, Row
 
 PAGE = Path("docs/examinations.md")
 SEAL = re.compile(r"^% sealed ([0-9a-f]{64})$", re.MULTILINE)
@@ -103,12 +103,14 @@ def _named(rows: Sequence[Row]) -> str:
 def _monitor(rows: Sequence[Row]) -> str:
     delays = [row["delay_s"] for row in rows if row["delay_s"] is not None]
     late = f"median delay {median(delays):.0f} s" if delays else "no delay"
-    return f"{sum(row['false_alarms'] for row in rows)} false alarms in {len(rows) / 2:g} h; {len(delays)} faults seen, {late}"
+    false, hours = sum(row["false_alarms"] for row in rows), len(rows) * HEALTHY_S / 3600.0
+    return f"{false} false alarms in {hours:g} h; {len(delays)} faults seen, {late}"
 
 
 def _emps(rows: Sequence[Row]) -> str:
     return "; ".join(
-        f"{100 * row['official']:.2f} % on the official validation file ({100 * row['fitted']:.2f} % on the fitted one), "
+        f"{100 * row['official']:.2f} % on the official validation file "
+        f"({100 * row['fitted']:.2f} % on the fitted one), "
         f"`{row['answered']}`; published 5.98 and 5.36 %"
         for row in rows
     )

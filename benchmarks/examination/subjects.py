@@ -1,4 +1,5 @@
-"""The subjects of the examination. Each takes a case and returns a row: what was asked, what was answered, how right it is."""
+"""The subjects of the examination. Each draws a case and returns a row: what was asked, what was answered, how right
+it is."""
 
 from __future__ import annotations
 
@@ -77,7 +78,7 @@ def monitor(rng: np.random.Generator) -> Row:
     at = np.array([one.time_s for one in seen.alarms])
     after = at[at >= HEALTHY_S]
     standing = bool(seen.alarm[seen.time_s < HEALTHY_S][-1])
-    delay = 0.0 if standing else float(after[0] - HEALTHY_S) if len(after) else None
+    delay = float(after[0] - HEALTHY_S) if len(after) and not standing else None
     return {
         "asked": f"friction +{100 * worn:.0f} %", "false_alarms": int(np.sum(at < HEALTHY_S)), "standing": standing,
         "delay_s": delay, "kinds": sorted({str(one.kind) for one in seen.alarms if one.time_s >= HEALTHY_S}),
@@ -102,7 +103,7 @@ def assess(rng: np.random.Generator) -> Row:
 
 
 def emps(rng: np.random.Generator) -> Row:
-    """EMPS with its official split, scored as its authors do; needs no luck. Absent data are a miss that is said."""
+    """EMPS with its official split, scored as its authors do; nothing is drawn."""
     (row,) = (row for row in real.ROWS if row.name.startswith("EMPS"))
     recordings = row.recordings()
     found = br.trace(recordings, given={"spring.K": 0.0}, hold=row.hold)

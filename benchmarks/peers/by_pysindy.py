@@ -12,9 +12,8 @@ def solve(work: Work) -> tuple[np.ndarray, str]:
     sliding = np.abs(v) > 5e-3
     x, speed = work.y[sliding], v[sliding]
     terms = [lambda x, v: np.ones_like(x), lambda x, v: x, lambda x, v: np.sign(v), lambda x, v: v]
-    library = ps.CustomLibrary(
-        terms, function_names=[lambda *_: "1", lambda x, _: x, lambda _, v: f"sgn {v}", lambda _, v: v]
-    )
+    names = [lambda *_: "1", lambda x, _: x, lambda _, v: f"sgn {v}", lambda _, v: v]
+    library = ps.CustomLibrary(terms, function_names=names)
     library.fit(np.column_stack([x, speed]))
     table = np.asarray(library.transform(np.column_stack([x, speed])))
     optimizer = ps.STLSQ(threshold=0.0, alpha=0.0)

@@ -1,4 +1,4 @@
-"""The work by hand in CasADi: direct multiple shooting of the free run, solved by IPOPT, written as its manual shows it."""
+"""The work by hand in CasADi: direct multiple shooting of the free run, solved by IPOPT."""
 
 import casadi as ca
 import numpy as np

@@ -77,7 +77,7 @@ class OutOfTime(Exception):
 
 
 class Residual:
-    """Difference of free run and record in noise units for factors on the guess; keeps the best, stops at the budget."""
+    """Free run less record in noise units, for factors on the guess; keeps the best, stops at the budget."""
 
     def __init__(self, work: Work) -> None:
         self.work, self.best, self.q = work, np.inf, np.ones(len(NAMES))
