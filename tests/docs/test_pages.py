@@ -113,7 +113,9 @@ def test_the_program_of_a_figure_has_the_options_that_are_given() -> None:
             r"`python -m ((?:benchmarks|studies|tools)\.\w+)([^`]*)`", page.read_text("utf-8")
         ):
             folder, name = module.split(".")
-            source = (programs[folder] / f"{name}.py").read_text(encoding="utf-8")
+            at = programs[folder] / name
+            places = (at / "__main__.py", at / "__init__.py", at.with_suffix(".py"))
+            source = next(place for place in places if place.exists()).read_text(encoding="utf-8")
             options = set(re.findall(r"--[a-z]+(?:-[a-z]+)*", rest))
             assert {option for option in options if f'"{option}"' not in source} == set(), f"{page.name}: {module}"
 
