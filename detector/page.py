@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from html import escape
-from typing import Literal
 
-OpeningVerdict = Literal["good", "watch", "repair"]
-_SHAPES = {"good": "●", "watch": "▲", "repair": "■"}
+from recordings import ReportOpening
+
 _COLOURS = {"good": "#0b7a5c", "watch": "#9a5b00", "repair": "#b3261e"}
 
 _STYLE = """
@@ -29,24 +27,12 @@ th { background: #f3f5f7; position: sticky; top: 0; } td.long { white-space: nor
 """
 
 
-@dataclass(frozen=True)
-class PageOpening:
-    """word : good (nothing to do), watch (look at it again) or repair (plan work); why : in a sentence; sure : how sure
-    it is and by what; action : what to do next.
-    """
-
-    word: OpeningVerdict
-    why: str
-    sure: str
-    action: str
-
-    @property
-    def html(self) -> str:
-        """Verdict, confidence and next action."""
-        said = f"{_SHAPES[self.word]} {self.word.capitalize()}: {self.why}"
-        lines = (("Verdict", said), ("Confidence", self.sure), ("Next", self.action))
-        words = "".join(f"<p><b>{name}:</b> {escape(text)}</p>" for name, text in lines)
-        return f"<div class='opening' style='border-color: {_COLOURS[self.word]}'>{words}</div>"
+def opening_html(opening: ReportOpening) -> str:
+    """Verdict, confidence and next action."""
+    said = f"{opening.shape} {opening.word.capitalize()}: {opening.why}"
+    lines = (("Verdict", said), ("Confidence", opening.sure), ("Next", opening.action))
+    words = "".join(f"<p><b>{name}:</b> {escape(text)}</p>" for name, text in lines)
+    return f"<div class='opening' style='border-color: {_COLOURS[opening.word]}'>{words}</div>"
 
 
 def dated(about: str) -> str:

@@ -31,6 +31,7 @@ from recordings.views.description import describe
 from recordings.views.drawing import drawn
 from recordings.views.page import picture
 from recordings.views.pictures import envelope
+from recordings.views.report_opening import OpeningWord, ReportOpening
 
 __all__ = [
     "LARGEST",
@@ -50,6 +51,7 @@ __all__ = [
     "Integers",
     "LinkError",
     "NegativeAnswer",
+    "OpeningWord",
     "Origin",
     "Plant",
     "Progress",
@@ -58,6 +60,7 @@ __all__ = [
     "RecordingFile",
     "RecordingWriter",
     "Recovery",
+    "ReportOpening",
     "Role",
     "Signal",
     "SignalSpec",

@@ -14,7 +14,8 @@ from bristle.fleet.estimates import FleetQuantity
 from bristle.fleet.ranking import RATE, RankedValve, TypeOfValve, ranked, types_of_valves
 from bristle.fleet.work import Row
 from identification.population import Outlyingness
-from identification.report import Cell, Distribution, FleetSection, FleetTable, ReportOpening, write_fleet_report
+from identification.report import Cell, Distribution, FleetSection, FleetTable, write_fleet_report
+from recordings import ReportOpening
 
 SHOWN = 25
 """Valves of a ranking."""

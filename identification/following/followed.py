@@ -13,11 +13,10 @@ import numpy as np
 
 from identification.following.limit_crossing import LimitCrossing
 from identification.shown_findings import ShownFindings
-from recordings import save_json
+from recordings import ReportOpening, save_json
 
 if TYPE_CHECKING:
     from identification.report.findings_page import Findings
-    from identification.report.opening import ReportOpening
 
 MONTH = 30.44
 """Days."""
@@ -133,7 +132,6 @@ class FollowedValve(ShownFindings):
 
     def _opening(self) -> ReportOpening:
         """What to do first: repair what is beyond its limit, look again before the first date that may cross one."""
-        from identification.report.opening import ReportOpening
 
         sure = f"{len(self.recordings)} recordings; intervals of 95 %"
         beyond = [name for name, one in self.quantities.items() if one.crossing is not None and one.crossing.crossed]

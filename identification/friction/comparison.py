@@ -14,7 +14,7 @@ from identification.data.experiment import Experiment, Segment, experiment, impo
 from identification.friction.fit import PLANT, FrictionFit, Stretch, fit_friction
 from identification.friction.models import MODELS, FrictionModel, ImposedPath
 from identification.shown_findings import ShownFindings
-from recordings import BadInput, BadParameter, Progress, Recording, save_json, silent
+from recordings import BadInput, BadParameter, Progress, Recording, ReportOpening, save_json, silent
 
 if TYPE_CHECKING:
     from identification.report.findings_page import Findings
@@ -43,6 +43,12 @@ class FrictionRow:
     def name(self) -> str:
         """The model's id."""
         return self.fit.model.id
+
+
+def error_lines(unit: str, rows: Sequence[tuple[str, int, float, float]]) -> list[str]:
+    """Columns of text: name, number of parameters, error where a model was fitted and where it was held out."""
+    head = f"{'model':<14}{'parameters':>11}{f'fitted [{unit}]':>12}{f'held out [{unit}]':>14}"
+    return [head, *(f"{name:<14}{n:>11}{fitted:>12.4g}{held_out:>14.4g}" for name, n, fitted, held_out in rows)]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -82,14 +88,12 @@ class FrictionComparison(ShownFindings):
 
     def lines(self) -> list[str]:
         """The errors of every model, as columns of text."""
-        head = f"{'model':<14}{'parameters':>11}{'fitted [N]':>12}{'held out [N]':>14}"
-        rows = [f"{r.name:<14}{r.fit.parameters:>11}{r.fitted_n:>12.4g}{r.held_out_n:>14.4g}" for r in self.rows]
-        return [head, *rows, f"without friction: {self.before_n[0]:.4g} and {self.before_n[1]:.4g} N; {self.split}"]
+        rows = error_lines("N", [(r.name, r.fit.parameters, r.fitted_n, r.held_out_n) for r in self.rows])
+        return [*rows, f"without friction: {self.before_n[0]:.4g} and {self.before_n[1]:.4g} N; {self.split}"]
 
     def findings(self) -> Findings:
         """What its page shows."""
         from identification.report.findings_page import Findings
-        from identification.report.opening import ReportOpening
 
         best = self.best
         errors = [

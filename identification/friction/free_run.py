@@ -19,12 +19,12 @@ from identification.data.experiment import Experiment, experiment
 from identification.data.grid import with_smooth_force
 from identification.estimators.fit import fit
 from identification.estimators.fitted import Fit
-from identification.friction.comparison import HELD_OUT, split_of
+from identification.friction.comparison import HELD_OUT, error_lines, split_of
 from identification.given import plant_constants
 from identification.result import Trajectory, error_of, free_runs
 from identification.shown_findings import ShownFindings
 from identification.tracing.models.trial_data import divided
-from recordings import BadInput, BadParameter, Progress, Recording, save_json, silent
+from recordings import BadInput, BadParameter, Progress, Recording, ReportOpening, save_json, silent
 from simulator import BASE
 
 if TYPE_CHECKING:
@@ -139,14 +139,12 @@ class FreeComparison(ShownFindings):
 
     def lines(self) -> list[str]:
         """The errors of every model, as columns of text."""
-        head = f"{'model':<14}{'parameters':>11}{'fitted [m]':>12}{'held out [m]':>14}"
-        rows = [f"{r.name:<14}{r.parameters:>11}{r.fitted_m:>12.4g}{r.held_out_m:>14.4g}" for r in self.rows]
-        return [head, *rows, self.split]
+        rows = error_lines("m", [(r.name, r.parameters, r.fitted_m, r.held_out_m) for r in self.rows])
+        return [*rows, self.split]
 
     def findings(self) -> Findings:
         """What its page shows."""
         from identification.report.findings_page import Findings
-        from identification.report.opening import ReportOpening
 
         best = self.best
         errors = [

@@ -191,10 +191,8 @@ class PreisachModel(FrictionModel):
     id, text, slope = "preisach", "slope less Preisach, masses over a grid (2.52-2.58)", "k"
 
     def __init__(self, low: float = 0.0, high: float = 1.0, cells: int = CELLS) -> None:
-        self._levels, self._cells = (
-            np.linspace(low, high, cells + 1),
-            [(a, b) for a in range(cells) for b in range(a + 1)],
-        )
+        self._levels = np.linspace(low, high, cells + 1)
+        self._cells = [(a, b) for a in range(cells) for b in range(a + 1)]
         self.linear = (("k", "N/m"), *((f"mu {a}.{b}", "N") for a, b in self._cells))
         self.positive = tuple(name for name, _ in self.linear)
 

@@ -16,11 +16,10 @@ from identification.loops.methods import MethodAnswer
 from identification.loops.oscillation import Oscillation
 from identification.loops.verdict import LoopVerdict
 from identification.shown_findings import ShownFindings
-from recordings import Array, save_json
+from recordings import Array, ReportOpening, save_json
 
 if TYPE_CHECKING:
     from identification.report.findings_page import Findings
-    from identification.report.opening import ReportOpening
 
 
 @dataclass(frozen=True, repr=False)
@@ -106,8 +105,6 @@ class Assessment(ShownFindings):
 
     def _opening(self) -> ReportOpening:
         """What the page opens with."""
-        from identification.report.opening import ReportOpening
-
         sure = (
             "the data cannot carry one"
             if self.probability is None

@@ -16,11 +16,10 @@ from identification.next_test.bounds import DesignBounds
 from identification.next_test.expectation import TOLD, Expectation
 from identification.next_test.knowledge import KnownValve
 from identification.shown_findings import ShownFindings
-from recordings import Array, save_text
+from recordings import Array, ReportOpening, save_text
 
 if TYPE_CHECKING:
     from identification.report.findings_page import Findings
-    from identification.report.opening import ReportOpening
 
 INTERVAL = 1.96
 """Half width of a 95 % interval, in standard deviations."""
@@ -100,7 +99,6 @@ class NextTest(ShownFindings):
 
     def _opening(self) -> ReportOpening:
         """Whether the test is worth running."""
-        from identification.report.opening import ReportOpening
 
         sure = "expected by simulation of the models, on the noise of their recordings"
         if self.settles:

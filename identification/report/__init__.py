@@ -4,7 +4,6 @@ from identification.report.comparison_page import stacked_comparison, write_comp
 from identification.report.fit_page import page, write_report
 from identification.report.fleet_page import Cell, Distribution, FleetSection, FleetTable, write_fleet_report
 from identification.report.notebook import figures, stacked
-from identification.report.opening import ReportOpening
 from identification.report.trace_page import write_trace_report
 
 __all__ = [
@@ -12,7 +11,6 @@ __all__ = [
     "Distribution",
     "FleetSection",
     "FleetTable",
-    "ReportOpening",
     "figures",
     "page",
     "stacked",

@@ -11,9 +11,8 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from identification.report.opening import ReportOpening
 from identification.report.section import Section
-from recordings import save_text
+from recordings import ReportOpening, save_text
 
 TEMPLATES = Environment(
     loader=PackageLoader("identification.report"), autoescape=True, undefined=StrictUndefined,

@@ -12,9 +12,8 @@ from typing import Any
 from identification.report.assembly import Front, assembled, save_page
 from identification.report.canvas import ALARM, INK, MEASURED, NEUTRAL, REFERENCE, RESIDUAL, canvas, finish_legend
 from identification.report.decimate import extremes
-from identification.report.opening import ReportOpening
 from identification.report.section import Section
-from recordings import Array
+from recordings import Array, ReportOpening
 
 Curves = Mapping[str, tuple[str, str, Sequence[tuple[str, Array, Array]]]]
 """By the name of the picture: label of x, label of y, and the lines as (name, x, y)."""

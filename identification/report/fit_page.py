@@ -7,7 +7,6 @@ from collections.abc import Callable
 from datetime import UTC, datetime
 
 from identification.report.assembly import Front, assembled, save_page
-from identification.report.opening import ReportOpening
 from identification.report.openings import fit_opening
 from identification.report.section import Section
 from identification.report.sections.crosscheck import crosscheck
@@ -20,6 +19,7 @@ from identification.report.sections.parameters import parameters
 from identification.report.sections.residual import residual
 from identification.report.sections.signals import signals
 from identification.result import FitResult
+from recordings import ReportOpening
 
 SECTIONS: tuple[Callable[[FitResult], Section], ...] = (
     headline, parameters, signals, residual, loop, friction, crosscheck, meaning, origin,

@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 
 from identification.report.assembly import Front, assembled, save_page
 from identification.report.canvas import ALARM, MEASURED, canvas
-from identification.report.opening import ReportOpening
 from identification.report.section import Section
-from recordings import Array
+from recordings import Array, ReportOpening
 
 
 @dataclass(frozen=True)

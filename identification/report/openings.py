@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from identification.comparison.result import ComparisonResult, Difference
 from identification.estimators.fitted import Outcome
-from identification.report.opening import ReportOpening
 from identification.report.trace.wording import Answer
 from identification.report.wording.fit_quality import fit_quality, page_mood
 from identification.report.wording.numbers import number, percent
 from identification.result import FitResult
 from identification.tracing.result import TraceResult
+from recordings import ReportOpening
 
 GROWN = 0.5
 """Growth of friction, as a share, from which a comparison advises work: half as much again."""

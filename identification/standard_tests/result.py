@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 from identification.shown_findings import ShownFindings
 from identification.standard_tests.interval import Interval
-from recordings import BadInput, read_small_json, save_json
+from recordings import BadInput, ReportOpening, read_small_json, save_json
 
 if TYPE_CHECKING:
     from identification.report.findings_page import Findings
-    from identification.report.opening import ReportOpening
 
 FORMAT, VERSION = "valve-test", 1
 
@@ -76,8 +75,6 @@ class ValveTest(ShownFindings):
 
     def _opening(self) -> ReportOpening:
         """What the page opens with."""
-        from identification.report.opening import ReportOpening
-
         limits = f"; {self.problems[0]}" if self.problems else ""
         sure = f"intervals of 95 % stand beside every value{limits}"
         if self.aborted:

@@ -6,7 +6,8 @@ from html import escape
 
 from detector.evaluation.outcome import Evaluation
 from detector.evaluation.results.verdicts import detected
-from detector.page import OpeningVerdict, PageOpening, dated
+from detector.page import dated, opening_html
+from recordings import OpeningWord, ReportOpening
 
 KEY = (
     "Key: fN-abrupt or fN-incipient is fault N of the DAMADICS benchmark, sudden or growing; play and lugre are two "
@@ -31,7 +32,7 @@ def opening(outcome: Evaluation) -> str:
     rate = outcome.plan.rate_per_h
     kept = false <= max(3.0 * rate * hours, 1.0)
     whole = seen[best] == len(scenarios)
-    word: OpeningVerdict = "good" if kept and whole else "watch" if kept else "repair"
+    word: OpeningWord = "good" if kept and whole else "watch" if kept else "repair"
     why = f"{best} sees {seen[best]} of {len(scenarios)} scenarios, the most of {len(seen)} detectors"
     sure = (
         f"{false} false alarms in {hours:.1f} fault-free hours, {rate:g} an hour stated; "
@@ -41,4 +42,4 @@ def opening(outcome: Evaluation) -> str:
         f"do not use {best} at this rate: it raises more false alarms than stated"
     )  # fmt: skip
     about = dated("DAMADICS benchmark actuator, simulated.")
-    return f"{about}{PageOpening(word, why, sure, action).html}<p class='note'>{escape(KEY)}</p>"
+    return f"{about}{opening_html(ReportOpening(word, why, sure, action))}<p class='note'>{escape(KEY)}</p>"
