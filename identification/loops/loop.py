@@ -46,6 +46,17 @@ class ControlLoop:
         return np.asarray(error - np.mean(error), float)
 
 
+def averaged(values: Array, every: int) -> Array:
+    """Means (n // every, ...) of `every` samples each of values (n, ...)."""
+    whole = len(values) // every * every
+    return np.asarray(values[:whole].reshape(-1, every, *values.shape[1:]).mean(axis=1), float)
+
+
+def scale_of(values: Array) -> float:
+    """The standard deviation, by which anything may be divided."""
+    return max(float(np.std(values)), 1e-300)
+
+
 def loop_of(
     name: str, t: Array, sp: Array | None, pv: Array, op: Array, op_percent: bool, kind: LoopKind | None
 ) -> ControlLoop:

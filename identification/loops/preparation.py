@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from identification.loops.loop import ControlLoop
+from identification.loops.loop import ControlLoop, averaged, scale_of
 from identification.loops.methods import Cycles
 from recordings import Array
 
@@ -16,21 +16,12 @@ def prepared(loop: ControlLoop, period_s: float) -> Cycles:
     """The loop made ready for the methods, with the period of its strongest oscillation."""
     period = period_s / loop.dt
     every = max(1, round(period / PER_CYCLE))
-    pv, op, error = (_averaged(values, every) for values in (loop.pv, loop.op, loop.error))
+    pv, op, error = (averaged(values, every) for values in (loop.pv, loop.op, loop.error))
     pv, op, error = (values - _slow(values, max(3, int(4 * period / every))) for values in (pv, op, error))
     return Cycles(
-        (pv - np.mean(pv)) / _scale(pv), (op - np.mean(op)) / _scale(loop.op), error / _scale(error), period / every,
-        loop.integrating, loop.kind == "flow",
+        (pv - np.mean(pv)) / scale_of(pv), (op - np.mean(op)) / scale_of(loop.op), error / scale_of(error),
+        period / every, loop.integrating, loop.kind == "flow",
     )  # fmt: skip
-
-
-def _scale(values: Array) -> float:
-    return max(float(np.std(values)), 1e-300)
-
-
-def _averaged(values: Array, every: int) -> Array:
-    whole = len(values) // every * every
-    return np.asarray(values[:whole].reshape(-1, every).mean(axis=1), float)
 
 
 def _slow(values: Array, width: int) -> Array:

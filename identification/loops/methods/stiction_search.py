@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.loops.loop import ControlLoop
+from identification.loops.loop import ControlLoop, averaged, scale_of
 from identification.loops.stiction_models import kano
 from recordings import Array
 
@@ -109,7 +109,7 @@ class _Ready:
         op, pv = loop.op[: LONGEST * every], loop.pv[: LONGEST * every]
         window = min(int(1.2 * period) if period else len(op), len(op) // 4)
         high, low = int(np.argmax(op[:window])), int(np.argmin(op[:window]))
-        pv = _averaged(((pv - pv.mean()) / max(float(pv.std()), 1e-300))[max(high, low) :], every)
+        pv = averaged(((pv - pv.mean()) / scale_of(pv))[max(high, low) :], every)
         y = pv[PAST:]
         past, _ = np.linalg.qr(
             np.column_stack([*(pv[PAST - k : len(pv) - k] for k in range(1, PAST + 1)), np.ones(len(y))])
@@ -122,10 +122,10 @@ class _Ready:
 
     def errors(self, s: Array, j: Array) -> tuple[float, Array]:
         """Squared error of the linear process, and those of the pairs (k,), each with its best delay and start."""
-        first, scale = max(self.high, self.low), max(float(self.op.std()), 1e-300)
+        first, scale = max(self.high, self.low), scale_of(self.op)
         up = kano(self.op[self.high :], s, j, 1.0)[first - self.high :]
         down = kano(self.op[self.low :], s, j, -1.0)[first - self.low :]
-        valves = _averaged(np.column_stack([self.op[first:], up, down]) - self.op.mean(), self.every) / scale
+        valves = averaged(np.column_stack([self.op[first:], up, down]) - self.op.mean(), self.every) / scale
         found = np.maximum(float(self.y @ self.y) - self._explained(valves), 1e-12)
         return float(found[0]), np.minimum(found[1 : len(s) + 1], found[len(s) + 1 :])
 
@@ -150,9 +150,3 @@ class _Ready:
 def _squares(values: Array) -> Array:
     """Sums of squares (k,) with a ridge: one sample of the output of a PI controller follows from the one before."""
     return np.asarray((1 + RIDGE) * np.einsum("ij,ij->j", values, values) + RIDGE, float)
-
-
-def _averaged(values: Array, every: int) -> Array:
-    """Means (n // every, ...) of `every` samples each."""
-    whole = len(values) // every * every
-    return np.asarray(values[:whole].reshape(-1, every, *values.shape[1:]).mean(axis=1), float)
