@@ -99,6 +99,8 @@ def _stretch(
     model: ValveModel, t: Array, stroke: float, random: np.random.Generator, catalogue: Catalogue
 ) -> tuple[Array, Array]:
     """Measured position [m] and force [N] of one stretch."""
+    from scipy.signal import lfilter
+
     first, second = (np.sin(2.0 * np.pi * t / period) for period in PERIODS_S)
     valve, known = kernel(model.effects, catalogue=catalogue), model.values
     force = known["spring.F0"] + known["spring.K"] * stroke * (0.5 + 0.25 * first + 0.08 * second)
@@ -110,9 +112,6 @@ def _stretch(
         raise _refused("it cannot be simulated within its standard deviations")
     keep = exp(-float(t[1] - t[0]) / _ERROR_S)
     pushed = sqrt(1.0 - keep * keep) * _error(model) * random.normal(size=len(t))
-    error = np.empty(len(t))
-    error[0] = pushed[0]
-    for i in range(1, len(t)):
-        error[i] = keep * error[i - 1] + pushed[i]
+    error = lfilter([1.0], [1.0, -keep], pushed)
     noise = [(model.noise.get(name) or 0.0) * random.normal(size=len(t)) for name in ("position_m", "force_N")]
     return run.outputs[:, 0] + error + noise[0], force + noise[1]

@@ -90,12 +90,8 @@ class PositionerLoop:
         where that says nothing: too soon after a start or a gap, at rest, or beyond the learned set points and drops.
         frozen : the constants follow nothing.
         """
-        values, drop = moment.values, 0.0
-        if self.drop_span:
-            drop = (values[BEFORE_IT] - values[BEHIND_IT] - self.drop) / self.drop_span
-        after, row = before.copy(), np.empty((1, 4))
-        row[0] = moment.time_s, values[SETPOINT], drop, (values["position"] - self.zero) / self.span
-        said = np.empty(1)
+        after, row, said = before.copy(), np.empty((1, 4)), np.empty(1)
+        row[0] = self._scaled(moment.time_s, moment.values)
         watch(after, row, frozen, self._models, self._numbers, self._drifts, said, np.empty((1, N_ANSWERS)))
         return after, float(said[0])
 
@@ -110,11 +106,12 @@ class PositionerLoop:
 
     def rows(self, data: Measurements) -> Array:
         """Time [s], set point, pressure drop and position of samples, (n_samples, 4), as the kernel takes them."""
-        drop = np.zeros(len(data))
-        if self.drop_span:
-            drop = (data.values[BEFORE_IT] - data.values[BEHIND_IT] - self.drop) / self.drop_span
-        x = (data.values["position"] - self.zero) / self.span
-        return np.column_stack([data.time_s, data.values[SETPOINT], drop, x])
+        return np.column_stack(np.broadcast_arrays(*self._scaled(data.time_s, data.values)))
+
+    def _scaled(self, time_s: Any, values: Mapping[str, Any]) -> tuple[Any, Any, Any, Any]:
+        """Time, set point, drop and position as the kernel takes them, of one sample or of many."""
+        drop = (values[BEFORE_IT] - values[BEHIND_IT] - self.drop) / self.drop_span if self.drop_span else 0.0
+        return time_s, values[SETPOINT], drop, (values["position"] - self.zero) / self.span
 
     @property
     def gap_s(self) -> float:
