@@ -14,13 +14,13 @@ OF_BOTH = ("duration", "page", "expose", "page_token", "page_cert", "page_key")
 
 def _refuse(context: Context, names: Iterable[str], remedy: str) -> None:
     """Raise BadInput for the first of these options that was given: one that is not heard must not pass for heard."""
+    from bristle.cli.output.parameters import option
     from recordings import BadInput
 
     for name in names:
         source = context.get_parameter_source(name)
         if source is not None and source.name == "COMMANDLINE":
-            option = f"--{name.rstrip('_').replace('_', '-')}"
-            raise BadInput(option, "it does nothing here", remedy)
+            raise BadInput(option(name.rstrip("_")), "it does nothing here", remedy)
 
 
 def command(

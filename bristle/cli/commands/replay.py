@@ -32,7 +32,6 @@ def command(
 
     address = f"replay:{file_of(recording)}" + (f"?pace={pace:g}" if pace else "")
     options = monitoring.MonitorOptions(
-        model, learn, calibrate or (), state, false_alarms, events, own_clock=True,
-        rate_hz=monitoring.rate_of(recording), report=report,
-    )  # fmt: skip
+        model, learn, calibrate or (), state, false_alarms, events, own_clock=True, recording=recording, report=report
+    )
     monitoring.watch(open_source(address, name=valve), options)

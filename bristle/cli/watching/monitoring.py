@@ -49,8 +49,8 @@ MOST_KEPT = 10_000
 class MonitorOptions:
     """The options of both commands. model : file; learn_s [s]; calibrate : recordings of a healthy valve; state : file
     to resume from and to save to; false_alarms : a month; events : file, None for stdout; page : where it is served,
-    None for no page; address, rate_hz : of the source, for the page, and to start from the model alone;
-    report : file to write at the end, None for none.
+    None for no page; address, rate_hz : of the source, for the page, and to start from the model alone; report : file
+    to write at the end, None for none; recording : that is played back, whose rate counts then, empty for none.
     """
 
     model: Path
@@ -66,6 +66,7 @@ class MonitorOptions:
     address: str = ""
     rate_hz: float = 10.0
     report: Path | None = None
+    recording: str = ""
 
 
 def watch(source: Source, options: MonitorOptions) -> None:
@@ -100,11 +101,6 @@ def watch(source: Source, options: MonitorOptions) -> None:
     if options.report is not None:
         save_text(options.report, courses.page())
     _finish(end, monitor)
-
-
-def rate_of(recording: str) -> float:
-    """The usual number of samples in a second of a recording. Raises BadInput for one that cannot be read."""
-    return 1.0 / float(np.median(np.diff(read(recording).time)))
 
 
 def _ended(session: Coroutine[Any, Any, MonitorEnd]) -> MonitorEnd:
@@ -154,7 +150,9 @@ def _resume(monitor: Monitor, options: MonitorOptions, model: ValveModel) -> Non
             note(f"{name}: resumed from {options.state}")
             _learned(name, known[name][0], LiveLine())
     elif options.learn_s is None:
-        monitor.start(model, 1.0 / options.rate_hz, options.false_alarms)
+        played = options.recording
+        dt_s = float(np.median(np.diff(read(played).time))) if played else 1.0 / options.rate_hz
+        monitor.start(model, dt_s, options.false_alarms)
         for name, valve in monitor.valves.items():
             if valve.watch is not None:
                 _learned(name, valve.watch, LiveLine())
