@@ -82,7 +82,7 @@ def _bristle(h, x, v, z, t, q):
 
 
 @njit_quick
-def _stem(t, h, x, v, z, force, q):
+def stem_step(t, h, x, v, z, force, q):
     """One step of position, velocity and bristle under a force [N]: half a step of position and bristle, a whole one of
     the velocity by the trapezoidal rule, and the other halves."""
     z = _bristle(0.5 * h, x, v, z, t, q)
@@ -123,7 +123,7 @@ def _run(setpoint, gusts, q, step):
         for i in range(parts):
             before, p = p, demand + (p - demand) * math.exp(-h / q.filling)
             acting = 0.5 * (before + p) if back == 0 else past[(k - back) % LATE]
-            x, v, z = _stem(k * KEPT_S + i * h, h, x, v, z, q.area * acting + gust, q)
+            x, v, z = stem_step(k * KEPT_S + i * h, h, x, v, z, q.area * acting + gust, q)
         sensed = min(max(sensed, x - 0.5 * q.play), x + 0.5 * q.play)
         part = 1.0 if q.sensor_lag == 0.0 else 1.0 - math.exp(-KEPT_S / q.sensor_lag)
         lagged += part * (sensed - lagged)

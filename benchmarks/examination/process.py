@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numba import njit
 
-from benchmarks.examination.plant import Valve, _stem
+from benchmarks.examination.plant import Valve, stem_step
 from recordings import Array
 
 SCAN_S = 1.0
@@ -31,7 +31,7 @@ def _loop(q, setpoint, low, span, gain, Ti, T, delay, disturbance, noise, step):
         out[k, 0], out[k, 1], out[k, 2] = setpoint[k], shown, op
         for i in range(parts):
             p += (1.0 - math.exp(-step / q.filling)) * (low + span * op / 100.0 - p)
-            x, v, z = _stem(k * SCAN_S + i * step, step, x, v, z, q.area * p, q)
+            x, v, z = stem_step(k * SCAN_S + i * step, step, x, v, z, q.area * p, q)
         flows[k % (delay + 1)] = 100.0 * x / q.stroke
         late = flows[(k + 1) % (delay + 1)]
         pv += (1.0 - math.exp(-SCAN_S / T)) * (late + disturbance[k] - pv)

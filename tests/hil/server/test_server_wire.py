@@ -69,6 +69,14 @@ def test_functions_beyond_reading_and_writing_registers_are_refused(code):
     asyncio.run(main())
 
 
+async def heard(line: serial.Serial, n_bytes: int) -> bytes:
+    """What a line says, so many bytes at least."""
+    async with asyncio.timeout(5):
+        while line.in_waiting < n_bytes:
+            await asyncio.sleep(0.005)
+    return line.read(100)
+
+
 def test_a_line_forgets_half_a_request_after_a_silence():
     async def main():
         clock = Clock()
@@ -79,10 +87,7 @@ def test_a_line_forgets_half_a_request_after_a_silence():
                 await asyncio.sleep(0.05)
                 clock.now += 1.0
                 line.write(bytes.fromhex("010400160001d00e"))
-                async with asyncio.timeout(5):
-                    while line.in_waiting < 7:
-                        await asyncio.sleep(0.005)
-                assert line.read(100) == bytes.fromhex("0104020003f931")
+                assert await heard(line, 7) == bytes.fromhex("0104020003f931")
             finally:
                 line.close()
 
@@ -98,10 +103,7 @@ def test_a_line_of_several_devices_hears_only_the_one_that_is_asked():
                     line.write(bytes.fromhex(body) + crc(bytes.fromhex(body)))
                     await asyncio.sleep(0.02)
                 line.write(bytes.fromhex("010400160001d00e"))
-                async with asyncio.timeout(5):
-                    while line.in_waiting < 7:
-                        await asyncio.sleep(0.005)
-                assert line.read(100) == bytes.fromhex("0104020003f931")
+                assert await heard(line, 7) == bytes.fromhex("0104020003f931")
             finally:
                 line.close()
 
