@@ -15,6 +15,7 @@ from typing import IO, Any
 
 import numpy as np
 
+from bristle.cli.console import writable
 from bristle.cli.output.live import Latest, LiveLine
 from bristle.cli.output.manner import answer, manner, note
 from bristle.cli.watching.live_page import announce
@@ -71,6 +72,7 @@ class MonitorOptions:
 
 def watch(source: Source, options: MonitorOptions) -> None:
     """Watch a source, from the options to the exit code. Raises NegativeAnswer when an alarm was raised."""
+    writable(options.report)
     model = ValveModel.read(options.model)
     live, line = Latest(source), LiveLine()
     monitor = Monitor.with_model(

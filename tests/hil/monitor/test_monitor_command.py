@@ -257,3 +257,11 @@ def test_a_replay_writes_a_report_that_says_what_to_do(model, healthy, tmp_path)
     assert opening.index("Verdict:") < opening.index("Confidence:") < opening.index("Next:")
     assert "false alarms:" in opening
     assert said.count("<td>alarm</td>") >= 1
+
+
+def test_a_report_that_cannot_be_written_is_refused_before_anything_is_watched(model, healthy, tmp_path, capsys):
+    events = tmp_path / "events.jsonl"
+    words = ["replay", str(healthy), "--model", str(model), "--calibrate", str(healthy), "--events", str(events)]
+    assert run([*words, "--report", str(tmp_path / "nowhere" / "page.html")]) == 2
+    assert "there is no folder" in capsys.readouterr().err
+    assert not events.exists()
