@@ -50,6 +50,7 @@ class QueuedSource:
                 if self._ending.is_set():
                     raise StopAsyncIteration
                 await asyncio.sleep(NAP_S)
+            self.statistics.samples += sum(isinstance(item, Sample) for item in self._taken)
         return self._taken.pop()
 
 
@@ -57,7 +58,7 @@ class ValveRecording:
     """Records one valve.
 
     disk : thread that all recordings share. `safe` is how many samples of this service nothing can take any more;
-    `notes` become events of the recording.
+    `lost` how many were taken from the queue and could not be written; `notes` become events of the recording.
     """
 
     def __init__(
@@ -70,7 +71,9 @@ class ValveRecording:
         ending: asyncio.Event,
     ) -> None:
         self.plan, self._queue, self._disk, self._ending = plan, queue, disk, ending
-        self.safe, self.notes = 0, Notes()
+        self.safe, self.lost, self.notes = 0, 0, Notes()
+        self._source: QueuedSource | None = None
+        self._safe_before = 0
         self._file, self._in_file = Path(), 0
         stroke, area = plan.known("stroke_m"), plan.known("diaphragm_area_m2")
         self._settings = RecorderSettings(
@@ -86,8 +89,18 @@ class ValveRecording:
 
     async def run(self) -> None:
         """Record until told to end. Raises what the recorder raises."""
-        source = QueuedSource(self.plan.tag, self.plan.signals, self._queue, self._ending)
-        await Recorder(source, self._settings, self._disk).run(asyncio.Event())
+        self._safe_before = self.safe
+        self._source = QueuedSource(self.plan.tag, self.plan.signals, self._queue, self._ending)
+        try:
+            await Recorder(self._source, self._settings, self._disk).run(asyncio.Event())
+        finally:
+            self.lost += self.unsafe
+            self._source = None
+
+    @property
+    def unsafe(self) -> int:
+        """How many samples were taken from the queue and still wait for the disk."""
+        return 0 if self._source is None else self._source.statistics.samples - (self.safe - self._safe_before)
 
     def _acknowledge(self, path: Path, n_samples: int) -> None:
         if path != self._file:

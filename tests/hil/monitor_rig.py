@@ -16,7 +16,7 @@ import numpy as np
 
 from bristle.cli.demo.valve import controller, moving
 from hil import LiveSource, Polling, RegisterMap, Sample, open_source, valves_of
-from recordings import Signal, write
+from recordings import Recording, Signal, read, write
 from simulator import Value, ValveModel
 from simulator.damadics import Actuator, Noise, Parameters, Scenario, run, stimuli
 
@@ -65,6 +65,18 @@ def healthy_file(folder: Path, seconds: float = 250.0) -> Path:
     ]
     write(folder / "healthy.h5", type(made).of(signals, plant=made.plant))
     return folder / "healthy.h5"
+
+
+def broken_file(healthy: Path, path: Path, after_s: float = 30.0) -> Path:
+    """The healthy recording with a position sensor that reads 3 mm too much from some time on."""
+    recording = read(healthy)
+    wrong = np.where(recording.time - recording.time[0] > after_s, 3e-3, 0.0)
+    signals = [
+        Signal(one.name, one.values + wrong if one.name == "position" else one.values, one.unit, one.role)
+        for one in recording.signals.values()
+    ]
+    write(path, Recording.of(signals, plant=recording.plant))
+    return path
 
 
 @dataclass
