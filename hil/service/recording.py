@@ -24,6 +24,9 @@ NAP_S = 0.2
 BATCH_S = 2.0
 """Samples wait so long for the disk [s]: it costs by the batch, and valves are many. So much a power cut takes."""
 
+HOLD_S = 30.0
+"""For so long they are in the journal alone [s]: the HDF5 file costs ten times as much a write."""
+
 
 class QueuedSource:
     """What waits in a queue, as a source: it ends when it is empty and `ending` is set."""
@@ -84,6 +87,7 @@ class ValveRecording:
             acknowledge=self._acknowledge,
             notes=self.notes,
             batch_s=BATCH_S,
+            hold_s=HOLD_S,
             refuse_unusable=False,
         )
 
