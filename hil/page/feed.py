@@ -6,13 +6,15 @@ import asyncio
 import math
 import time
 from collections import Counter
+from contextlib import suppress
 from dataclasses import dataclass
 from io import RawIOBase
 
 from hil.page.exchange import COLUMNS, PageAnswer, RecentColumns, asked, understood
 from hil.service.status import PlantStatus, ValveStatus
 
-ASK_EVERY_S = 0.25
+ASK_EVERY_S, UNSEEN_S = 0.25, 1.0
+"""How often the monitor is asked while somebody looks, and while nobody does [s]."""
 KEPT_S, KEPT_POINTS = 600.0, 6000
 """How much of a valve is kept for who opens its page next [s], and at most how many samples."""
 
@@ -41,12 +43,16 @@ class Feed:
         self._looked_at: Counter[str] = Counter()
         self._samples: dict[str, FeedSamples] = {}
         self._first: dict[str, tuple[float, int]] = {}
+        self._open, self._opened = 0, asyncio.Event()
 
     async def run(self) -> None:
         """Ask again and again, until the monitor has gone."""
         began = time.monotonic()
         while await self.ask():
-            await asyncio.sleep(max(0.02, ASK_EVERY_S - (time.monotonic() - began)))
+            rest = max(0.02, (ASK_EVERY_S if self._open else UNSEEN_S) - (time.monotonic() - began))
+            self._opened.clear()
+            with suppress(TimeoutError):  # whoever comes does not wait until it is time to ask
+                await asyncio.wait_for(self._opened.wait(), rest)
             began = time.monotonic()
 
     async def ask(self) -> bool:
@@ -65,6 +71,15 @@ class Feed:
     def samples(self, tag: str) -> FeedSamples:
         """The newest samples of a valve, for as long as somebody looks at it."""
         return self._samples.setdefault(tag, FeedSamples())
+
+    def open(self) -> None:
+        """Somebody opened a page."""
+        self._open += 1
+        self._opened.set()
+
+    def close(self) -> None:
+        """Somebody closed one."""
+        self._open -= 1
 
     def look(self, tag: str) -> None:
         """Somebody opened the page of a valve."""

@@ -19,7 +19,7 @@ from hil.source.sample import LinkEvent, Sample
 from hil.source.statistics import Statistics
 from recordings import Plant, SignalSpec
 
-NAP_S = 0.2
+NAP_S = 0.5
 
 BATCH_S = 2.0
 """Samples wait so long for the disk [s]: it costs by the batch, and valves are many. So much a power cut takes."""
