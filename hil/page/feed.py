@@ -13,13 +13,14 @@ from io import RawIOBase
 from hil.page.exchange import COLUMNS, PageAnswer, RecentColumns, asked, understood
 from hil.service.status import PlantStatus, ValveStatus
 
-ASK_EVERY_S, UNSEEN_S = 0.25, 1.0
+ASK_EVERY_S, UNSEEN_S = 0.25, 0.75
 """How often the monitor is asked while somebody looks, and while nobody does [s]."""
 KEPT_S, KEPT_POINTS = 600.0, 6000
 """How much of a valve is kept for who opens its page next [s], and at most how many samples."""
 
 USUAL_S = 1.5
-"""Without an answer for so long the monitor is silent; a valve that long, and three times as long as is usual [s]."""
+"""With a question unanswered for so long the monitor is silent; a valve without a value for that long, and three times as
+long as is usual [s]."""
 
 KNOWN = 10
 """Samples from which on the usual time between two of them is known."""
@@ -40,6 +41,7 @@ class Feed:
         self._answers, self._questions = answers, questions
         self.status: PlantStatus | None = None
         self._told_s = time.monotonic()
+        self._asked_s: float | None = None  # when, if there is no answer yet
         self._looked_at: Counter[str] = Counter()
         self._samples: dict[str, FeedSamples] = {}
         self._first: dict[str, tuple[float, int]] = {}
@@ -57,10 +59,12 @@ class Feed:
 
     async def ask(self) -> bool:
         """Ask once; returns whether the monitor is still there."""
+        self._asked_s = time.monotonic()
         self._questions.write(asked({tag: self.samples(tag).newest_s for tag in +self._looked_at}))  # a small one
         line = await self._answers.readline()
         if line:
             self._take(understood(line))
+            self._asked_s = None
         return bool(line)
 
     def valve(self, tag: str) -> ValveStatus | None:
@@ -94,9 +98,10 @@ class Feed:
 
     @property
     def silence(self) -> Silence | None:
-        """Whether the monitor itself has stopped to answer."""
-        seconds = time.monotonic() - self._told_s
-        return Silence(seconds, "the monitor does not answer") if seconds > USUAL_S else None
+        """Whether the monitor itself has stopped to answer. One that was not asked has not."""
+        now = time.monotonic()
+        silent = self._asked_s is not None and now - self._asked_s > USUAL_S
+        return Silence(now - self._told_s, "the monitor does not answer") if silent else None
 
     def silence_of(self, valve: ValveStatus) -> Silence | None:
         """Whether the data of a valve have stopped. A source that is polled seldom is given its time."""

@@ -126,6 +126,8 @@ def test_the_monitor_is_asked_seldom_while_nobody_looks_and_at_once_when_somebod
         for _ in range(100):
             await asyncio.sleep(0.005)
         assert pipe.questions == 1
+        monkeypatch.setattr("hil.page.feed.USUAL_S", 0.0)
+        assert feed.silence is None, "one that was not asked is not silent"
         feed.open()
         await until(lambda: pipe.questions >= 4)
         task.cancel()
