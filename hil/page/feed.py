@@ -19,8 +19,8 @@ KEPT_S, KEPT_POINTS = 600.0, 6000
 """How much of a valve is kept for who opens its page next [s], and at most how many samples."""
 
 USUAL_S = 1.5
-"""With a question unanswered for so long the monitor is silent; a valve without a value for that long, and three times as
-long as is usual [s]."""
+"""With a question unanswered for so long the monitor is silent; a valve without a value for that long, and three times
+as long as is usual [s]."""
 
 KNOWN = 10
 """Samples from which on the usual time between two of them is known."""

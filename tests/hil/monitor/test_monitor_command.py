@@ -106,6 +106,15 @@ def test_events_on_a_full_disk_do_not_end_the_watching(model, healthy, tmp_path,
     assert "alarms were raised" in errors
 
 
+def test_what_fails_is_said_when_it_happens_and_not_at_the_end_alone(model, healthy, tmp_path, capsys):
+    broken = broken_file(healthy, tmp_path / "broken.h5")
+    known = ["--model", str(model), "--calibrate", str(healthy), "--events", "/dev/full"]
+    assert run(["replay", str(broken), *known, "--pace", "20"]) == 1
+    first, last = re.findall(r"^.*No space left.*$", capsys.readouterr().err, re.MULTILINE)
+    assert first.endswith("; the watching goes on")
+    assert re.match(r"\d+ x an event could not be written", last)
+
+
 def test_a_replay_without_anything_learned_or_with_too_little_is_refused(model, healthy, tmp_path, capsys):
     assert run(["replay", str(healthy), "--model", str(model)]) == 2
     assert "--learn" in capsys.readouterr().err
