@@ -21,6 +21,8 @@ TRUTH = {
     "mass.m": "m", "spring.K": "K", "spring.F0": "F0", "lugre.fc": "fc", "lugre.fs": "fs", "lugre.vs": "vs",
     "lugre.sigma0": "sigma0", "lugre.sigma1": "sigma1", "lugre.sigma2": "sigma2",
 }  # fmt: skip
+HALF_95 = 1.96
+"""Half of a 95 % interval of a normal distribution, in standard deviations."""
 TRACE_BUDGET_S = 240.0
 LEARNED_S, HEALTHY_S, WORN_S = 600.0, 1800.0, 600.0
 WATCHED_HZ = 20.0
@@ -30,20 +32,21 @@ CAUSES = ("stiction", "tuning", "disturbance")
 
 
 def fit(rng: np.random.Generator) -> Row:
-    """Relative errors of all parameters, and which of the reported 95 % intervals hold the truth."""
+    """Relative errors of all parameters, and which of the 95 % intervals that the model states hold the truth."""
     valve, rate = draws.valve(rng), float(rng.choice(RATES))
     recordings, judging = draws.experiments(valve, rate, rng)
     found = br.fit(recordings, holdout=judging, crosscheck=False)
     truth = {name: float(getattr(valve, field)) for name, field in TRUTH.items()}
-    errors = {name: found.values[name] / true - 1.0 for name, true in truth.items()}
+    stated = {name: found.model.parameters[name] for name in truth}
+    errors = {name: stated[name].value / true - 1.0 for name, true in truth.items()}
     holds = {
-        name: bool(abs(found.values[name] - truth[name]) <= 1.96 * std)
-        for name, std in found.uncertainty.std.items()
-        if name in truth and np.isfinite(std)
+        name: bool(abs(one.value - truth[name]) <= HALF_95 * one.std)
+        for name, one in stated.items()
+        if one.std is not None
     }
     return {
         "asked": f"{rate:g} Hz", "converged": bool(found.converged), "errors": errors, "holds": holds,
-        "status": {name: str(word) for name, word in found.uncertainty.status.items()},
+        "status": {name: str(one.status) for name, one in stated.items()},
     }  # fmt: skip
 
 
