@@ -7,7 +7,7 @@ import asyncio
 import pytest
 
 from bristle.cli.demo import drive
-from bristle.cli.demo.drive import AHEAD_S, Drive
+from bristle.cli.demo.drive import AHEAD_S, DemoDrive
 from bristle.cli.demo.valve import MOVE_S, STEP_S
 
 QUICK = 1e6
@@ -38,9 +38,9 @@ class Plant:
         self.unwatched.append((self.made - self.monitor.taken) * STEP_S)
 
 
-async def driven(monitor: Monitor, plant: Plant, until) -> Drive:
-    """Drive until something holds."""
-    found = Drive(plant, monitor, lambda t: t, QUICK)
+async def driven(monitor: Monitor, plant: Plant, until) -> DemoDrive:
+    """DemoDrive until something holds."""
+    found = DemoDrive(plant, monitor, lambda t: t, QUICK)
     task = asyncio.ensure_future(found.run())
     try:
         async with asyncio.timeout(60.0):

@@ -21,7 +21,7 @@ LOOK_S = 0.005
 """Seconds of the clock between two looks at how far the monitor is."""
 
 
-class Drive:
+class DemoDrive:
     """A valve that follows a set point over plant time [s], in lock-step.
 
     plant : where set points are written; source : what the monitor reads; speed : times real time, at most; seconds :

@@ -11,7 +11,7 @@ from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from bristle.cli.demo.drive import LOOK_S, Drive
+from bristle.cli.demo.drive import LOOK_S, DemoDrive
 from bristle.cli.demo.record import Say
 from bristle.cli.demo.valve import (
     DATA_SHEET,
@@ -111,7 +111,7 @@ async def _watched(
         learned.set_result(watch.false_alarms)
 
     source = ring(address)
-    drive = Drive(plant, source, setpoint, SPEED)
+    drive = DemoDrive(plant, source, setpoint, SPEED)
     monitor = Monitor.with_model(source.signals, model, FALSE_ALARMS, LEARN_S, on_learned=on_learned)
     shown = ShownMonitor("bristle demo", address, READS_PER_SECOND, monitor, model)
     with events.open("w", encoding="utf-8") as file, Page(PageSettings(), shown) as page:
@@ -146,7 +146,7 @@ async def _watched(
 
 
 async def _fault(
-    plant: LiveSource, drive: Drive, monitor: Monitor, learned: asyncio.Future[Promise],
+    plant: LiveSource, drive: DemoDrive, monitor: Monitor, learned: asyncio.Future[Promise],
     news: asyncio.Queue[MonitorEvent], events: Path, page: str, say: Say,
 ) -> DemoWatch:  # fmt: skip
     """Inject the fault when the healthy valve was watched for a while, and wait for the alarm and its name."""
@@ -173,7 +173,7 @@ async def _fault(
     return DemoWatch(alarm_s, None, events, promise, page)
 
 
-async def _alarms(news: asyncio.Queue[MonitorEvent], drive: Drive, until: float) -> AsyncIterator[MonitorEvent]:
+async def _alarms(news: asyncio.Queue[MonitorEvent], drive: DemoDrive, until: float) -> AsyncIterator[MonitorEvent]:
     """Alarms as they come, until so much plant time [s] has passed."""
     while drive.seconds < until:
         try:
