@@ -92,3 +92,9 @@ EFFECTS: dict[str, Law] = {
 }  # fmt: skip
 """By the name that `trace` should give; the last two are in no catalogue: there `unlisted` is right."""
 UNLISTED = ("fading spring", "random force")
+TRACED = (
+    "none", "position_dependent_friction", "fading spring", "hardening_spring", "none", "quadratic_drag",
+    "random force", "backlash", "none", "sensor_lag", "fading spring", "dead_time",
+)  # fmt: skip
+"""What the cases of `trace` lack, one after the other and again from the start: a quarter nothing, a quarter something
+that is in no catalogue."""

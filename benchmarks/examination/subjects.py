@@ -13,6 +13,7 @@ import bristle as br
 from benchmarks import real
 from benchmarks.examination import draws, process
 from benchmarks.examination.plant import Valve, run
+from identification import one_thread
 from recordings import BadInput, NegativeAnswer, Recording
 
 Row = dict[str, Any]
@@ -31,7 +32,7 @@ WISH = 30.0
 CAUSES = ("stiction", "tuning", "disturbance")
 
 
-def fit(rng: np.random.Generator) -> Row:
+def fit(rng: np.random.Generator, case: int) -> Row:
     """Relative errors of all parameters, and which of the 95 % intervals that the model states hold the truth."""
     valve, rate = draws.valve(rng), float(rng.choice(RATES))
     recordings, judging = draws.experiments(valve, rate, rng)
@@ -50,9 +51,9 @@ def fit(rng: np.random.Generator) -> Row:
     }  # fmt: skip
 
 
-def trace(rng: np.random.Generator) -> Row:
+def trace(rng: np.random.Generator, case: int) -> Row:
     """The name of the effect: right, wrong, or a miss (`none` or `unlisted` where an effect of the catalogue is)."""
-    effect = str(rng.choice(list(draws.EFFECTS)))
+    effect = draws.TRACED[case % len(draws.TRACED)]
     valve = draws.EFFECTS[effect](draws.valve(rng), rng)
     recordings, judging = draws.experiments(valve, 100.0, rng)
     found = br.trace(recordings, holdout=judging, budget=TRACE_BUDGET_S)
@@ -70,7 +71,7 @@ def scored(due: str, verdict: str, same_class: tuple[str, ...] = ()) -> str:
     return "miss" if verdict in ("none", "unlisted") and due != "none" else "wrong"
 
 
-def monitor(rng: np.random.Generator) -> Row:
+def monitor(rng: np.random.Generator, case: int) -> Row:
     """Alarms on a healthy valve, and how long grown friction stays unseen. The model is fitted, as a user would."""
     valve = draws.valve(rng)
     model = br.fit(draws.experiments(valve, 100.0, rng)[0], crosscheck=False).model
@@ -93,7 +94,7 @@ def _service(valve: Valve, seconds: float, rng: np.random.Generator) -> Recordin
     return draws.measured(valve, run(valve, course, rng), WATCHED_HZ, rng)
 
 
-def assess(rng: np.random.Generator) -> Row:
+def assess(rng: np.random.Generator, case: int) -> Row:
     """Whether a sticking valve, a controller or a disturbance makes a loop swing."""
     cause = str(rng.choice(CAUSES, p=(0.5, 0.25, 0.25)))
     signals = dict(zip(("SP", "PV", "OP"), process.loop(draws.valve(rng), cause, 2400, rng).T, strict=True))
@@ -105,7 +106,7 @@ def assess(rng: np.random.Generator) -> Row:
     return {"asked": cause, "answered": found.verdict, "score": score}
 
 
-def emps(rng: np.random.Generator) -> Row:
+def emps(rng: np.random.Generator, case: int) -> Row:
     """EMPS with its official split, scored as its authors do; nothing is drawn."""
     (row,) = (row for row in real.ROWS if row.name.startswith("EMPS"))
     recordings = row.recordings()
@@ -117,18 +118,21 @@ def emps(rng: np.random.Generator) -> Row:
     }  # fmt: skip
 
 
-SUBJECTS: dict[str, Callable[[np.random.Generator], Row]] = {
+SUBJECTS: dict[str, Callable[[np.random.Generator, int], Row]] = {
     "fit": fit, "trace": trace, "monitor": monitor, "assess": assess, "emps": emps,
 }  # fmt: skip
 
 
 def examine(subject: str, case: int, seed: int) -> Row:
-    """One case of a sealed examination. A refusal or an exception is an answer, too: the row has ``failed``."""
+    """One case of a sealed examination, in one thread: another core has a case of its own. A refusal or an exception is
+    an answer, too: the row has ``failed``.
+    """
     rng = np.random.default_rng([seed, case, list(SUBJECTS).index(subject)])
     started = time.process_time()
     row: Row = {"subject": subject, "case": case, "seed": seed}
     try:
-        row |= SUBJECTS[subject](rng)
+        with one_thread():
+            row |= SUBJECTS[subject](rng, case)
     except (BadInput, NegativeAnswer) as refusal:
         row |= {"failed": f"refused: {refusal}"}
     except Exception as error:
