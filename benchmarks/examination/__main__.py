@@ -1,6 +1,6 @@
 """Draw, run and write the examination of a release.
 
-    python -m benchmarks.examination --seed 1234 --cases fit=20,trace=20,monitor=10,assess=20,emps=1
+    python -m benchmarks.examination --seed 1234 --cases trace=20,fit=20,monitor=10,assess=20,emps=1
     python -m benchmarks.examination --cases fit=4,assess=4 --write       the seed is the commit's
 
 Without --seed it is the first 32 bits of the commit. Every finished case is a line of the results file, and an
@@ -25,7 +25,7 @@ from benchmarks.examination.subjects import SUBJECTS, Row, examine
 from benchmarks.machine import machine
 from benchmarks.measured_data import DATA
 
-DEFAULT = "fit=12,trace=12,monitor=6,assess=12,emps=1"
+DEFAULT = "trace=10,fit=10,monitor=3,assess=12,emps=1"
 
 
 def asked_cases(text: str) -> list[tuple[str, int]]:

@@ -24,7 +24,8 @@ TRUTH = {
 }  # fmt: skip
 HALF_95 = 1.96
 """Half of a 95 % interval of a normal distribution, in standard deviations."""
-TRACE_BUDGET_S = 240.0
+TRACE_BUDGET_S = 120.0
+"""As `bristle trace` has it when nothing is said; here with one thread."""
 LEARNED_S, HEALTHY_S, WORN_S = 600.0, 1800.0, 600.0
 WATCHED_HZ = 20.0
 WISH = 30.0
