@@ -41,7 +41,7 @@ from identification.tracing.refine import worth_refitting
 from identification.tracing.screen import screen
 from identification.tracing.shortlist import shortlisted_fits
 from identification.tracing.swap import swapped
-from identification.tracing.verdict import Selection, concluded
+from identification.tracing.verdict import BASE_MODEL, Selection, concluded
 from recordings import BadInput, NegativeAnswer, Progress, Recording, silent
 from simulator import BASE, CATALOGUE, Catalogue, kernel
 
@@ -76,6 +76,7 @@ def select(
     _check(parts.fitted, known, catalogue)
     progress("base model", 0, 1)
     base = base_model(parts.fitted, parts.held_out, known, catalogue, _of("base model", progress))
+    budget.allows(BASE_MODEL)  # what its fit had no time for, it left out
     progress("base model", 1, 1)
     base, model, added, rounds = forward_selection(base, budget, progress)
     model, added, candidates, same_class = _reconsidered(model, added, rounds, budget)
@@ -96,8 +97,8 @@ def forward_selection(
         if not budget.allows(f"round {len(rounds) + 1}"):
             break
         rounds.append(candidates_of_round(model, budget, watch))
-        best = rounds[-1][0]
-        if not best.accepted or best.refit is None:
+        best = next(iter(rounds[-1]), None)
+        if best is None or not best.accepted or best.refit is None:
             break
         before, earlier = model, added
         grown = with_stiffness_growth(best.refit)

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from identification.budget import time_is_over
 from identification.data.grid import Grid
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.estimate import HOPELESS, Estimate, Innovations, converged, costs, lean
@@ -73,7 +74,7 @@ class DampedNoiseAware(NoiseAware):
         The smoother holds on to slips that a path has, and to rests; the model at better parameters has others.
         """
         for _ in range(ROUNDS):
-            if best is not None and vain is not None and vain(best):
+            if best is not None and (time_is_over() or (vain is not None and vain(best))):
                 break
             start = self.start(theta)
             if start is None:
@@ -190,7 +191,7 @@ def best_on_chunks(whole: DampedNoiseAware, starts: Sequence[Array], progress: P
         progress("search on chunks", done, len(starts))
         end = small.on_new_paths(start)
         ends += [] if end is None else [end]
-        if end is not None and end.loss < RIGHT:
+        if end is not None and (end.loss < RIGHT or time_is_over()):
             break
     return min(ends, key=lambda end: end.cost) if ends else None
 
@@ -205,7 +206,7 @@ def on_whole_recordings(whole: DampedNoiseAware, theta: Array) -> Estimate | Non
         end = None if end is None else whole.strict(end)
         if end is not None and (found is None or end.cost < found.cost):
             found = end
-        if found is None or converged(found, resolved=False) or found.loss > HOPELESS:
+        if found is None or converged(found, resolved=False) or found.loss > HOPELESS or time_is_over():
             break
         theta = found.theta
     return found
