@@ -9,7 +9,7 @@ from typing import Any
 
 from recordings import not_installed
 
-LIBRARIES = ("distributed", "fsspec", "pyarrow")
+LIBRARIES = ("distributed", "fsspec", "pyarrow", "cryptography")
 
 
 def needed() -> None:
