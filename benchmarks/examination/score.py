@@ -106,7 +106,8 @@ def _monitor(rows: Sequence[Row]) -> str:
     delays = [row["delay_s"] for row in rows if row["delay_s"] is not None]
     late = f"median delay {median(delays):.0f} s" if delays else "no delay"
     false, hours = sum(row["false_alarms"] for row in rows), len(rows) * HEALTHY_S / 3600.0
-    return f"{false} false alarms in {hours:g} h; {len(delays)} faults seen, {late}"
+    promised = sum(row["promised"] for row in rows)
+    return f"{false} false alarms in {hours:g} h, {promised:.2g} promised; {len(delays)} faults seen, {late}"
 
 
 def _emps(rows: Sequence[Row]) -> str:

@@ -85,8 +85,9 @@ def monitor(rng: np.random.Generator, case: int) -> Row:
     standing = bool(seen.alarm[seen.time_s < HEALTHY_S][-1])
     delay = float(after[0] - HEALTHY_S) if len(after) and not standing else None
     return {
-        "asked": f"friction +{100 * worn:.0f} %", "false_alarms": int(np.sum(at < HEALTHY_S)), "standing": standing,
-        "delay_s": delay, "kinds": sorted({str(one.kind) for one in seen.alarms if one.time_s >= HEALTHY_S}),
+        "asked": f"friction +{100 * worn:.0f} %", "false_alarms": int(np.sum(at < HEALTHY_S)),
+        "promised": HEALTHY_S / watch.false_alarms.interval_s, "standing": standing, "delay_s": delay,
+        "kinds": sorted({str(one.kind) for one in seen.alarms if one.time_s >= HEALTHY_S}),
     }  # fmt: skip
 
 
