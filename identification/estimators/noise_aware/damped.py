@@ -114,14 +114,26 @@ class DampedNoiseAware(NoiseAware):
         return None if line is None else (path, line)
 
     def trial(self, now: Estimate, step: Array) -> Estimate | None:
-        """The estimate a step further. Where that is not better at once, its paths come to rest first, from the best of
-        the moved path, the present one and one that is set back to the data.
+        """The estimate a step further. Where that is not better at once, its paths come to rest first; where that does
+        not help, paths at rest from the best of the moved path, the present one and one that is set back to the data
+        may. Other paths cost hundreds more or less by chance, so they come last: judged by them, good steps are lost.
         """
         theta, moved = now.theta + step, self.moved(now, step)
-        trial = self.along(theta, moved, 0)
-        if not self.dense or (trial is not None and trial.cost < now.cost + EQUAL):
-            return trial
-        return self._along_best_of(theta, [list(pair) for pair in zip(moved, now.paths, strict=True)], RESTING)
+
+        def at_rest() -> Estimate | None:
+            return self.along(theta, moved, RESTING)
+
+        def on_best() -> Estimate | None:
+            pairs = [list(pair) for pair in zip(moved, now.paths, strict=True)]
+            return self._along_best_of(theta, pairs, RESTING)
+
+        best = self.along(theta, moved, 0)
+        for way in (at_rest, on_best) if self.dense else ():
+            if best is not None and best.cost < now.cost + EQUAL:
+                break
+            ends = [end for end in (best, way()) if end is not None]
+            best = min(ends, key=lambda end: end.cost, default=None)
+        return best
 
     @property
     def last_stages(self) -> Stages:
