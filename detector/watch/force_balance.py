@@ -36,11 +36,16 @@ MOVING, PRESLIDING = 5.0, 3.0
 bristle at break-away: before that the friction is on its way up.
 """
 
-MEMORY = 10.0
-"""Evidence from before an alarm fades with so many samples in motion; from the alarm on it stays."""
+MEMORY, SETTLING = 10.0, 5.0
+"""Evidence fades with so many samples in motion until an alarm has stood for so many smoothing times, in which the
+means of an abrupt change are of two states; from then on it stays.
+"""
 
 CLEAR, AHEAD, LEAST = 0.6, 0.15, 12.0
 """A kind is named when it explains so much, so much more than any other kind, with so many samples in motion."""
+
+TOLD = 9.0
+"""Twice the logarithm of a likelihood ratio that tells two explanations apart: three standard deviations."""
 
 AGREED = 0.1
 """Flow and forces agree on a wrong position when no more of the force is left than this share: nothing is fitted."""
@@ -69,7 +74,7 @@ class Balance(NamedTuple):
     mean position at which a steady motion began. Of sliding samples, which weight counts, sums of squares and products
     of what each kind predicts: information (n, n), score (n,), energy [N2]. wrong [m] : mean of how far the position is
     from that of the flow; sensor (3,) : where that is known, sums of squares of what it leaves of the force and of the
-    force itself [N2], and the weight.
+    force itself [N2], and the weight; stood : samples since an alarm began.
     """
 
     position: float
@@ -82,6 +87,7 @@ class Balance(NamedTuple):
     weight: float
     wrong: float = 0.0
     sensor: Array = np.zeros(3)
+    stood: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -118,13 +124,15 @@ class BalanceTest:
         speed, values = self._speed(x - position, x - before.last, filter.position_noise), filter.values
         slid = copysign(position - before.began, (position - before.began) * speed)
         began = before.began if speed and slid >= 0 else position
-        after = before._replace(position=position, force=force, last=x, began=began, wrong=wrong)
+        stood = before.stood + 1.0 if alarmed else 0.0
+        after = before._replace(position=position, force=force, last=x, began=began, wrong=wrong, stood=stood)
         if not speed or slid < PRESLIDING * values["lugre.fs"] / values["lugre.sigma0"]:
             return after, None
         way = copysign(1.0, speed)
         level = filter.dry_friction(speed)
         seen = Sliding(way, position, speed, level, force - way * level - values["lugre.sigma2"] * speed)
-        return self._summed(after, seen, values, 1.0 if alarmed else 1.0 - 1.0 / MEMORY, known), seen
+        settled = stood * self.dt_s > SETTLING * self.smoothing_s
+        return self._summed(after, seen, values, 1.0 if settled else 1.0 - 1.0 / MEMORY, known), seen
 
     @cached_property
     def _follow(self) -> float:
@@ -166,6 +174,18 @@ class BalanceTest:
         best = int(np.argmax(found))
         rival = float(np.max(pushes)) if best == 0 else float(friction)
         return DIRECTIONS[best] if found[best] >= CLEAR and found[best] - rival >= AHEAD else None
+
+    def spring_is_weak(self, filter: ModelFilter, balance: Balance) -> bool | None:
+        """Whether it is the spring that pushes along the stroke, and not a wrong scale of the force; None while open.
+
+        A pressure sensor or a diaphragm that gives another force scales the friction as well, and a spring does not.
+        """
+        force = np.array([1.0, 1.0, 0.0])
+        of_force = float(force @ balance.score) ** 2 / max(float(force @ balance.information @ force), 1e-300)
+        of_spring = float(balance.score[1]) ** 2 / max(float(balance.information[1, 1]), 1e-300)
+        alike = max(2.0 * self.smoothing_s / self.dt_s, 1.0)
+        told = (of_spring - of_force) / (alike * max(self.usual, filter.force_noise**2))
+        return None if abs(told) < TOLD else told > 0
 
     def position_is_wrong(self, filter: ModelFilter, balance: Balance) -> bool | None:
         """Whether the position sensor explains force and flow together; None while too little has moved to say.

@@ -77,6 +77,10 @@ class ModelWatch:
         """The direction of change that the balance of forces names."""
         return self.balance.kind(self.filter, state.balance)
 
+    def spring_is_weak(self, state: ModelState) -> bool | None:
+        """Whether the spring pushes along the stroke, and not a wrong scale of the force; None while open."""
+        return self.balance.spring_is_weak(self.filter, state.balance)
+
     def position_is_wrong(self, state: ModelState) -> bool | None:
         """Whether the position sensor explains flow and force together; None while that is open."""
         return self.balance.position_is_wrong(self.filter, state.balance)
