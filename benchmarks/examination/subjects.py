@@ -78,8 +78,8 @@ def monitor(rng: np.random.Generator, case: int) -> Row:
     model = br.fit(draws.experiments(valve, 100.0, rng)[0], crosscheck=False).model
     worn = float(rng.uniform(0.3, 1.0))
     ageing = valve._replace(worn=worn, worn_at=HEALTHY_S)
-    watch = br.learn(_service(valve, LEARNED_S, rng), model, false_alarms=WISH)
-    seen = br.watch(_service(ageing, HEALTHY_S + WORN_S, rng), watch)
+    watch = br.learn(service(valve, LEARNED_S, rng), model, false_alarms=WISH)
+    seen = br.watch(service(ageing, HEALTHY_S + WORN_S, rng), watch)
     at = np.array([one.time_s for one in seen.alarms])
     after = at[at >= HEALTHY_S]
     standing = bool(seen.alarm[seen.time_s < HEALTHY_S][-1])
@@ -91,7 +91,8 @@ def monitor(rng: np.random.Generator, case: int) -> Row:
     }  # fmt: skip
 
 
-def _service(valve: Valve, seconds: float, rng: np.random.Generator) -> Recording:
+def service(valve: Valve, seconds: float, rng: np.random.Generator) -> Recording:
+    """A recording of a valve that its positioner moves from one random set point to the next."""
     course = draws.setpoint(valve.stroke, seconds, "service", rng)
     return draws.measured(valve, run(valve, course, rng), WATCHED_HZ, rng)
 
