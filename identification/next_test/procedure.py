@@ -72,7 +72,8 @@ def next_test(
     sequence, expected = best
     column, values = course.shown(course.asked(t, sequence.demand))
     others = {name: one for name, (_, one) in references.items() if one is not None}
-    return NextTest(sequence.family, bounds, t, column, values, valves, aim.weak, expected, others)
+    asked = {name: course.shown(course.asked(t, references[name][0].demand))[1] for name in others}
+    return NextTest(sequence.family, bounds, t, column, values, valves, aim.weak, expected, others, asked)
 
 
 def _judged(aim: DesignAim, course: StemDrive, t: Array, one: FoundSequence) -> Expectation | None:
