@@ -175,8 +175,6 @@ COMPLETE_LOSS: Final = 1.05
 """Loss of a complete model at most: 1, and what linearisation leaves."""
 LOSS_SPREAD: Final = 1.264
 """Standard deviation of Cauchy's loss of one unit normal innovation, in means of it."""
-SQUARE_SPREAD: Final = 2.0**0.5
-"""The same of its square."""
 MAX_OUTLIERS: Final = 1e-3
 """Share of outliers that a complete model has at most."""
 WHITE_LEVEL: Final = 0.01

@@ -75,7 +75,7 @@ class ImposedMotion:
         return None if first is None else self.descend(first, steps)
 
     def _line(self, grid: ImposedGrid, p: Array) -> tuple[Array, Innovations] | None:
-        run = self.kernel.run(grid.t, grid.driven, p, first_state(self.kernel, grid), sensitivities=True)
+        run = self.kernel.run(grid.t, grid.driven, p, first_state(self.kernel, grid.driven), sensitivities=True)
         if run.failed is not None or run.jacobian is None:
             return None
         predicted, nothing = run.outputs[:, 0], np.zeros(len(grid.t))

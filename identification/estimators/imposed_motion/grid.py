@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.data.experiment import Experiment, Segment, blurred, imposed, redrawn
+from identification.data.close_motion import closely_imposed, disturbed, thinned
+from identification.data.experiment import Experiment, Segment
 from identification.data.force import Force
 from identification.data.grid import Grid
 from recordings import Array
 from simulator import Catalogue, Kernel, Site, shows_imposed
 
-BEGINNING = 0.05
-"""Share of the travel after which memory has forgotten where it started; what is before does not count."""
 DRAWS = 4
 """Draws of the position's noise."""
 
@@ -30,15 +29,12 @@ class ImposedGrid(Grid):
     counts: NDArray[np.bool_]
 
     @classmethod
-    def of_segment(cls, s: Segment, e: Experiment, std: float) -> ImposedGrid:
-        """The grid of a segment."""
+    def of_segment(cls, s: Segment, e: Experiment, std: Array) -> ImposedGrid:
+        """The grid of a segment. std (n,) [N] : of the residual of a complete model."""
         n, m = len(s.t), s.motion
-        force = Force(s.u, np.zeros(n), np.full(n, std), np.zeros(n - 1), e.noise_force, 0.0)
-        far = np.abs(m.x - m.x[0]) > BEGINNING * np.ptp(m.x)
-        counts = s.seen & (np.arange(n) >= np.argmax(far))
-        driven = np.column_stack([m.x, m.crept, m.a, s.load])
+        force = Force(s.u, np.zeros(n), std, np.zeros(n - 1), e.noise_force, 0.0)
         motion = np.column_stack([m.x, m.v, m.crept])
-        return cls(s.t, s.y, s.u, force, e.noise_position, motion, driven=driven, counts=counts)
+        return cls(s.t, s.y, s.u, force, e.noise_position, motion, driven=_driven(s), counts=s.seen & np.isfinite(std))
 
     def driven_along(self, path: Array) -> Array:
         """`driven`, whatever the path is."""
@@ -46,13 +42,14 @@ class ImposedGrid(Grid):
 
 
 def imposed_grids(experiments: Sequence[Experiment], kernel: Kernel, p: Array) -> list[Grid]:
-    """The grids of experiments; a complete model's residual is the noise of the force, and what the noise of the
-    position does to the force that a model with parameters p predicts.
+    """The grids of experiments; a complete model's residual is the noise of the force, what the position's noise and
+    the motion between samples do to the force that a model with parameters p predicts, and the memory at first.
     """
+    pairs = [(e, close) for e, close in zip(experiments, map(closely_imposed, experiments), strict=True)]
     return [
-        ImposedGrid.of_segment(s, e, std)
-        for e, stds in ((imposed(e), _noise_of_prediction(e, kernel, p)) for e in experiments)
-        for s, std in zip(e.segments, stds, strict=True)
+        ImposedGrid.of_segment(s, close, std)
+        for e, close in pairs
+        for s, std in zip(close.segments, _errors(e, close, kernel, p), strict=True)
     ]
 
 
@@ -66,25 +63,43 @@ def showing(experiments: Sequence[Experiment], catalogue: Catalogue) -> tuple[st
     return tuple(e.id for e in catalogue.effects if shows_imposed(e) and (apart or e.site is Site.FORCE))
 
 
-def _noise_of_prediction(e: Experiment, kernel: Kernel, p: Array) -> list[float]:
-    """Standard deviations [N] per segment, from repetitions of the recording with as much noise again, and from one
-    that is smoothed over twice the time: where a valve slips, smoothing blurs the motion that the force is predicted
-    from. One for a whole segment, so that what is fitted is the error that is reported.
+def _errors(e: Experiment, close: Experiment, kernel: Kernel, p: Array) -> Iterator[Array]:
+    """Standard deviations [N] of the prediction of each segment (n,). What the motion adds is one figure for a whole
+    segment, so that what is fitted is the error that is reported; what the memory adds, which nobody knows at first, is
+    forgotten with the first motion.
     """
-    rng = np.random.default_rng(0)
-    plain, square = _predictions(imposed(e), kernel, p), np.full(len(e.segments), e.noise_force**2)
-    others = [(redrawn(e, rng), 1.0 / DRAWS) for _ in range(DRAWS)]
-    for other, share in (*others, (blurred(e), 1.0)):
-        for i, predicted in enumerate(_predictions(imposed(other), kernel, p)):
-            square[i] += share * float(np.nan_to_num(np.mean((predicted - plain[i]) ** 2)))
-    return list(np.sqrt(square))
+    plain = _predictions(close, kernel, p)
+    square = np.full(len(plain), e.noise_force**2)
+    draws = [(one, 1.0 / DRAWS) for one in disturbed(e, DRAWS, np.random.default_rng(0))]
+    for other, share in (*draws, (thinned(e), 1.0)):
+        square += [
+            share * float(np.nan_to_num(np.mean((predicted - known) ** 2)))
+            for predicted, known in zip(_predictions(other, kernel, p), plain, strict=True)
+        ]
+    held = dict(zip(kernel.parameters, p, strict=True))
+    most = held["lugre.fc"] / held["lugre.sigma0"]  # the level that a motion leaves behind
+    ends = [_predictions(close, kernel, p, z) for z in (-most, most)]
+    for one, low, high in zip(square, *ends, strict=True):
+        std = np.sqrt(one) + np.zeros(len(low))
+        open_ = np.abs(high - low) > std
+        std[: len(std) - int(np.argmax(open_[::-1])) if open_.any() else 0] = np.inf
+        yield std
 
 
-def _predictions(e: Experiment, kernel: Kernel, p: Array) -> list[Array]:
-    grids = [ImposedGrid.of_segment(s, e, 1.0) for s in e.segments]
-    return [kernel.run(s.t, s.driven, p, first_state(kernel, s)).outputs[:, 0] for s in grids]
+def _predictions(e: Experiment, kernel: Kernel, p: Array, deflection: float = 0.0) -> list[Array]:
+    """The forces (n,) [N] that a model predicts. deflection : of its bristles at first [m]."""
+    found = []
+    for s in e.segments:
+        start = first_state(kernel, _driven(s))
+        start[kernel.states.index("lugre.z")] = deflection
+        found.append(kernel.run(s.t, _driven(s), p, start).outputs[:, 0])
+    return found
 
 
-def first_state(kernel: Kernel, grid: ImposedGrid) -> Array:
-    """The state (n_states,) at the beginning of a grid."""
-    return kernel.start(grid.driven[0, 0], 0.0, grid.driven[0, 3])
+def _driven(s: Segment) -> Array:
+    return np.column_stack([s.motion.x, s.motion.v, s.motion.a, s.load])
+
+
+def first_state(kernel: Kernel, driven: Array) -> Array:
+    """The state (n_states,) at the beginning of a motion (n, 4): x, v, a and load."""
+    return kernel.start(driven[0, 0], 0.0, driven[0, 3])

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from identification.data.experiment import Experiment, imposed
+from identification.data.experiment import Experiment
 from identification.data.grid import with_smooth_force
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.estimate import lean
@@ -27,6 +27,9 @@ from identification.tracing.models.search import best_model_on_chunks
 from identification.tracing.models.trial_data import TrialData, trial_data
 from recordings import NegativeAnswer, Progress, silent
 from simulator import BASE, Catalogue, kernel
+
+WEIGHTINGS = 2
+"""How often the errors of predicted forces are computed and the model is fitted with them: they depend on it."""
 
 
 def base_model(
@@ -56,23 +59,28 @@ def _force_predicting(
     catalogue: Catalogue,
 ) -> Model:
     """The base model by the force that it predicts from the motion."""
-    valve, driven = kernel(BASE, "motion", catalogue), [imposed(e) for e in experiments]
-    u = np.concatenate([s.u for e in driven for s in e.segments])
-    x = np.concatenate([s.motion.x for e in driven for s in e.segments])
+    valve = kernel(BASE, "motion", catalogue)
+    u = np.concatenate([s.u for e in experiments for s in e.segments])
+    x = np.concatenate([s.motion.x for e in experiments for s in e.segments])
     free = Coordinates.of(valve, given, float(np.std(u)) or 1.0)
-    first = fit_imposed_motion(valve, free, driven)
+    first = fit_imposed_motion(valve, free, experiments)
     if first.minimum is None:
         raise NegativeAnswer(Outcome.DIVERGED.value)
-    fitted, others = (tuple(imposed_grids(some, valve, first.p)) for some in (experiments, held_out))
     data = TrialData(
-        tuple(experiments), tuple(held_out), fitted, others, dict(given), (float(x.min()), float(x.max())),
+        tuple(experiments), tuple(held_out), (), (), dict(given), (float(x.min()), float(x.max())),
         float(np.std(u)) or 1.0, catalogue, showing(experiments, catalogue), imposed=True,
     )  # fmt: skip
-    work = data.estimator(BASE)
-    found = work.fit(work.coordinates.theta(first.p), settings.REFIT_STEPS)
-    if found is None:
-        raise NegativeAnswer(Outcome.DIVERGED.value)
-    return Model(BASE, data, lean(found))
+    p, found = first.p, None
+    for _ in range(WEIGHTINGS):
+        fitted, others = (tuple(imposed_grids(some, valve, p)) for some in (experiments, held_out))
+        data = replace(data, fitted=fitted, held_out=others)
+        work = data.estimator(BASE)
+        found = work.fit(work.coordinates.theta(p), settings.REFIT_STEPS)
+        if found is None:
+            raise NegativeAnswer(Outcome.DIVERGED.value)
+        p = work.coordinates.p(found.theta)
+    model = Model(BASE, data, lean(found))
+    return min(model, best_model_on_chunks(model) or model, key=lambda m: m.cost)  # candidates have those starts, too
 
 
 def _damped(first: Fit, data: TrialData) -> Model:
