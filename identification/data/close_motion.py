@@ -32,7 +32,7 @@ class MotionSmoother:
     @classmethod
     def of(cls, t: Array, y: Array, noise: float) -> MotionSmoother:
         """The smoother for positions y (n,) [m] at t (n,) [s], with noise of that standard deviation [m]."""
-        found = [(order, *chain(t, y, noise, order)[2:]) for order in (ORDER, SMOOTH)]
+        found = [(order, *chain(t, y, noise, order, moving=True)[2:]) for order in (ORDER, SMOOTH)]
         order, intensity, _ = max(found, key=lambda one: one[2])
         return cls(t, noise, order, intensity)
 

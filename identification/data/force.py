@@ -79,32 +79,38 @@ def smoother_force(t: Array, u: Array, force: Force) -> Array | None:
     return mean[:, 0].copy() if likelihood > force.likelihood else None
 
 
-def chain(t: Array, z: Array, noise: float, order: int) -> tuple[Array, Array, Array, float]:
+def chain(t: Array, z: Array, noise: float, order: int, *, moving: bool = False) -> tuple[Array, Array, Array, float]:
     """A signal z (n,) as so many integrals of white noise: it and its derivatives (n, order), its standard deviation
-    (n,), the intensity (n - 1,) of the noise that drives it, and the likelihood. noise : standard deviation of z.
+    (n,), the intensity (n - 1,) of the noise that drives it, and the likelihood. noise : standard deviation of z;
+    moving : it starts as its first samples say, and not about at rest.
     """
     r, dt = noise**2, np.diff(t)
     levels = [np.full(len(dt), level) for level in r * 10.0 ** DECADES[order]]
-    intensity = max(levels, key=lambda level: _pass(t, z, level, noise, order)[3])
+    intensity = max(levels, key=lambda level: _pass(t, z, level, noise, order, moving)[3])
     least = (2 * order - 1) * math.factorial(order - 1) ** 2 * r * STILL**2
     for _ in range(ROUNDS):
-        mean, _, jumps, _ = _pass(t, z, intensity, noise, order)
+        mean, _, jumps, _ = _pass(t, z, intensity, noise, order, moving)
         intensity = np.maximum(_updated(intensity, dt, np.diff(mean[:, -1]) ** 2, jumps), least)
-    mean, variance, _, likelihood = _pass(t, z, intensity, noise, order)
+    mean, variance, _, likelihood = _pass(t, z, intensity, noise, order, moving)
     return mean, np.sqrt(np.maximum(variance, 1e-12 * r)), intensity, likelihood
 
 
 def smoothed(t: Array, z: Array, intensity: Array, noise: float, order: int) -> Array:
-    """The signal z (n,) and its derivatives (n, order) where the intensity (n - 1,) is known."""
-    return _pass(t, z, intensity, noise, order)[0]
+    """The signal z (n,), which moves from the first, and its derivatives (n, order) where the intensity (n - 1,) is
+    known.
+    """
+    return _pass(t, z, intensity, noise, order, True)[0]
 
 
-def _pass(t: Array, z: Array, intensity: Array, noise: float, order: int) -> tuple[Array, Array, Array, float]:
+def _pass(
+    t: Array, z: Array, intensity: Array, noise: float, order: int, moving: bool
+) -> tuple[Array, Array, Array, float]:
     """One pass of the smoother: mean (n, order), variance (n,), squares of the last state's steps (n - 1,), and the
     likelihood.
     """
-    mean, variance, jumps = np.empty((len(t), order)), np.empty(len(t)), np.empty(len(t) - 1)
-    likelihood = loops().smoothed_force(t, z, intensity, noise**2, mean, variance, jumps)
+    mean, variance, jumps, start = np.empty((len(t), order)), np.empty(len(t)), np.empty(len(t) - 1), np.zeros(order)
+    start[: order if moving else 1] = [np.diff(z[: order + 1], i)[0] for i in range(order if moving else 1)]
+    likelihood = loops().smoothed_force(t, z, intensity, noise**2, start, mean, variance, jumps)
     return mean, variance, jumps, float(likelihood)
 
 

@@ -12,45 +12,53 @@ from identification.data.close_motion import closely_imposed, disturbed, thinned
 from identification.data.experiment import Experiment, Segment
 from identification.data.force import Force
 from identification.data.grid import Grid
-from recordings import Array
+from recordings import Array, IndexArray
 from simulator import Catalogue, Kernel, Site, shows_imposed
 
-DRAWS = 4
+DRAWS = 8
 """Draws of the position's noise."""
+BLOCK = 1.0
+"""Length of the blocks whose errors share a part [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ImposedGrid(Grid):
     """A segment with its motion imposed. driven (n, 4) : x, v, a and load; counts (n,) : the samples that are judged;
-    force : as recorded, its std that of the residual of a complete model.
+    force : as recorded, its std that of the residual of a complete model within a block; block (n,) : the number of
+    each sample's block of time; shared (n_blocks,) [N] : standard deviation of what all errors of a block share, for
+    a bristle that stopped elsewhere stays there.
     """
 
     driven: Array
     counts: NDArray[np.bool_]
-
-    @classmethod
-    def of_segment(cls, s: Segment, e: Experiment, std: Array) -> ImposedGrid:
-        """The grid of a segment. std (n,) [N] : of the residual of a complete model."""
-        n, m = len(s.t), s.motion
-        force = Force(s.u, np.zeros(n), std, np.zeros(n - 1), e.noise_force, 0.0)
-        motion = np.column_stack([m.x, m.v, m.crept])
-        return cls(s.t, s.y, s.u, force, e.noise_position, motion, driven=_driven(s), counts=s.seen & np.isfinite(std))
+    block: IndexArray
+    shared: Array
 
     def driven_along(self, path: Array) -> Array:
         """`driven`, whatever the path is."""
         return self.driven
 
+    @property
+    def floor(self) -> float:
+        """Root mean square of a complete model's residual [N]."""
+        return float(np.sqrt(np.mean(self.force.std**2) + np.mean(self.shared**2)))
+
+    def apart(self, errors: Array) -> Array:
+        """Errors (n, m) [N] without what those of a block share, so that `force.std` is the spread of each alone."""
+        errors = np.where(self.counts[:, None], errors, 0.0)
+        weight = np.where(self.counts, self.force.std**-2, 0.0)
+        size = np.bincount(self.block, weight)
+        share = (1.0 - 1.0 / np.sqrt(1.0 + self.shared**2 * size)) / np.maximum(size, 1e-300)
+        sums = np.column_stack([np.bincount(self.block, weight * column) for column in errors.T])
+        return np.where(self.counts[:, None], errors - (share[:, None] * sums)[self.block], 0.0)
+
 
 def imposed_grids(experiments: Sequence[Experiment], kernel: Kernel, p: Array) -> list[Grid]:
-    """The grids of experiments; a complete model's residual is the noise of the force, what the position's noise and
-    the motion between samples do to the force that a model with parameters p predicts, and the memory at first.
+    """The grids of experiments; a complete model's residual is the noise of the force, and what the position's noise
+    and the motion between samples do to the force that a model with parameters p predicts. What comes before memory
+    has forgotten where it started does not count.
     """
-    pairs = [(e, close) for e, close in zip(experiments, map(closely_imposed, experiments), strict=True)]
-    return [
-        ImposedGrid.of_segment(s, close, std)
-        for e, close in pairs
-        for s, std in zip(close.segments, _errors(e, close, kernel, p), strict=True)
-    ]
+    return [grid for e in experiments for grid in _grids(e, kernel, p)]
 
 
 def showing(experiments: Sequence[Experiment], catalogue: Catalogue) -> tuple[str, ...]:
@@ -63,27 +71,26 @@ def showing(experiments: Sequence[Experiment], catalogue: Catalogue) -> tuple[st
     return tuple(e.id for e in catalogue.effects if shows_imposed(e) and (apart or e.site is Site.FORCE))
 
 
-def _errors(e: Experiment, close: Experiment, kernel: Kernel, p: Array) -> Iterator[Array]:
-    """Standard deviations [N] of the prediction of each segment (n,). What the motion adds is one figure for a whole
-    segment, so that what is fitted is the error that is reported; what the memory adds, which nobody knows at first, is
-    forgotten with the first motion.
-    """
-    plain = _predictions(close, kernel, p)
-    square = np.full(len(plain), e.noise_force**2)
-    draws = [(one, 1.0 / DRAWS) for one in disturbed(e, DRAWS, np.random.default_rng(0))]
-    for other, share in (*draws, (thinned(e), 1.0)):
-        square += [
-            share * float(np.nan_to_num(np.mean((predicted - known) ** 2)))
-            for predicted, known in zip(_predictions(other, kernel, p), plain, strict=True)
-        ]
-    held = dict(zip(kernel.parameters, p, strict=True))
-    most = held["lugre.fc"] / held["lugre.sigma0"]  # the level that a motion leaves behind
-    ends = [_predictions(close, kernel, p, z) for z in (-most, most)]
-    for one, low, high in zip(square, *ends, strict=True):
-        std = np.sqrt(one) + np.zeros(len(low))
-        open_ = np.abs(high - low) > std
-        std[: len(std) - int(np.argmax(open_[::-1])) if open_.any() else 0] = np.inf
-        yield std
+def _grids(e: Experiment, kernel: Kernel, p: Array) -> Iterator[ImposedGrid]:
+    close, held = closely_imposed(e), dict(zip(kernel.parameters, p, strict=True))
+    plain, limit = _predictions(close, kernel, p), held["lugre.fc"] / held["lugre.sigma0"]
+    others = [_predictions(one, kernel, p) for one in (*disturbed(e, DRAWS, np.random.default_rng(0)), thinned(e))]
+    ends = [_predictions(close, kernel, p, z) for z in (-limit, limit)]  # deflections that a motion may leave behind
+    for i, s in enumerate(close.segments):
+        errors = np.nan_to_num(np.stack([one[i] for one in others]) - plain[i])
+        block = np.floor((s.t - s.t[0]) / BLOCK).astype(int)
+        shared = np.stack([np.bincount(block, one) for one in errors]) / np.bincount(block)
+        weights = np.append(np.full(DRAWS, 1.0 / DRAWS), 1.0)
+        std = float(np.sqrt(e.noise_force**2 + weights @ np.mean((errors - shared[:, block]) ** 2, axis=1)))
+        between = weights @ shared**2
+        unknown = np.flatnonzero(np.abs(ends[1][i] - ends[0][i]) > std)
+        counts = s.seen & (np.arange(len(s.t)) > (unknown[-1] if len(unknown) else -1))
+        n, m = len(s.t), s.motion
+        yield ImposedGrid(
+            s.t, s.y, s.u, Force(s.u, np.zeros(n), np.full(n, std), np.zeros(n - 1), e.noise_force, 0.0),
+            e.noise_position, np.column_stack([m.x, m.v, m.crept]), driven=_driven(s), counts=counts, block=block,
+            shared=np.sqrt((between + between.mean()) / 2),
+        )  # fmt: skip
 
 
 def _predictions(e: Experiment, kernel: Kernel, p: Array, deflection: float = 0.0) -> list[Array]:

@@ -25,11 +25,8 @@ from identification.tracing.models.comparison import is_white
 from identification.tracing.models.model import Model
 from identification.tracing.models.search import best_model_on_chunks
 from identification.tracing.models.trial_data import TrialData, trial_data
-from recordings import NegativeAnswer, Progress, silent
-from simulator import BASE, Catalogue, kernel
-
-WEIGHTINGS = 2
-"""How often the errors of predicted forces are computed and the model is fitted with them: they depend on it."""
+from recordings import Array, NegativeAnswer, Progress, silent
+from simulator import BASE, Catalogue, Kernel, kernel
 
 
 def base_model(
@@ -70,17 +67,22 @@ def _force_predicting(
         tuple(experiments), tuple(held_out), (), (), dict(given), (float(x.min()), float(x.max())),
         float(np.std(u)) or 1.0, catalogue, showing(experiments, catalogue), imposed=True,
     )  # fmt: skip
-    p, found = first.p, None
-    for _ in range(WEIGHTINGS):
-        fitted, others = (tuple(imposed_grids(some, valve, p)) for some in (experiments, held_out))
-        data = replace(data, fitted=fitted, held_out=others)
-        work = data.estimator(BASE)
-        found = work.fit(work.coordinates.theta(p), settings.REFIT_STEPS)
-        if found is None:
-            raise NegativeAnswer(Outcome.DIVERGED.value)
-        p = work.coordinates.p(found.theta)
-    model = Model(BASE, data, lean(found))
+    model = _weighted(data, valve, first.p)
+    model = _weighted(data, valve, model.coordinates.p(model.estimate.theta))  # the errors depend on the model
     return min(model, best_model_on_chunks(model) or model, key=lambda m: m.cost)  # candidates have those starts, too
+
+
+def _weighted(data: TrialData, valve: Kernel, p: Array) -> Model:
+    """The base model fitted from parameters p, with the errors that predicted forces have by them."""
+    fitted, others = (
+        tuple(imposed_grids(some, valve, p)) for some in (data.experiments, data.held_out_experiments)
+    )  # fmt: skip
+    data = replace(data, fitted=fitted, held_out=others)
+    work = data.estimator(BASE)
+    found = work.fit(work.coordinates.theta(p), settings.REFIT_STEPS)
+    if found is None:
+        raise NegativeAnswer(Outcome.DIVERGED.value)
+    return Model(BASE, data, lean(found))
 
 
 def _damped(first: Fit, data: TrialData) -> Model:

@@ -13,6 +13,7 @@ from identification.data.experiment import Experiment
 from identification.data.grid import with_smooth_force
 from identification.estimators.damped import order_bias
 from identification.estimators.fitted import FREE_STEP, Fit, fit_of, fit_of_free_runs
+from identification.estimators.imposed_motion.grid import ImposedGrid
 from identification.estimators.noise_aware.estimator import NoiseAware
 from identification.estimators.output_error.homotopy import Minimum
 from identification.estimators.output_error.problem import Problem, ResidualForm
@@ -104,7 +105,8 @@ def free_run_errors(
         }
     errors["noise_floor_m"] = float(np.sqrt(np.mean([e.noise_position**2 for e in data.experiments])))
     if data.imposed:
-        errors["noise_floor_N"] = float(np.sqrt(np.mean([s.force.std[-1] ** 2 for s in data.fitted])))
+        floors = [grid.floor for grid in data.fitted if isinstance(grid, ImposedGrid)]
+        errors["noise_floor_N"] = float(np.sqrt(np.mean(np.square(floors))))
     return errors
 
 
