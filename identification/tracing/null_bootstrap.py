@@ -38,6 +38,9 @@ from identification.uncertainty.bootstrap import replicate
 from recordings import NegativeAnswer, Progress, silent
 from simulator import BASE, kernel
 
+NULL_SEED = 0
+"""Seed of the noise, so that a trace gives the same answer every time."""
+
 
 def null_probability(
     model: Model, refit: Model, effect: str, doubtful: bool, budget: Budget, progress: Progress = silent
@@ -51,7 +54,7 @@ def null_probability(
     if not doubtful and model.cost - refit.cost > _clear_gain(model):
         return None
     gain, values = net_gain(model, refit, effect), {n: refit.values[n] for n in refit.values if n not in model.values}
-    rng, gains = np.random.default_rng(settings.NULL_SEED), list[float]()
+    rng, gains = np.random.default_rng(NULL_SEED), list[float]()
     replicates = settings.NULL_REPLICATES
     for done in range(1, replicates + 1):
         if not budget.allows(f"null replicates of {effect}"):
@@ -60,9 +63,9 @@ def null_probability(
         found = _gain_of_replicate(model, Score(effect, 0.0, values), rng, budget)
         if not budget.allows(f"null replicates of {effect}"):  # some candidates may not have been tried on it
             break
-        gains += [] if found is None else [max(settings.NULL_GAIN, found)]
-        lowest = tail_probability(gain, gains + [settings.NULL_GAIN] * (replicates - done))
-        if lowest > settings.NULL_LEVEL or tail_probability(gain, gains) < settings.NULL_LEVEL:
+        gains += [] if found is None else [max(settings.CHANCE_GAIN, found)]
+        lowest = tail_probability(gain, gains + [settings.CHANCE_GAIN] * (replicates - done))
+        if lowest > settings.LEVEL or tail_probability(gain, gains) < settings.LEVEL:
             break
     progress("null replicates", replicates, replicates)
     if not gains and budget.over:

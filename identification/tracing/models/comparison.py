@@ -15,6 +15,9 @@ from identification.tracing import settings
 from identification.tracing.models.model import Model
 from recordings import Array
 
+LOSS_SPREAD = 1.264
+"""Standard deviation of Cauchy's loss of one unit normal innovation, in means of it."""
+
 
 @dataclass(frozen=True)
 class Comparison:
@@ -75,11 +78,11 @@ def whiteness(estimate: Estimate, *, resolved: bool = True) -> Whiteness:
     does where a fit has converged.
     """
     complete, most = (settings.COMPLETE_LOSS, settings.MAX_OUTLIERS) if resolved else (ROUGH_LOSS, ROUGH_OUTLIERS)
-    spread = settings.LOSS_SPREAD / np.sqrt(estimate.samples)
+    spread = LOSS_SPREAD / np.sqrt(estimate.samples)
     p_value = float(norm.sf((estimate.loss - complete) / spread))
     if estimate.outliers > most:
         p_value = min(p_value, float(norm.sf(OUTLIER)))
-    return Whiteness(p_value > settings.WHITE_LEVEL, p_value, estimate.loss, estimate.outliers)
+    return Whiteness(p_value > settings.STRICT_LEVEL, p_value, estimate.loss, estimate.outliers)
 
 
 def imposed_whiteness(estimate: Estimate, grids: tuple[Grid, ...]) -> Whiteness:
@@ -92,7 +95,7 @@ def imposed_whiteness(estimate: Estimate, grids: tuple[Grid, ...]) -> Whiteness:
         square = np.where(counts, line.innovations[:, 0] ** 2 / line.variances[:, 0], 0.0)
         excess.append(_blocks(square - settings.COMPLETE_LOSS * counts, grid))
     p_value = float(ttest_1samp(np.concatenate(excess), 0.0, alternative="greater").pvalue)
-    return Whiteness(not p_value < settings.WHITE_LEVEL, p_value, estimate.loss, estimate.outliers)
+    return Whiteness(not p_value < settings.STRICT_LEVEL, p_value, estimate.loss, estimate.outliers)
 
 
 def fitted_whiteness(model: Model) -> Whiteness:
