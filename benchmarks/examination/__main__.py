@@ -14,7 +14,6 @@ import datetime
 import json
 import multiprocessing
 import os
-import subprocess
 import sys
 import tomllib
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -22,7 +21,7 @@ from pathlib import Path
 
 from benchmarks.examination.score import append, scores, section
 from benchmarks.examination.subjects import SUBJECTS, Row, examine
-from benchmarks.machine import machine
+from benchmarks.machine import commit, machine
 from benchmarks.measured_data import DATA
 
 DEFAULT = "trace=10,fit=10,monitor=3,assess=12,emps=1"
@@ -53,15 +52,6 @@ def taken(cases: list[tuple[str, int]], seed: int, head: str, path: Path, worker
             file.flush()
             print(json.dumps(row), flush=True)
     return [rows[case] for case in cases]
-
-
-def commit() -> str:
-    """The commit that is examined; a tree with changes is said to be one."""
-
-    def git(*words: str) -> str:
-        return subprocess.run(["git", *words], capture_output=True, text=True, check=True).stdout.strip()
-
-    return git("rev-parse", "HEAD") + (" with changes" if git("status", "--porcelain", "-uno") else "")
 
 
 def main() -> None:

@@ -114,9 +114,13 @@ def test_the_force_is_smoothed_as_by_rauch_tung_and_striebel(order):
     unit = (t[-1] - t[0]) / (n - 1)
     u, q = 10 + np.cumsum(rng.normal(0, 1, n)), rng.uniform(0.5, 2, n - 1) * 1e4 / unit ** (2 * order - 2)
     mean, variance, jumps = np.empty((n, order)), np.empty(n), np.empty(n - 1)
-    force_loops().smoothed_force(t, u, q, r, mean, variance, jumps)
+    start = np.array([u[0], 0.3, 0.1, 0.02][:order])
+    force_loops().smoothed_force(t, u, q, r, start, mean, variance, jumps)
     other = KalmanFilter(order, 1)
-    other.x[0], other.P = u[0], 1e4 * r * np.diag([unit ** (-2.0 * i) for i in range(order)])
+    other.x[:, 0], other.P = (
+        start * unit ** -np.arange(order),
+        1e4 * r * np.diag([unit ** (-2.0 * i) for i in range(order)]),
+    )
     other.H, other.R = np.eye(order)[:1], r
     powers = np.subtract.outer(np.arange(order), np.arange(order))
     Fs = [np.array([[h**-k / math.factorial(-k) if k <= 0 else 0.0 for k in row] for row in powers])
