@@ -7,6 +7,7 @@ from typing import Literal
 
 from identification.advice import advice
 from identification.budget import Budget
+from identification.data.close_motion import closely_imposed
 from identification.data.experiment import experiment
 from identification.data.grid import with_smooth_force
 from identification.estimators.fit import Estimator, fit
@@ -107,6 +108,7 @@ def identify(
     if others:
         progress("free runs of the recordings held out", 0, 0)
     others = with_smooth_force(others) if found.smooths_force else others
+    others = [closely_imposed(e) for e in others] if found.kernel.causality == "motion" else others
     held_out = free_runs(found, others, fitted=False) if others else ()
     if check:
         progress("cross-check", 0, 0)

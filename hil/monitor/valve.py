@@ -177,7 +177,7 @@ class _Gathered:
 
 _WORDS = {
     "friction": "the friction has changed",
-    "spring": "the spring, the area of the diaphragm or the measured force has changed",
+    "spring": "the spring, or the area of the diaphragm, has changed",
     "sensor": "position and flow do not fit each other: position sensor", "supply": "the supply pressure is not usual",
     "flow": "the flow, or the process pressures, are not what belongs to the opening", None: "unknown kind",
 }  # fmt: skip

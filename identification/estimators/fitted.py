@@ -115,7 +115,7 @@ def free_run_start(problem: Problem, estimate: Estimate) -> Array:
     return np.concatenate([estimate.theta, *local])
 
 
-EXPLAINED = 2.0
+EXPLAINED = 1.5
 """How many times the loss of a right model a fit of windows may leave and count as converged."""
 
 

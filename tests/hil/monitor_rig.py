@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bristle.cli.demo.valve import controller, moving
+from bristle.cli.demo.valve import VALVE, controller
 from hil import LiveSource, Polling, RegisterMap, Sample, open_source, valves_of
 from recordings import Recording, Signal, read, write
 from simulator import Value, ValveModel
@@ -110,8 +110,22 @@ async def serve(listen: Sequence[str], *more: str) -> Served:
 @asynccontextmanager
 async def moved(address: str) -> AsyncIterator[LiveSource]:
     """A connection that moves the set point until it is left; it can write the fault registers."""
-    async with controller(address) as plant, moving(plant, lambda t: float(setpoint(t)), SPEED):
-        yield plant
+    async with controller(address) as plant:
+        task = asyncio.ensure_future(_move(plant))
+        try:
+            yield plant
+        finally:
+            task.cancel()
+            await asyncio.gather(task, return_exceptions=True)
+
+
+async def _move(plant: LiveSource) -> None:
+    """Write the set point again and again, in plant time that runs with the clock."""
+    clock = asyncio.get_running_loop().time
+    began = clock()
+    while True:
+        await plant.write(VALVE, "setpoint", float(setpoint(SPEED * (clock() - began))))
+        await asyncio.sleep(0.05)
 
 
 async def passed(address: str, samples: int) -> None:

@@ -13,7 +13,8 @@ from traced_valves import recorded, traced, traced_imposed
 from identification import Outcome, trace
 from identification.budget import Budget
 from identification.tracing import settings
-from identification.tracing.algorithm import candidates_of_round, forward_selection
+from identification.tracing.algorithm import forward_selection
+from identification.tracing.candidates import candidates_of_round
 from identification.tracing.judge import NO_TIME
 from recordings import BadParameter
 
