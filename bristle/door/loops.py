@@ -7,11 +7,11 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import cast
 
-from bristle.door.sources import BUNDLED, RecordingLike, read, read_all
+from bristle.door.sources import RecordingLike, read, read_all
 from bristle.door.valves import valve_of
 from identification.loops import Assessment, assess_loop, known_of, read_loop
 from identification.standard_tests import TestKind, ValveTest, simulated_test, standard_test
-from recordings import Progress, Recording, silent
+from recordings import BUNDLED, Progress, Recording, silent
 from recordings.importers import is_recording
 from simulator import ValveModel
 
