@@ -57,7 +57,7 @@ ONE_WAY = 0.8
 """Motion is in one direction only when the two differ by this share of all of it; then nothing is named."""
 
 
-class Sliding(NamedTuple):
+class SlidingMoment(NamedTuple):
     """A sample at which the stem slides steadily. way : 1 or -1; position [m], speed [m/s]; level : of the dry friction
     by the model [N]; left : force that the model does not explain [N].
     """
@@ -112,7 +112,7 @@ class BalanceTest:
 
     def step(
         self, before: Balance, filter: ModelFilter, moment: Measurement, alarmed: bool, wrong: float = nan
-    ) -> tuple[Balance, Sliding | None]:
+    ) -> tuple[Balance, SlidingMoment | None]:
         """The sums after one sample, and what it says of the forces where the stem slides steadily. wrong : how far the
         position is from that of the flow [m], NaN where unknown.
         """
@@ -130,7 +130,7 @@ class BalanceTest:
             return after, None
         way = copysign(1.0, speed)
         level = filter.dry_friction(speed)
-        seen = Sliding(way, position, speed, level, force - way * level - values["lugre.sigma2"] * speed)
+        seen = SlidingMoment(way, position, speed, level, force - way * level - values["lugre.sigma2"] * speed)
         settled = stood * self.dt_s > SETTLING * self.smoothing_s
         return self._summed(after, seen, values, 1.0 if settled else 1.0 - 1.0 / MEMORY, known), seen
 
@@ -149,7 +149,7 @@ class BalanceTest:
         return copysign(usual / self.dt_s, ahead) if steady else 0.0
 
     def _summed(
-        self, before: Balance, seen: Sliding, values: Mapping[str, float], keep: float, flow_known: bool
+        self, before: Balance, seen: SlidingMoment, values: Mapping[str, float], keep: float, flow_known: bool
     ) -> Balance:
         """The sums with one more sample; what they have fades by `keep`."""
         left = seen.left
@@ -211,9 +211,9 @@ def shares(balance: Balance) -> Array:
     return balance.score**2 / information / max(balance.energy, 1e-300)
 
 
-def sliding(filter: ModelFilter, data: Measurements) -> list[Sliding | None]:
+def sliding(filter: ModelFilter, data: Measurements) -> list[SlidingMoment | None]:
     """What every sample of fault-free data says of the forces, None where the stem does not slide steadily."""
-    test, state, found = BalanceTest(filter.dt_s, filter.smoothing_s), None, list[Sliding | None]()
+    test, state, found = BalanceTest(filter.dt_s, filter.smoothing_s), None, list[SlidingMoment | None]()
     last_s = -np.inf
     for moment in data:
         seen = None
@@ -229,6 +229,6 @@ def sliding(filter: ModelFilter, data: Measurements) -> list[Sliding | None]:
     return found
 
 
-def forces(found: Sequence[Sliding | None]) -> Array:
+def forces(found: Sequence[SlidingMoment | None]) -> Array:
     """Unexplained forces (n_samples, 2) [N]: against the motion, and along the stroke; NaN where there are none."""
     return np.array([(nan, nan) if one is None else (one.way * one.left, one.left) for one in found]).reshape(-1, 2)
