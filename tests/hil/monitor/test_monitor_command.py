@@ -212,6 +212,22 @@ def test_a_valve_that_comes_too_seldom_is_told_once_and_with_its_count_when_that
     assert 29.9 < gaps[1].t_s - (learned[-1].time + 40.0) < 30.2
 
 
+def test_a_link_that_comes_and_goes_is_told_as_lost_until_it_holds(healthy, learner):
+    first = next(item for item in played(healthy, "A") if isinstance(item, Sample))
+    at, items = first.time, [first]
+    for k in range(100):  # five seconds there, three not
+        for kind in ("link_down", "link_up"):
+            at += 3.0
+            items.append(LinkEvent(at, at, "A", kind, f"the {k + 1}. time"))
+        items += [replace(first, time=at + 0.5 * n, wall=at) for n in range(1, 5)]
+    items += [replace(first, time=at + 10.0 + k, wall=at) for k in range(60)]
+    events = taken(Monitor({"A": read(healthy).header.signals}, learner, 1e6, own_clock=True), items)
+    assert [(event.kind, event.text) for event in events] == [
+        ("link_down", "the 1. time"), ("link_up", "the 1. time"), ("link_down", "the 2. time"),
+        ("link_up", "it holds again, after 100 losses in 594.0 s"),
+    ]  # fmt: skip
+
+
 def test_a_valve_that_cannot_be_learned_is_named_and_so_is_one_without_a_position(healthy, learner):
     def refusing(_: Measurements) -> Watch:
         raise BadInput("position", "it says nothing", "measure another")
