@@ -69,7 +69,7 @@ def test_what_was_learned_is_saved_and_resumed_and_belongs_to_its_model(model, h
 def state_text(valves: object) -> str:
     """A state file with a checksum that is right."""
     checksum = hashlib.sha256(json.dumps(valves, sort_keys=True).encode()).hexdigest()
-    about = {"format": "monitor-state", "version": 2, "model": "m", "sha256": checksum, "valves": valves}
+    about = {"format": "monitor-state", "version": 3, "model": "m", "sha256": checksum, "valves": valves}
     return json.dumps(about)
 
 
@@ -88,7 +88,7 @@ def changed(parts: object, new: float) -> Iterator[object]:
     [
         ("{", "cannot be read"),
         ('{"format": "valve-model"}', "no monitor-state"),
-        ('{"format": "monitor-state", "version": 1, "model": "m", "valves": {}}', "version 1.* learn anew"),
+        ('{"format": "monitor-state", "version": 2, "model": "m", "valves": {}}', "version 2.* learn anew"),
         (state_text([]), "names no valves"),
         (state_text({"A": {}}), "A"),
         (state_text({"A": {"watch": {}}}), "learn anew"),
