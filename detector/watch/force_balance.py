@@ -20,6 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from detector.arithmetic.native import native
 from detector.measurements import Measurement, Measurements
 from detector.watch.model.filter import DIRECTIONS, ModelFilter
 from recordings import Array
@@ -180,14 +181,14 @@ class BalanceTest:
         self, before: Balance, seen: Sliding, values: Mapping[str, float], keep: float, flow_known: bool
     ) -> Balance:
         """The sums with one more sample; what they have fades by `keep`."""
-        left = seen.left
-        kinds = np.array([seen.way * seen.level, values["spring.K"] * seen.position + values["spring.F0"], 1.0])
-        missed = left + values["spring.K"] * before.wrong
-        sensor = np.array([missed * missed, left * left, 1.0]) if flow_known else np.zeros(3)
+        spring = values["spring.K"] * seen.position + values["spring.F0"]
+        missed = seen.left + values["spring.K"] * before.wrong if flow_known else nan
+        information, score, sensor = _with_one_more(
+            before.information, before.score, before.sensor, keep, seen.way * seen.level, spring, seen.left, missed
+        )
         return before._replace(
-            information=keep * before.information + np.outer(kinds, kinds), score=keep * before.score + kinds * left,
-            energy=keep * before.energy + left * left, weight=keep * before.weight + 1.0,
-            sensor=keep * before.sensor + sensor,
+            information=information, score=score, energy=keep * before.energy + seen.left * seen.left,
+            weight=keep * before.weight + 1.0, sensor=sensor,
         )  # fmt: skip
 
     def kind(self, filter: ModelFilter, balance: Balance) -> str | None:
@@ -231,6 +232,26 @@ class BalanceTest:
     def _least(self, filter: ModelFilter) -> float:
         """Mean square of a force that is worth a name [N2]."""
         return max(2.0 * self.usual, (0.2 * min(filter.values["lugre.fc"], filter.values["lugre.fs"])) ** 2)
+
+
+@native
+def _with_one_more(
+    information: Array, score: Array, sensor: Array, keep: float, friction: float, spring: float, left: float,
+    missed: float,
+) -> tuple[Array, Array, Array]:  # fmt: skip
+    """Sums of a `Balance` with one more sample: what each kind predicts of a force, the force that is left, and what
+    a wrong position misses of it, NaN where that is not known.
+    """
+    kinds, added, scored, seen = (friction, spring, 1.0), np.empty((N, N)), np.empty(N), keep * sensor
+    for i in range(N):
+        scored[i] = keep * score[i] + kinds[i] * left
+        for j in range(N):
+            added[i, j] = keep * information[i, j] + kinds[i] * kinds[j]
+    if np.isfinite(missed):
+        seen[0] += missed * missed
+        seen[1] += left * left
+        seen[2] += 1.0
+    return added, scored, seen
 
 
 def shares(balance: Balance) -> Array:
