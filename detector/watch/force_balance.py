@@ -62,7 +62,7 @@ ONE_WAY = 0.8
 """Motion is in one direction only when the two differ by this share of all of it; then nothing is named."""
 
 
-class Sliding(NamedTuple):
+class SlidingMoment(NamedTuple):
     """A sample at which the stem slides steadily. way : 1 or -1; position [m], speed [m/s]; level : of the dry friction
     by the model [N]; left : force that the model does not explain [N].
     """
@@ -117,7 +117,7 @@ class BalanceTest:
 
     def step(
         self, before: Balance, filter: ModelFilter, moment: Measurement, alarmed: bool, wrong: float = nan
-    ) -> tuple[Balance, Sliding | None]:
+    ) -> tuple[Balance, SlidingMoment | None]:
         """The sums after one sample, and what it says of the forces where the stem slides steadily. wrong : how far the
         position is from that of the flow [m], NaN where unknown.
         """
@@ -146,7 +146,7 @@ class BalanceTest:
 
     def _slides(
         self, after: Balance, filter: ModelFilter, x: float, unexplained: float, speed: float
-    ) -> Sliding | None:
+    ) -> SlidingMoment | None:
         """The sample, where the stem slides by now and its force is even."""
         values, way, level = filter.values, copysign(1.0, speed), filter.dry_friction(speed)
         least = max(PRESLIDING * values["lugre.fs"] / values["lugre.sigma0"], MOVING * filter.position_noise)
@@ -155,7 +155,7 @@ class BalanceTest:
         if abs(unexplained - after.force) > STEP_NOISE * filter.force_noise + EVEN * level:
             return None
         left = after.force - way * level - values["lugre.sigma2"] * speed
-        return Sliding(way, after.position, speed, level, left)
+        return SlidingMoment(way, after.position, speed, level, left)
 
     @cached_property
     def _follow(self) -> float:
@@ -178,7 +178,7 @@ class BalanceTest:
         return copysign(usual / self.dt_s, ahead) if steady else 0.0
 
     def _summed(
-        self, before: Balance, seen: Sliding, values: Mapping[str, float], keep: float, flow_known: bool
+        self, before: Balance, seen: SlidingMoment, values: Mapping[str, float], keep: float, flow_known: bool
     ) -> Balance:
         """The sums with one more sample; what they have fades by `keep`."""
         spring = values["spring.K"] * seen.position + values["spring.F0"]
@@ -260,9 +260,9 @@ def shares(balance: Balance) -> Array:
     return balance.score**2 / information / max(balance.energy, 1e-300)
 
 
-def sliding(filter: ModelFilter, data: Measurements) -> list[Sliding | None]:
+def sliding(filter: ModelFilter, data: Measurements) -> list[SlidingMoment | None]:
     """What every sample of fault-free data says of the forces, None where the stem does not slide steadily."""
-    test, state, found = BalanceTest(filter.dt_s, filter.smoothing_s), None, list[Sliding | None]()
+    test, state, found = BalanceTest(filter.dt_s, filter.smoothing_s), None, list[SlidingMoment | None]()
     last_s = -np.inf
     for moment in data:
         seen = None
@@ -278,6 +278,6 @@ def sliding(filter: ModelFilter, data: Measurements) -> list[Sliding | None]:
     return found
 
 
-def forces(found: Sequence[Sliding | None]) -> Array:
+def forces(found: Sequence[SlidingMoment | None]) -> Array:
     """Unexplained forces (n_samples, 2) [N]: against the motion, and along the stroke; NaN where there are none."""
     return np.array([(nan, nan) if one is None else (one.way * one.left, one.left) for one in found]).reshape(-1, 2)

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from detector.measurements import Measurement, Measurements
-from detector.watch.force_balance import MEMORY, Balance, BalanceTest, Sliding, forces, sliding
+from detector.watch.force_balance import MEMORY, Balance, BalanceTest, SlidingMoment, forces, sliding
 from detector.watch.model.filter import DIRECTIONS, FilterState, ModelFilter
 from detector.watch.model.innovations import SKIPPED, evidence_of, innovations
 from detector.watch.model.tuning import filter_for, tuned
@@ -133,7 +133,7 @@ def _residuals(filter: ModelFilter, data: Measurements) -> Array:
     return np.hstack([found, forces(sliding(filter, data))])
 
 
-def _usual(found: Sequence[Sliding | None]) -> float:
+def _usual(found: Sequence[SlidingMoment | None]) -> float:
     """Mean square of the unexplained force in a few sliding samples in a row, the median of healthy data [N2]."""
     squares = np.array([one.left**2 for one in found if one is not None])
     if len(squares) < _FEW:
