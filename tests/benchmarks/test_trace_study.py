@@ -11,13 +11,14 @@ import numpy as np
 import pytest
 
 from benchmarks import trace as study
-from benchmarks import trace_release
+from benchmarks import trace_ablation, trace_release
 from benchmarks.plants import cases, strengths
 from benchmarks.plants.cases import Case
 from benchmarks.plants.effects import SAME
 from benchmarks.plants.recordings import recordings
 from benchmarks.trace_report import ABSENT
 from identification import noise_std
+from identification import trace_settings as settings
 
 
 @pytest.fixture(autouse=True)
@@ -135,6 +136,26 @@ def test_a_release_stops_in_time_and_its_page_tells_the_misses(tmp_path: Path) -
     assert (again.count("## Seed 4"), again.count("## Seed 5")) == (1, 1)
     assert "second" in again
     assert "first" not in again
+
+
+def test_an_ablation_varies_only_what_a_trace_read_and_goes_on(tmp_path: Path) -> None:
+    calls = []
+
+    def reading(fitted: Any, *, holdout: Any) -> Any:
+        calls.append((settings.MAX_LOSS_ONE, settings.PEAKS))
+        return answer("none" if settings.MAX_LOSS_ONE < 2 else "backlash")
+
+    (work,) = (case for case in trace_ablation.cases([7001], ["backlash"]) if case.rig)
+    path, plain = tmp_path / "rows.jsonl", (settings.MAX_LOSS_ONE, settings.PEAKS)
+    rows = trace_ablation.ablation([work], np.inf, path, reading, head="abc")
+    assert plain == (settings.MAX_LOSS_ONE, settings.PEAKS)
+    assert {row["number"] for row in rows} == {"", "MAX_LOSS_ONE", "PEAKS"}
+    assert len(calls) == len(rows) == 1 + 3 + 2
+    assert trace_ablation.ablation([work], np.inf, path, reading, head="abc") == rows
+    assert len(calls) == len(rows)
+    lines = "\n".join(trace_ablation.table(rows))
+    assert f"| MAX_LOSS_ONE | {plain[0]} | off | 1 | 1 | 1 | 0 | 1 |" in lines
+    assert f"| PEAKS | {plain[1]} | x 2 | 1 | 1 | 0 | 0 | 0 |" in lines
 
 
 def test_a_failing_trace_is_an_answer() -> None:
