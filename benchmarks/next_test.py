@@ -88,23 +88,25 @@ def case(seed: int) -> Counter[str] | None:
     if not weak and not pair:
         return None
     models = {name: one.model for name, one in known.items()}
-    tests, promised = proposals(models, pair)
+    tests, promised = proposals(models)
     found: Counter[str] = Counter(cases=1, promised=promised)
     for name, test in tests.items():
         seen = measured_on(truth, test, rng)
         ends = {} if seen is None else fits([first, seen], pair)
         found += judged(name, ends, truth, pair, weak)
+    found["promise kept"] = promised * found["proposed"]
     found["weak parameters"] += 0 if pair else len(weak)
+    found.update({} if pair else {f"{n} weak": 1 for n in weak})
     return found
 
 
-def proposals(models: Mapping[str, ValveModel], pair: tuple[str, ...]) -> tuple[dict[str, DrivenTest], bool]:
-    """The tests to compare, as the valve gets them, and whether the proposed one is expected to settle the case."""
+def proposals(models: Mapping[str, ValveModel]) -> tuple[dict[str, DrivenTest], bool]:
+    """The tests to compare, all within the limits, as the valve gets them, and whether the proposed one is expected to
+    settle the case."""
     proposed = next_test(models, BOUNDS, drive="force", sampling=RATE)
+    sequences = {"proposed": proposed.sequence, **proposed.reference_sequences}
     drive = drive_of(known_valve("first", next(iter(models.values()))), "force", BOUNDS)
-    t = proposed.t
-    tests = {name: drive.test(t, drive.asked(t, wave(t / t[-1])), SUB_STEP) for name, wave in REFERENCES.items()}
-    return {"proposed": drive.test(t, proposed.sequence, SUB_STEP), **tests}, proposed.settles
+    return {name: drive.test(proposed.t, force, SUB_STEP) for name, force in sequences.items()}, proposed.settles
 
 
 def judged(
@@ -116,7 +118,9 @@ def judged(
     if pair:
         return Counter({name: int(square(ends[pair[1]]) - square(ends[pair[0]]) > SIGMAS**2)})
     told = [n for n in weak if is_told(n, ends["valve"], truth)]
-    return Counter({name: int(len(told) == len(weak)), f"{name}, parameters": len(told)})
+    return Counter({name: int(len(told) == len(weak)), f"{name}, parameters": len(told)}) + Counter(
+        f"{n} told by {name}" for n in told
+    )
 
 
 def is_told(name: str, end: Identification, truth: KnownValve) -> bool:
@@ -150,9 +154,21 @@ def main() -> None:
     for seed, found in cases(given.first, given.cases):
         total += found
         kind = "class" if seed % 2 else "weak"
-        print(f"seed {seed} ({kind}): settled by {', '.join(n for n in TESTS if found[n]) or 'none'}", flush=True)
+        promised = "expected to be settled" if found["promised"] else "not expected to be"
+        print(
+            f"seed {seed} ({kind}, {promised}): settled by {', '.join(n for n in TESTS if found[n]) or 'none'}",
+            flush=True,
+        )
     told = ", ".join(f"{n} tells {total[f'{n}, parameters']}" for n in TESTS)
     print(f"{total['weak parameters']} weak parameters: {told}")
+    for n in sorted(key.removesuffix(" weak") for key in total if key.endswith(" weak")):
+        print(
+            f"  {n}, weak in {total[f'{n} weak']}: "
+            + ", ".join(f"{name} {total[f'{n} told by {name}']}" for name in TESTS)
+        )
+    print(
+        f"{total['promised']} were expected to be settled by the proposed test, and it settled {total['promise kept']}"
+    )
     print(f"{total['cases']} cases from seed {given.first}: " + ", ".join(f"{n} settles {total[n]}" for n in TESTS))
 
 

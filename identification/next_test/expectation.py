@@ -46,6 +46,6 @@ def expectation(valves: tuple[KnownValve, ...], test: DrivenTest) -> Expectation
     distances = {}
     for i, one in enumerate(valves):
         for j in range(i + 1, len(valves)):
-            ways = fitted_apart(known[i], valves[j], test), fitted_apart(known[j], one, test)
+            ways = fitted_apart(known[i].y, valves[j], test), fitted_apart(known[j].y, one, test)
             distances[one.name, valves[j].name] = float(np.min(ways))
     return Expectation(std, distances, {v.name: path.y for v, path in zip(valves, known, strict=True)})

@@ -39,22 +39,15 @@ class DrivenTest:
     hold: bool
     h_max: float
 
-    @property
-    def spacing(self) -> float:
-        """Time between samples [s]."""
-        return float(self.t[1] - self.t[0])
-
 
 @dataclass(frozen=True)
 class ExpectedPath:
     """What a model expects. y (n_samples,) : position [m]; by (n_samples, n_free + n_starts) : its derivatives by what
-    is free and by `own_starts`; noise (n_samples,) [m] : of a measurement, with what a clock of one sample does not
-    tell where the stem moves.
+    is free and by `own_starts`.
     """
 
     y: Array
     by: Array
-    noise: Array
 
 
 @dataclass(frozen=True)
@@ -145,7 +138,7 @@ class KnownValve:
             by[part, : len(self.names)] = columns[:, : len(p)][:, self.coordinates.free] * self.coordinates.slope(p)
             if first == 0:
                 by[part, len(self.names) :] = columns[:, len(p) :][:, self.own_starts]
-        return ExpectedPath(y, by, np.hypot(self.noise, v * test.spacing / np.sqrt(12)))
+        return ExpectedPath(y, by)
 
     def at_rest(self, force: float) -> Array:
         """The state (n_states,) of the stem where a constant force [N] balances the spring."""

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
 from identification.next_test.bounds import DRIVES, DesignBounds, DrivenBy
 from identification.next_test.drive import StemDrive, drive_of
-from identification.next_test.expectation import Expectation, expectation
-from identification.next_test.information import answered
+from identification.next_test.expectation import TOLD, Expectation, expectation
+from identification.next_test.information import answered, rehearsed
 from identification.next_test.knowledge import DrivenTest, known_valve
 from identification.next_test.proposal import NextTest
 from identification.next_test.search import DesignAim, FoundSequence, allowed, searched
@@ -24,9 +25,9 @@ SHRUNK = 0.9
 LEAST = 0.1
 """Range of a demand below which a reference test is not made smaller."""
 SUPPOSED = 4
-"""Valves that a single model may be, over which the search averages."""
-FINALISTS = 2
-"""Families whose expectation is worked out in full."""
+"""Valves that each model may be, over which the search averages."""
+FINALISTS, REHEARSED = 2, 2
+"""Families whose expectation is worked out in full, and valves on which the test of a single model is rehearsed."""
 
 
 def next_test(
@@ -58,38 +59,46 @@ def next_test(
     first = valves[0]
     chosen: DrivenBy = drive or ("force" if first.area is None else "pressure")
     course = drive_of(first, chosen, bounds)
-    aim = DesignAim(valves, first.weak or first.names, first.supposed(SUPPOSED) if len(valves) == 1 else ())
+    aim = DesignAim(valves, first.weak or first.names, tuple(one.supposed(SUPPOSED) for one in valves))
     t = np.arange(round(bounds.duration * sampling) + 1) / sampling
     found = allowed(searched(aim, course, t, COARSE, bends, progress))
     if not found:
         raise NegativeAnswer("no sequence keeps the travel: allow more travel, or less rate or pressure")
     references = _references(aim, course, t)
     progress("expectation", 0, 0)
-    judged = [(one, _judged(aim, course, t, one)) for one in found[:FINALISTS]]
-    best = _best([*judged, *references.values()], len(valves) > 1)
-    if best is None:
+    finalists = [*(_judged(aim, course, t, one) for one in found[:FINALISTS]), *references.values()]
+    best = max((one for one in finalists if one.expected), key=lambda one: one.rank, default=None)
+    if best is None or best.expected is None:
         raise NegativeAnswer("no model answers the sequences with a finite motion: check the parameters of the models")
-    sequence, expected = best
-    column, values = course.shown(course.asked(t, sequence.demand))
-    others = {name: one for name, (_, one) in references.items() if one is not None}
-    return NextTest(sequence.family, bounds, t, column, values, valves, aim.weak, expected, others)
+    column, values = course.shown(course.asked(t, best.sequence.demand))
+    others = {name: one.expected for name, one in references.items() if one.expected}
+    asked = {name: course.shown(course.asked(t, references[name].sequence.demand))[1] for name in others}
+    return NextTest(best.sequence.family, bounds, t, column, values, valves, aim.weak, best.expected, others, asked)
 
 
-def _judged(aim: DesignAim, course: StemDrive, t: Array, one: FoundSequence) -> Expectation | None:
-    return expectation(aim.valves, course.test(t, course.asked(t, one.demand), FINE))
+@dataclass(frozen=True)
+class Finalist:
+    """A sequence; expected : in full, None where a model diverges; rank : the larger one is the better sequence."""
+
+    sequence: FoundSequence
+    expected: Expectation | None
+    rank: tuple[float, float]
 
 
-def _best(
-    judged: list[tuple[FoundSequence, Expectation | None]], rivals: bool
-) -> tuple[FoundSequence, Expectation] | None:
-    """The sequence with the largest distance when rivals are really fitted; for parameters the one of most worth."""
-    known = [(one, expected) for one, expected in judged if expected is not None]
-    if not known:
-        return None
-    return max(known, key=lambda pair: pair[1].distance if rivals else pair[0].worth)
+def _judged(aim: DesignAim, course: StemDrive, t: Array, one: FoundSequence) -> Finalist:
+    """By the distance of rivals that are really fitted, as far as it tells: at their present values rivals may be alike
+    that differ at the true ones. A single model by rehearsals: the test is run on valves that it may be, and fitted.
+    """
+    test = course.test(t, course.asked(t, one.demand), FINE)
+    expected = expectation(aim.valves, test)
+    if len(aim.valves) == 1:
+        trials = [rehearsed(true, aim.valves[0], test, aim.weak) for true in aim.supposed[0][:REHEARSED]]
+        return Finalist(one, expected, (float(np.mean(trials)), one.worth))
+    told = 0.0 if expected is None or expected.distance < TOLD else expected.distance
+    return Finalist(one, expected, (told, one.worth))
 
 
-def _references(aim: DesignAim, course: StemDrive, t: Array) -> dict[str, tuple[FoundSequence, Expectation | None]]:
+def _references(aim: DesignAim, course: StemDrive, t: Array) -> dict[str, Finalist]:
     """What everybody's tests achieve within the same limits, made smaller until they keep the travel."""
     found = {}
     for name, wave in REFERENCES.items():
@@ -99,7 +108,7 @@ def _references(aim: DesignAim, course: StemDrive, t: Array) -> dict[str, tuple[
             demand = 0.5 + SHRUNK * (demand - 0.5)
             test = course.test(t, course.asked(t, demand), FINE)
         worth = aim.worth(course.test(t, course.asked(t, demand), COARSE), course)
-        found[name] = FoundSequence(name, demand, worth), expectation(aim.valves, test)
+        found[name] = _judged(aim, course, t, FoundSequence(name, demand, worth))
     return found
 
 

@@ -31,7 +31,8 @@ class NextTest(ShownFindings):
 
     family : which kind of sequence; t (n_samples,) [s]; column, sequence : name with unit, and values of what is to be
     asked; valves : the models, the first of which is driven; weak : the parameters it is for, where there is one model;
-    expected : what it achieves; references : the same of other tests of the same length and limits, by name.
+    expected : what it achieves; references : the same of other tests of the same length and limits, by name;
+    reference_sequences : what those ask, as `sequence`.
     """
 
     family: str
@@ -43,6 +44,7 @@ class NextTest(ShownFindings):
     weak: tuple[str, ...]
     expected: Expectation
     references: Mapping[str, Expectation]
+    reference_sequences: Mapping[str, Array]
 
     @property
     def settles(self) -> bool:

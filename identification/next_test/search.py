@@ -11,7 +11,7 @@ from scipy.stats import qmc
 
 from identification.next_test.drive import StemDrive
 from identification.next_test.information import answered, apart, gained
-from identification.next_test.knowledge import DrivenTest, KnownValve
+from identification.next_test.knowledge import DrivenTest, ExpectedPath, KnownValve
 from identification.next_test.waveforms import SHAPE, WAVEFORMS
 from recordings import Array, Progress
 
@@ -36,34 +36,34 @@ class FoundSequence:
 @dataclass(frozen=True)
 class DesignAim:
     """What a test is for. valves : the models, the first of which is driven; weak : the parameters to find by full
-    name, where it is not to tell the models apart; supposed : valves that a single model may be.
+    name, where it is not to tell the models apart; supposed : valves that each model may be.
     """
 
     valves: tuple[KnownValve, ...]
     weak: tuple[str, ...]
-    supposed: tuple[KnownValve, ...]
+    supposed: tuple[tuple[KnownValve, ...], ...]
 
     def worth(self, test: DrivenTest, drive: StemDrive) -> float:
         """How much a test tells: by how many noise sigmas the nearest rivals differ (its logarithm), or what is gained
-        of the weak parameters, on the average of the valves that it may be."""
-        if len(self.valves) == 1:
-            return self._gained(test, drive)
+        of the weak parameters, on the average of the valves that each may be."""
         answers = [answered(valve, test) for valve in self.valves]
         known = [one for one in answers if one is not None]
         if len(known) < len(answers):
             return FORBIDDEN
         if not all(drive.keeps(one.y, valve) for one, valve in zip(known, self.valves, strict=True)):
             return FORBIDDEN
-        pairs = [(i, j) for i in range(len(known)) for j in range(len(known)) if i != j]
-        nearest = min(apart(known[i], self.valves[j], known[j]) for i, j in pairs)
-        return float(np.log(max(nearest, 1e-9)))
+        return self._gained(test) if len(self.valves) == 1 else self._apart(test, known)
 
-    def _gained(self, test: DrivenTest, drive: StemDrive) -> float:
-        valve = self.valves[0]
-        path = valve.path(test, valve.p, valve.at_rest(float(test.force[0])))
-        if path is None or not drive.keeps(path, valve):
-            return FORBIDDEN
-        answers = [(one, answered(one, test)) for one in self.supposed]
+    def _apart(self, test: DrivenTest, known: Sequence[ExpectedPath]) -> float:
+        found = []
+        for i, valves in enumerate(self.supposed):
+            paths = [one.path(test, one.p, one.at_rest(float(test.force[0]))) for one in valves]
+            rivals = [j for j in range(len(known)) if j != i]
+            found += [min(apart(y, self.valves[j], known[j]) for j in rivals) for y in paths if y is not None]
+        return float(np.mean(np.log(np.maximum(found, 1e-9)))) if found else FORBIDDEN
+
+    def _gained(self, test: DrivenTest) -> float:
+        answers = [(one, answered(one, test)) for one in self.supposed[0]]
         known = [gained(one, answer, self.weak) for one, answer in answers if answer is not None]
         return float(np.mean(known)) if len(known) == len(answers) else FORBIDDEN
 

@@ -81,7 +81,8 @@ def _judged(run: ValveRun, step: HeldStep, problems: list[str]) -> dict[str, Any
     answer["overshoot_percent"] = _overshoot(share, sigma)
     answer["settling_s"] = _settling(t, share, sigma)
     if fitted:
-        answer["fitted_delay_s"], answer["fitted_time_constant_s"] = fitted
+        names = ("fitted_delay_s", "fitted_time_constant_s", "fitted_rmse_percent")
+        answer |= dict(zip(names, fitted, strict=True))
     return {name: value for name, value in answer.items() if value is not None}
 
 
@@ -161,8 +162,10 @@ def _settling(t: Array, share: Array, sigma: float) -> Interval:
     return Interval(last_outside(band), last_outside(band + 2 * sigma), last_outside(max(band - 2 * sigma, band / 2)))
 
 
-def _first_order(t: Array, y: Array, first: float) -> tuple[Interval, Interval] | None:
-    """First order with delay, by least squares: delay [s] and time constant [s]; None where it fails."""
+def _first_order(t: Array, y: Array, first: float) -> tuple[Interval, Interval, float] | None:
+    """First order with delay, by least squares: delay [s], time constant [s] and what is left, % of the final change;
+    None where it fails. Where the shape is another, errors of neighbouring samples are alike, and tell less.
+    """
 
     def model(t: Array, final: float, delay: float, tau: float) -> Array:
         return first + (final - first) * -np.expm1(-np.maximum(t - delay, 0.0) / tau)
@@ -174,7 +177,10 @@ def _first_order(t: Array, y: Array, first: float) -> tuple[Interval, Interval] 
         found, covariance = curve_fit(model, t, y, start, bounds=bounds, max_nfev=200)
     except (RuntimeError, ValueError):
         return None
-    std = np.sqrt(np.diag(covariance))
+    error = y - model(t, *found)
+    alike = float(np.clip(error[1:] @ error[:-1] / max(float(error @ error), 1e-300), 0.0, 0.99))
+    std = np.sqrt(np.diag(covariance) * (1 + alike) / (1 - alike))
     if not np.all(np.isfinite(std)):
         return None
-    return Interval.about(float(found[1]), float(std[1])), Interval.about(float(found[2]), float(std[2]))
+    left = 100 * float(np.sqrt(np.mean(error**2)) / max(abs(found[0] - first), 1e-300))
+    return Interval.about(float(found[1]), float(std[1])), Interval.about(float(found[2]), float(std[2])), left

@@ -39,7 +39,7 @@ from identification.tracing.models.model import Model
 from identification.tracing.models.trial_data import divided
 from identification.tracing.null_bootstrap import null_probability
 from identification.tracing.swap import swapped
-from identification.tracing.verdict import Selection, concluded
+from identification.tracing.verdict import BASE_MODEL, Selection, concluded
 from recordings import BadInput, NegativeAnswer, Progress, Recording, silent
 from simulator import BASE, CATALOGUE, Catalogue, kernel
 
@@ -74,6 +74,7 @@ def select(
     _check(parts.fitted, known, catalogue)
     progress("base model", 0, 1)
     base = base_model(parts.fitted, parts.held_out, known, catalogue, _of("base model", progress))
+    budget.allows(BASE_MODEL)  # what its fit had no time for, it left out
     progress("base model", 1, 1)
     base, model, added, rounds = forward_selection(base, budget, progress)
     model, added, candidates, same_class = _reconsidered(model, added, rounds, budget)
@@ -94,8 +95,8 @@ def forward_selection(
         if not budget.allows(f"round {len(rounds) + 1}"):
             break
         rounds.append(candidates_of_round(model, budget, watch))
-        best = rounds[-1][0]
-        if not best.accepted or best.refit is None:
+        best = next(iter(rounds[-1]), None)
+        if best is None or not best.accepted or best.refit is None:
             break
         before, earlier = model, added
         grown = with_stiffness_growth(best.refit)

@@ -161,7 +161,7 @@ def test_a_noisy_force_is_estimated_along_with_the_motion():
 
 def test_its_free_run_is_on_the_smoothed_force_and_near_the_noise():
     known = uncertainty_of(found())
-    assert all(known.std[name] > 0 for name in known.names)
+    assert all(known.spread[name] > 0 for name in known.names)
     problem, path = found().problem, found().minimum
     assert problem is not None
     assert path is not None
@@ -181,11 +181,11 @@ def test_what_no_valve_does_is_said_not_to_have_converged():
     outcome = identify([changed(plain, force=plain["force"].values + other)], check=False)
     assert outcome.fit.outcome is Outcome.NOT_CONVERGED
     known = outcome.uncertainty
-    assert set(known.status.values()) <= {"unresolved", "at_bound"}
-    loose = [name for name in known.names if known.status[name] == "unresolved"]
-    assert loose
-    assert all("did not converge" in known.note[name] for name in loose)
-    assert all(outcome.model.parameters[name].std is None for name in loose)
+    assert set(known.status.values()) == {"unresolved"}
+    assert all("did not converge" in known.note[name] for name in known.names)
+    assert known.std == {}
+    assert all(known.spread[name] > 0 for name in known.names)
+    assert all(value.std is None for value in outcome.model.parameters.values())
 
 
 @pytest.mark.long

@@ -77,6 +77,14 @@ def test_a_poor_value_of_a_weak_parameter_does_not_rule_the_design():
     assert [one["spring.K"] for one in values] == pytest.approx([model.values["spring.K"]] * 4)
 
 
+def test_references_keep_the_limits_too(proposed):
+    valve = proposed.valves[0]
+    for sequence in proposed.reference_sequences.values():
+        force = sequence * 1e3 * 0.01
+        path = kernel(BASE).run(proposed.t, force, valve.p, valve.at_rest(float(force[0])), h_max=2.5e-4).outputs[:, 0]
+        assert 0.19 < path.min() / valve.stroke < path.max() / valve.stroke < 0.81
+
+
 @pytest.mark.parametrize("name", WAVEFORMS)
 def test_no_sequence_is_quicker_than_the_sampling(name):
     """The shape of most and quickest swings turns at most twice in twenty samples."""
