@@ -110,6 +110,14 @@ def _absent(fitted: Any, *, holdout: Any) -> Any:
     return answer("none")
 
 
+@pytest.mark.parametrize("effects", [(), ("hardening_spring",)])
+def test_a_plant_with_an_integrator_of_its_own_is_traced(effects: tuple[str, ...], monkeypatch: pytest.MonkeyPatch):
+    """In a short form: as a rig records it, 8 s of staircase and of sine, 6 s of multisine held out."""
+    monkeypatch.setattr(cases, "SECONDS", {"staircase": 8.0, "sine": 8.0, "multisine": 6.0})
+    row = study.examine("single" if effects else "controls", Case(3, effects, 6.0, rate=250.0, rig=True))
+    assert (row["verdict"], row["added"]) == ("".join(effects) or "none", list(effects))
+
+
 def test_a_release_is_drawn_by_its_seed_and_every_kind_has_its_turn() -> None:
     work, other = (trace_release.drawn(seed, study.PAIRS) for seed in (1, 2))
     assert work == trace_release.drawn(1, study.PAIRS)
