@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from traced_valves import imposed
+from traced_valves import imposed, recorded
 
 from identification import trace
-from recordings import Recording
+from recordings import Array, Recording, Signal
 from simulator import Excitation, Sensors, random_valve, simulate
 
 COURSES = ("staircase:14", "sine:14", "multisine:12")
@@ -43,6 +43,26 @@ def test_a_complete_rig_lacks_nothing_and_its_valve_comes_out_right():
 def test_a_complete_rig_with_stiff_bristles_lacks_nothing_either(seed: int, sampling: tuple[float, float, float]):
     *fitted, held_out = rig(seed, *sampling)
     assert trace(fitted, holdout=[held_out]).verdict == "none"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [1e-12, 1e-9])
+def test_times_that_are_moved_give_the_same_answer(size: float):
+    made = [imposed(r) for r in recorded("hardening_spring", {"hardening_spring.k3": 3e6})[:3]]
+    rng = np.random.default_rng(1)
+    plain, moved = (
+        trace(some[:2], holdout=some[2:]) for some in (made, [_moved(r, rng.normal(0.0, size, len(r))) for r in made])
+    )
+    assert moved.effects_added == plain.effects_added == ("hardening_spring",)
+    for name in ("hardening_spring.k3", "spring.K", "lugre.fc", "lugre.fs"):
+        assert moved.values[name] == pytest.approx(plain.values[name], rel=0.02)
+
+
+def _moved(recording: Recording, by: Array) -> Recording:
+    """A recording whose times are moved by so many seconds (n_samples,)."""
+    columns = {name: recording[name].values for name in recording} | {"time": recording.time + by}
+    signals = [Signal(n, values, recording[n].unit, recording[n].role) for n, values in columns.items()]
+    return Recording.of(signals, plant=recording.plant, source="simulated", title="moved")
 
 
 @pytest.mark.long
