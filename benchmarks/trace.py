@@ -242,7 +242,7 @@ def _numbers(kind: Callable[[str], Any]) -> Callable[[str], tuple[Any, ...]]:
 
 def release(asked: argparse.Namespace) -> None:
     """Run what is left of the table of a release, and write its page."""
-    head, work = commit(), trace_release.drawn(asked.seed, PAIRS)
+    head, work = commit(*trace_release.KEPT), trace_release.drawn(asked.seed, PAIRS)
     path = trace_release.results_of(asked.results.parent, asked.seed, head)
     rows = known_rows(path) if asked.report else study(work, path, asked.jobs, minutes=asked.minutes)
     page = trace_release.PAGE.read_text(encoding="utf-8") if trace_release.PAGE.exists() else ""
