@@ -21,7 +21,7 @@ def machine(*libraries: str) -> str:
 
 
 def commit(*kept: str) -> str:
-    """The commit that is measured; a tree with changes is said to be one. kept : files that measuring itself adds to."""
+    """The commit that is measured; a tree with changes is said to be one. kept : files that measuring itself writes."""
 
     def git(*words: str) -> str:
         return subprocess.run(["git", *words], capture_output=True, text=True, check=True).stdout.strip()
