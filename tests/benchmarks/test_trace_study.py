@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import subprocess
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -12,6 +13,7 @@ import pytest
 
 from benchmarks import trace as study
 from benchmarks import trace_ablation, trace_release
+from benchmarks.machine import commit
 from benchmarks.plants import cases, strengths
 from benchmarks.plants.cases import Case
 from benchmarks.plants.effects import SAME
@@ -237,3 +239,17 @@ def test_report_says_what_chance_gains_where_nothing_is_missing(capsys: pytest.C
     assert "fitted gain: 12.5, 16.1, 17.0" in shown
     assert "held-out gain: 5.0, 8.2, 9.0" in shown
     assert "-log10 p: 2.5, 2.9, 3.0" in shown
+
+
+def test_what_measuring_itself_writes_is_no_change_of_the_tree(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in ("method.py", "page.md"):
+        (tmp_path / name).write_text("first\n")
+    author = ("-c", "user.name=test", "-c", "user.email=test@localhost")
+    for words in (("init", "-q"), ("add", "."), (*author, "commit", "-q", "-m", "first")):
+        subprocess.run(["git", *words], check=True)
+    (tmp_path / "page.md").write_text("second\n")
+    assert commit().endswith("with changes")
+    assert not commit("page.md").endswith("with changes")
+    (tmp_path / "method.py").write_text("second\n")
+    assert commit("page.md").endswith("with changes")
