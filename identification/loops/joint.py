@@ -27,12 +27,13 @@ WITHIN = f"{', '.join(UNTOLD)}: not told, as they act within a slip, and that is
 
 @dataclass(frozen=True)
 class JointPosterior:
-    """Valve and process. values : 95 % intervals of fs_N, fc_N and process_gain (PV per % of travel); correlation : of
-    each pair; refused : why there is no posterior, None where there is one.
+    """Valve and process. values : 95 % intervals of fs_N, fc_N and process_gain (PV per % of travel) where data tell them;
+    correlation : of each pair; open : which of them are not told; refused : why there is no posterior at all.
     """
 
     values: Mapping[str, Interval]
     correlation: Mapping[tuple[str, str], float]
+    open: tuple[str, ...] = ()
     refused: str | None = None
 
     def as_json(self) -> dict[str, object]:
@@ -41,14 +42,15 @@ class JointPosterior:
             return {"refused": self.refused}
         correlations = [{"of": list(pair), "value": value} for pair, value in self.correlation.items()]
         values = {name: one.as_json() for name, one in self.values.items()}
-        return {**values, "correlations": correlations, "not_told": list(UNTOLD)}
+        return {**values, "correlations": correlations, "not_told": [*self.open, *UNTOLD]}
 
     def lines(self) -> list[str]:
         """In lines for a terminal."""
         if self.refused:
             return [f"no joint posterior of valve and process: {self.refused}"]
         told = [f"{name} {one.value:.3g} ({one.lower:.3g} to {one.upper:.3g})" for name, one in self.values.items()]
-        return [f"valve and process together: {', '.join(told)}", WITHIN]
+        wide = f"{', '.join(self.open)}: open by more than their size; " if self.open else ""
+        return [f"valve and process together: {', '.join(told)}", wide + WITHIN]
 
 
 def joint_posterior(loop: ControlLoop, period: float | None, amount: StictionAmount, full: float) -> JointPosterior:
@@ -62,10 +64,11 @@ def joint_posterior(loop: ControlLoop, period: float | None, amount: StictionAmo
     }  # fmt: skip
     found = (amount.total.value * full / 200, amount.rest.value * full / 200, best)
     values = {name: possible.interval(draws, one) for (name, draws), one in zip(drawn.items(), found, strict=True)}
-    wide = [name for name, one in values.items() if not one.upper - one.lower <= 2 * WIDEST * one.value]
-    if wide:
-        return _refused(f"these data leave {', '.join(wide)} open by more than its size")
-    return JointPosterior(values, _correlations(drawn, possible.weight))
+    told = {name: one for name, one in values.items() if one.upper - one.lower <= 2 * WIDEST * one.value}
+    if not told:
+        return _refused(f"these data leave {', '.join(values)} open by more than their size")
+    wide = tuple(name for name in values if name not in told)
+    return JointPosterior(told, _correlations({name: drawn[name] for name in told}, possible.weight), wide)
 
 
 def process_gain(loop: ControlLoop, period: float | None, s: float, j: float) -> float:
@@ -76,13 +79,13 @@ def process_gain(loop: ControlLoop, period: float | None, s: float, j: float) ->
 
 
 def _refused(why: str) -> JointPosterior:
-    return JointPosterior({}, {}, why)
+    return JointPosterior({}, {}, refused=why)
 
 
 def _correlations(drawn: Mapping[str, Array], weight: Array) -> dict[tuple[str, str], float]:
     known = np.isfinite(np.sum(list(drawn.values()), axis=0))
     names, values = list(drawn), np.array(list(drawn.values()))[:, known]
-    covariance = np.cov(values, aweights=weight[known])
+    covariance = np.atleast_2d(np.cov(values, aweights=weight[known]))
     spread = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
     return {
         (names[a], names[b]): float(covariance[a, b] / spread[a] / spread[b])
