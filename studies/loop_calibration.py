@@ -35,7 +35,7 @@ from identification.loops import (
 )
 from recordings import Array, Progress, silent
 
-RIDGE = 1.0
+RIDGE = 2.0
 FOLDS = 6
 FALSE_STICTION, FALSE_NO_STICTION = 0.015, 0.05
 """Shares of other loops called `stiction`, and of sticky loops called `no_stiction`, that cross-validation may have."""

@@ -1,6 +1,6 @@
 """How often `bristle assess` is right on simulated loops that nobody has looked at, in Markdown tables.
 
-    python -m studies.loop_judgement --seeds 8200 8400 --kept 40
+    python -m studies.loop_judgement --seeds 8200 8400 --kept 40 --write docs/studies/simulated-loops.md
 
 A sticky loop counts as told by its data when the true course of the valve, which no method has, explains PV so much
 better than a linear process of high order, and than the best backlash, that twice the logarithm of the likelihoods
@@ -14,7 +14,9 @@ import argparse
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from datetime import date
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 
@@ -202,18 +204,38 @@ def _missed(one: Judged) -> bool:
     return one.sticky and one.known.moves >= 2 and min(one.told) > TOLD and one.found.verdict != "stiction"
 
 
+PARTS = {
+    "Answers by cause": causes,
+    "What the data tell": found_by_data,
+    "Reliability of the probability": reliability,
+    "S, J and friction": intervals,
+    "Valve and process together": joint,
+    "Misses": misses,
+}
+
+
+def results(first: int, last: int, kept: int) -> str:
+    """All tables."""
+    loops = [judged(seed) for seed in range(first, last)]
+    parts = [f"### {title}\n\n{part(loops)}" for title, part in PARTS.items()]
+    if kept:
+        title = f"### The first {kept} loops as historians keep them"
+        parts.append(f"{title}\n\n{as_historians_keep(range(first, first + kept))}")
+    return "\n".join([f"## Seeds {first} to {last - 1}, {date.today().isoformat()}\n", *parts])
+
+
 def main() -> None:
     """The command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", nargs=2, type=int, default=(8200, 8240))
     parser.add_argument("--kept", type=int, default=0)
+    parser.add_argument("--write", type=Path, help="take the place of the results of this page")
     given = parser.parse_args()
-    first, last = given.seeds
-    loops = [judged(seed) for seed in range(first, last)]
-    for part in (causes, found_by_data, reliability, intervals, joint, misses):
-        print(part(loops), flush=True)
-    if given.kept:
-        print(as_historians_keep(range(first, first + given.kept)))
+    found = results(*given.seeds, given.kept)
+    print(found)
+    if given.write:
+        words = given.write.read_text(encoding="utf-8").partition("## Seeds")[0]
+        given.write.write_text(words + found, encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -16,7 +16,9 @@ SEARCHED = (*GAINS, "weakest", "width", "weakest squared", "width squared", "S")
 NAMES = (*SHAPES, "regularity", *SEARCHED)
 """Evidence by name; methods by their ids, the others as of `StictionSearch`, and the weakest of its gains, as each of
 them speaks against another rival. The squares are there because a gain means little until it is large, and because the
-valve that makes a loop swing is neither narrow nor wide. Good valves have an S, too, and a small one (in % of OP)."""
+valve that makes a loop swing is neither narrow nor wide. Good valves have an S, too: a small one."""
+SLIGHT = (0.05, 0.4)
+"""S [% of OP] that good valves have, too: from the upper end on it is no evidence any more."""
 OF_SEARCH = np.array([name in SEARCHED for name in NAMES])
 """What is left where the data hide the shape of the signals."""
 
@@ -37,7 +39,7 @@ def evidence(
     regularity = float(np.log(min(oscillation.regularity, 20.0))) if oscillation else np.nan
     gains = [float(np.log1p(max(one, 0.0))) for one in (found.gain, found.jump_gain, found.beyond)]
     squared = np.array([min(gains), np.log(max(found.width, 0.1))])
-    size = float(np.log(max(found.best[0], 1e-3))) if op_percent else np.nan
+    size = float(np.log(np.clip(found.best[0], *SLIGHT))) if op_percent else np.nan
     return np.array([*values, regularity, *gains, *squared, *squared**2, size])
 
 

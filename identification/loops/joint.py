@@ -27,8 +27,8 @@ WITHIN = f"{', '.join(UNTOLD)}: not told, as they act within a slip, and that is
 
 @dataclass(frozen=True)
 class JointPosterior:
-    """Valve and process. values : 95 % intervals of fs_N, fc_N and process_gain (PV per % of travel) where data tell them;
-    correlation : of each pair; open : which of them are not told; refused : why there is no posterior at all.
+    """Valve and process. values : 95 % intervals of fs_N, fc_N and process_gain (PV per % of travel), as far as
+    told; correlation : of each pair; open : which are not told; refused : why there is no posterior at all.
     """
 
     values: Mapping[str, Interval]

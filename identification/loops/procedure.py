@@ -89,7 +89,7 @@ def assess_loop(
         return Assessment("cannot_tell", None, limits, loop, problems, guesses, found, None, saturation, seen.answers)
     causes = weighed(seen.weights, table_of(loop.integrating, seen.whole))
     probability = causes.pop("stiction")
-    answer = verdict(probability)
+    answer = verdict(probability, causes["backlash"])
     if not seen.whole and answer != "stiction":
         return Assessment("cannot_tell", None, limits, loop, problems, guesses, found, None, saturation, seen.answers)
     others = dict(sorted({**causes, **saturation}.items(), key=lambda one: -one[1]))

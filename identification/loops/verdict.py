@@ -34,8 +34,12 @@ def weighed_by(table: CalibrationTable, evidence: Array) -> Array:
     return np.asarray(odds / odds.sum(), float)
 
 
-def verdict(probability: float) -> LoopVerdict:
-    """What may be said with a probability of stiction."""
+LIKELY = 0.5
+"""Probability of backlash from which on stiction is not excluded: it may have a jump that does not show."""
+
+
+def verdict(probability: float, backlash: float) -> LoopVerdict:
+    """What may be said with a probability of stiction and one of backlash."""
     if probability >= CERTAIN:
         return "stiction"
-    return "no_stiction" if probability <= UNLIKELY else "cannot_tell"
+    return "no_stiction" if probability <= UNLIKELY and backlash < LIKELY else "cannot_tell"
