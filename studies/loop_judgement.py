@@ -129,9 +129,11 @@ def intervals(loops: Sequence[Judged]) -> str:
         truths |= {"fs": _fs, "fc": _fc} if valve == "stem" else {}
         for name, pair in truths.items():
             pairs = [pair(one) for one in some]
+            if not pairs:
+                continue
             held = sum(one.lower <= true <= one.upper for true, one in pairs)
-            width = np.median([(one.upper - one.lower) / 2 / true for true, one in pairs]) if pairs else np.nan
-            off = np.median([abs(one.value / true - 1) for true, one in pairs]) if pairs else np.nan
+            width = np.median([(one.upper - one.lower) / 2 / true for true, one in pairs])
+            off = np.median([abs(one.value / true - 1) for true, one in pairs])
             rows.append([valve, name, len(pairs), held, f"{100 * width:.0f} %", f"{100 * off:.0f} %"])
     return table(("valve", "", "found", "intervals that hold it", "median half width", "median error"), rows)
 
