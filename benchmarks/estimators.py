@@ -138,7 +138,7 @@ def usable(found: Fit) -> dict[str, float] | None:
 def off(found: Fit, truth: dict[str, float]) -> dict[str, tuple[str, float]]:
     """Status of each parameter, and its error in standard deviations as reported."""
     known = uncertainty_of(found)
-    return {n: (known.status[n], (found.values[n] - truth[n]) / known.std[n]) for n in known.names}
+    return {n: (known.status[n], (found.values[n] - truth[n]) / known.spread[n]) for n in known.names}
 
 
 def main() -> None:

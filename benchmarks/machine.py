@@ -1,9 +1,10 @@
-"""What every benchmark prints first: the machine and the versions."""
+"""What every benchmark says first: the machine, the versions and the commit."""
 
 from __future__ import annotations
 
 import os
 import platform
+import subprocess
 from importlib.metadata import version
 from pathlib import Path
 
@@ -17,3 +18,12 @@ def machine(*libraries: str) -> str:
         model = platform.processor() or platform.machine()
     versions = ", ".join(f"{name} {version(name)}" for name in libraries)
     return f"{model}, {os.cpu_count()} cores, Python {platform.python_version()}, {versions}"
+
+
+def commit() -> str:
+    """The commit that is measured; a tree with changes is said to be one."""
+
+    def git(*words: str) -> str:
+        return subprocess.run(["git", *words], capture_output=True, text=True, check=True).stdout.strip()
+
+    return git("rev-parse", "HEAD") + (" with changes" if git("status", "--porcelain", "-uno") else "")

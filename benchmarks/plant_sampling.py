@@ -71,7 +71,7 @@ def judged(rate: float, seeds: range) -> None:
         known = uncertainty_of(found)
         names = known.names
         errors.append(np.array([100 * (found.values[n] / truth[n] - 1) for n in names]))
-        off = {n: (found.values[n] - truth[n]) / known.std[n] for n in names}
+        off = {n: (found.values[n] - truth[n]) / known.spread[n] for n in names}
         for n in names:
             claims.setdefault(n, []).append((known.status[n], off[n]))
         wrong = [n for n in names if known.status[n] == "identified" and abs(off[n]) > GROSS]

@@ -3,7 +3,9 @@
     python -m benchmarks.trace                            everything (many hours on two cores)
     python -m benchmarks.trace --parts single --ids backlash,dead_time --valves 101 --strengths 6      a look
     python -m benchmarks.trace --parts controls --controls 20 --jobs 2
+    python -m benchmarks.trace --parts controls --controls 20 --rig       the same, as a rig would record it
     python -m benchmarks.trace --report                   the tables of what has been run
+    python -m benchmarks.trace --release --seed 7 --minutes 30            a release's table: benchmarks/trace_release.py
 
 The plant is that of `benchmarks.plants`; strengths are the root mean square of an effect that is left in the position
 when the base model is fitted again, in standard deviations of the position noise; force noise is 0.1 % of the span.
@@ -29,19 +31,21 @@ import time
 import traceback
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from scipy.signal import savgol_filter
 
-from benchmarks.machine import machine
+from benchmarks import trace_release
+from benchmarks.machine import commit, machine
 from benchmarks.plants.cases import COURSE, Case, force_course
 from benchmarks.plants.effects import HELD, KNOWN, OUTSIDE, SAME, Valve, fields_of
 from benchmarks.plants.integration import integrate
 from benchmarks.plants.recordings import recordings
 from benchmarks.plants.strengths import MULTIPLES, reached
+from benchmarks.trace_release import SLOW
 from benchmarks.trace_report import PARTS, Row, report, scored
 from recordings import Recording
 
@@ -59,8 +63,6 @@ PAIRS = (
     ("sensor_lag", "force_offset_drift"),
     ("asymmetric_viscous", "sensor_nonlinearity"),
 )
-SLOW = ((100.0, "both"), (50.0, "both"), (100.0, "position"), (50.0, "position"))
-"""Rates [Hz] of the slow part, and whether both channels or the position alone are that slow."""
 SMOOTHING = (0.06, 0.12, 0.24)
 """Windows [s] over which the recorded force is smoothed for the true model."""
 Tracer = Callable[..., Any]
@@ -160,9 +162,14 @@ def known_rows(path: Path) -> list[Row]:
     return rows
 
 
-def study(work: Iterable[tuple[str, Case]], path: Path, jobs: int, tracer: Tracer | None = None) -> list[Row]:
-    """Run all cases that the results file does not have, and add them to it one by one. Returns all its rows."""
-    rows = known_rows(path)
+def study(
+    work: Iterable[tuple[str, Case]], path: Path, jobs: int, tracer: Tracer | None = None, minutes: float = np.inf
+) -> list[Row]:
+    """Run all cases that the results file does not have, and add them to it one by one. Returns all its rows.
+
+    minutes : of processor time after which no other case is run.
+    """
+    rows, spent = known_rows(path), 0.0
     done = {(row["part"], row["name"]) for row in rows}
     left = [(part, case) for part, case in work if (part, case.name) not in done]
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -176,6 +183,9 @@ def study(work: Iterable[tuple[str, Case]], path: Path, jobs: int, tracer: Trace
             rows.append(row)
             said = f"{row['verdict']} ({scored(row)}, {row['seconds']:.0f} s)"
             print(f"{i}/{len(left)} {row['part']} {row['name']}: {said}", flush=True)
+            spent += row["processor"]
+            if spent > 60 * minutes:
+                break
     return rows
 
 
@@ -186,7 +196,10 @@ def results(work: Sequence[tuple[str, Case]], jobs: int, tracer: Tracer | None) 
         return
     with ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn")) as pool:
         waiting = [pool.submit(examine, part, case, tracer) for part, case in work]
-        yield from (future.result() for future in waiting)
+        try:
+            yield from (future.result() for future in waiting)
+        finally:
+            pool.shutdown(cancel_futures=True)
 
 
 def options(words: Sequence[str] | None = None) -> argparse.Namespace:
@@ -201,6 +214,12 @@ def options(words: Sequence[str] | None = None) -> argparse.Namespace:
     parser.add_argument("--controls", type=int, default=200, help="number of sets without an effect")
     parser.add_argument("--results", type=Path, default=RESULTS, help="file to add to and to go on from")
     parser.add_argument("--jobs", type=int, default=1, help="number of processes")
+    parser.add_argument("--rig", action="store_true", help="recordings of a rig that imposes the motion")
+    parser.add_argument(
+        "--release", action="store_true", help="the table of a release, of the valves that --seed draws"
+    )
+    parser.add_argument("--seed", type=int, default=1, help="of the draws of a release")
+    parser.add_argument("--minutes", type=float, default=np.inf, help="processor time after which no case is begun")
     parser.add_argument("--report", action="store_true", help="run nothing, print the tables of the results file")
     return parser.parse_args(words)
 
@@ -219,12 +238,28 @@ def _numbers(kind: Callable[[str], Any]) -> Callable[[str], tuple[Any, ...]]:
     return lambda text: tuple(kind(item) for item in text.split(","))
 
 
+def release(asked: argparse.Namespace) -> None:
+    """Run what is left of the table of a release, and write its page."""
+    head, work = commit(), trace_release.drawn(asked.seed, PAIRS)
+    path = trace_release.results_of(asked.results.parent, asked.seed, head)
+    rows = known_rows(path) if asked.report else study(work, path, asked.jobs, minutes=asked.minutes)
+    page = trace_release.PAGE.read_text(encoding="utf-8") if trace_release.PAGE.exists() else ""
+    text = trace_release.section(asked.seed, head, rows, work)
+    trace_release.PAGE.write_text(trace_release.written(page, asked.seed, text), encoding="utf-8")
+    print(text)
+
+
 def main() -> None:
     """Run what is asked for and print all tables."""
     asked = options()
     print(machine("casadi", "numba", "numpy", "scipy"), f"load {os.getloadavg()[0]:.1f}")
-    work = [] if asked.report else [(part, case) for part in asked.parts for case in cases(part, asked)]
-    report(study(work, asked.results, asked.jobs))
+    if asked.release:
+        release(asked)
+        return
+    work = [] if asked.report else [
+        (part, replace(case, rig=asked.rig)) for part in asked.parts for case in cases(part, asked)
+    ]  # fmt: skip
+    report(study(work, asked.results, asked.jobs, minutes=asked.minutes))
 
 
 if __name__ == "__main__":

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from identification.data.experiment import experiment, imposed
+from identification.data.close_motion import closely_imposed
+from identification.data.experiment import experiment
 from identification.data.grid import with_smooth_force
 from identification.result import FitResult, Trajectory, free_runs
 from identification.summary import fit_html, fit_text
@@ -47,7 +48,7 @@ class Identification(FitResult):
         if causality == "force" and any(e.causality == "motion" for e in experiments):
             raise BadInput("recordings", "have an imposed motion, and the model a driving force", "fit one to them")
         if causality == "motion":
-            experiments = [imposed(e) for e in experiments]
+            experiments = [closely_imposed(e) for e in experiments]
         elif self.fit.smooths_force:
             experiments = with_smooth_force(experiments)
         return free_runs(self.fit, experiments, fitted=False)

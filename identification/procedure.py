@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from typing import Literal
 
 from identification.advice import advice
+from identification.budget import Budget
+from identification.data.close_motion import closely_imposed
 from identification.data.experiment import experiment
 from identification.data.grid import with_smooth_force
 from identification.estimators.fit import Estimator, fit
@@ -34,6 +36,7 @@ def identify(
     priors: Mapping[str, tuple[float, float]] | None = None,
     constraints: Sequence[str] = (),
     bootstrap: int = 0,
+    budget: float = float("inf"),
     catalogue: Catalogue = CATALOGUE,
     progress: Progress = silent,
 ) -> Identification:
@@ -68,6 +71,8 @@ def identify(
         As in `fit`.
     bootstrap : int
         Trials of a parametric bootstrap, at least 5; 0 for intervals from the linearised model.
+    budget : float
+        Seconds that the fit may take. When they are over its outcome is `Outcome.OUT_OF_TIME`, without a bootstrap.
     catalogue : Catalogue
         Where the effects are looked up: ``CATALOGUE.extended(MyEffect())`` for one of your own.
     progress : callable
@@ -83,16 +88,17 @@ def identify(
     trials = checked_trials(bootstrap)
     experiments = recorded = [experiment(r, causality, hold=hold) for r in recordings]
     held = plant_constants(experiments) | dict(given or {})
-    found = fit(
-        experiments, effects=effects, given=held, estimator=estimator, catalogue=catalogue, order=order, priors=priors,
-        constraints=constraints,
-        progress=progress,
-    )  # fmt: skip
+    time = Budget(budget)
+    with time.in_force():
+        found = fit(
+            experiments, effects=effects, given=held, estimator=estimator, catalogue=catalogue, order=order,
+            priors=priors, constraints=constraints, progress=time.told(progress),
+        )  # fmt: skip
     if not found.outcome.usable:
         raise NegativeAnswer(found.outcome.value)
     progress("uncertainty", 0, 0)
     known = uncertainty_of(found)
-    scatter = bootstrap_of(found, trials, progress=progress) if trials else None
+    scatter = bootstrap_of(found, trials, progress=progress) if trials and not time.over else None
     known = known if scatter is None else with_bootstrap(found, known, scatter)
     if found.smooths_force and found.problem is not None:
         experiments = list(found.problem.experiments)
@@ -102,6 +108,7 @@ def identify(
     if others:
         progress("free runs of the recordings held out", 0, 0)
     others = with_smooth_force(others) if found.smooths_force else others
+    others = [closely_imposed(e) for e in others] if found.kernel.causality == "motion" else others
     held_out = free_runs(found, others, fitted=False) if others else ()
     if check:
         progress("cross-check", 0, 0)

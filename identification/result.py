@@ -172,7 +172,7 @@ def valve_model(
         status = known.status.get(name, "given")
         lower, upper = (x if np.isfinite(x) else None for x in (parameter.lower, parameter.upper))
         values[name] = Value(
-            value=fit.values[name], std=None if status == "unresolved" else known.std.get(name),
+            value=fit.values[name], std=known.std.get(name),
             unit=parameter.unit, lower=lower, upper=upper,
             status=status, note=known.note.get(name),
         )  # fmt: skip

@@ -93,10 +93,11 @@ def trace(
     model cannot be fitted.
     """
     time = Budget(budget)
-    found = select(
-        recordings, holdout=holdout, report_on=report_on, budget=time, given=given, hold=hold, catalogue=catalogue,
-        progress=progress,
-    )  # fmt: skip
+    with time.in_force():
+        found = select(
+            recordings, holdout=holdout, report_on=report_on, budget=time, given=given, hold=hold, catalogue=catalogue,
+            progress=progress,
+        )  # fmt: skip
     fitted, held_out = free_run_experiments(found.base.data)
     models = [found.base] if found.final is found.base else [found.base, found.final]
     runs = [identification_of(m, recordings, fitted, held_out) for m in tracked(models, "free runs", progress)]

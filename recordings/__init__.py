@@ -11,7 +11,15 @@ from recordings.arrays import Array, IndexArray, Integers
 from recordings.atomic_files import appearing, json_text, may_pass, save_json, save_text
 from recordings.column_headers import did_you_mean
 from recordings.discovery import classes_of, instances_of
-from recordings.errors import BadInput, BadParameter, BristleError, LinkError, NegativeAnswer, ProtocolError
+from recordings.errors import (
+    BadInput,
+    BadParameter,
+    BristleError,
+    LinkError,
+    NegativeAnswer,
+    ProtocolError,
+    not_installed,
+)
 from recordings.exchange import write_table
 from recordings.hdf5.header import Header, Origin
 from recordings.hdf5.live import RecordingWriter
@@ -81,6 +89,7 @@ __all__ = [
     "instances_of",
     "json_text",
     "may_pass",
+    "not_installed",
     "open_recording",
     "picture",
     "read",

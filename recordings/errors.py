@@ -126,3 +126,16 @@ class ProtocolError(LinkError):
     >>> issubclass(ProtocolError, LinkError)
     True
     """
+
+
+def not_installed(where: str, work: str, library: str, extra: str, otherwise: str = "") -> BadInput:
+    """The error of work that needs a library of an extra.
+
+    where, work : what was asked for; library : as its package is called; otherwise : what could be done without it.
+
+    >>> print(not_installed("a.xlsx", "reading Excel", "openpyxl", "excel"))
+    a.xlsx: reading Excel needs the package openpyxl, which is not installed; install Bristle with its extra 'excel'
+    """
+    found = f"{work} needs the package {library}, which is not installed"
+    remedy = f"install Bristle with its extra '{extra}'"
+    return BadInput(where, found, f"{remedy}, or {otherwise}" if otherwise else remedy)

@@ -75,7 +75,8 @@ def value_problem(role: Role, values: Array) -> tuple[str, str] | None:
 
 def codes_problem(codes: Array) -> tuple[str, str] | None:
     """What is wrong with codes of quality, shape (n_samples,), as (found, remedy); None when they are fine."""
-    known = np.isin(codes, [*range(len(QUALITIES)), NOT_KNOWN]) | np.isnan(codes)
+    known = ((codes >= 0) & (codes < len(QUALITIES)) & (codes == np.floor(codes))) | (codes == NOT_KNOWN)
+    known |= np.isnan(codes)
     if known.all():
         return None
     first = int(np.argmin(known))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import subprocess
+import tarfile
 import zipfile
 from pathlib import Path
 
@@ -22,9 +23,9 @@ def names(tmp_path_factory) -> set[str]:
         return set(archive.namelist())
 
 
-def tracked() -> set[str]:
+def tracked(*folders: str) -> set[str]:
     """The files of the tree that belong to the project, without those that git ignores."""
-    command = ["git", "ls-files", "--cached", "--others", "--exclude-standard", "--", *ROOMS]
+    command = ["git", "ls-files", "--cached", "--others", "--exclude-standard", "--", *folders]
     done = subprocess.run(command, cwd=HOUSE, capture_output=True, text=True, check=False)
     if done.returncode != 0:
         pytest.skip("the tree is no git repository")
@@ -33,7 +34,7 @@ def tracked() -> set[str]:
 
 def test_the_wheel_holds_the_rooms_whole_and_nothing_else(names):
     own = {name for name in names if ".dist-info/" not in name}
-    assert own == tracked()
+    assert own == tracked(*ROOMS)
 
 
 def test_what_is_needed_at_run_time_is_in_it(names):
@@ -49,3 +50,11 @@ def test_what_is_needed_at_run_time_is_in_it(names):
 def test_neither_tests_nor_studies_nor_papers_are_in_it(names):
     folders = {name.split("/")[0] for name in names if ".dist-info/" not in name}
     assert folders == set(ROOMS)
+
+
+def test_the_source_package_is_the_whole_tree(tmp_path):
+    sdist = pytest.importorskip("hatchling.builders.sdist")
+    (made,) = sdist.SdistBuilder(str(HOUSE)).build(directory=str(tmp_path), versions=["standard"])
+    with tarfile.open(made) as archive:
+        names = {name.partition("/")[2] for name in archive.getnames()}
+    assert names == tracked() | {"PKG-INFO"}

@@ -1,6 +1,6 @@
 """Draw, run and write the examination of a release.
 
-    python -m benchmarks.examination --seed 1234 --cases fit=20,trace=20,monitor=10,assess=20,emps=1
+    python -m benchmarks.examination --seed 1234 --cases trace=20,fit=20,monitor=10,assess=20,emps=1
     python -m benchmarks.examination --cases fit=4,assess=4 --write       the seed is the commit's
 
 Without --seed it is the first 32 bits of the commit. Every finished case is a line of the results file, and an
@@ -12,18 +12,19 @@ from __future__ import annotations
 import argparse
 import datetime
 import json
+import multiprocessing
 import os
-import subprocess
 import sys
 import tomllib
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 
 from benchmarks.examination.score import append, scores, section
 from benchmarks.examination.subjects import SUBJECTS, Row, examine
-from benchmarks.machine import machine
+from benchmarks.machine import commit, machine
 from benchmarks.measured_data import DATA
 
-DEFAULT = "fit=12,trace=12,monitor=6,assess=12,emps=1"
+DEFAULT = "trace=10,fit=10,monitor=3,assess=12,emps=1"
 
 
 def asked_cases(text: str) -> list[tuple[str, int]]:
@@ -37,29 +38,20 @@ def asked_cases(text: str) -> list[tuple[str, int]]:
     return found
 
 
-def taken(cases: list[tuple[str, int]], seed: int, head: str, path: Path) -> list[Row]:
+def taken(cases: list[tuple[str, int]], seed: int, head: str, path: Path, workers: int) -> list[Row]:
     """The rows of all cases: those that the file has of this seed and commit, the others as they are examined."""
     path.parent.mkdir(parents=True, exist_ok=True)
     known = [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
     rows = {(row["subject"], row["case"]): row for row in known if (row["seed"], row["commit"]) == (seed, head)}
-    with path.open("a") as file:
-        for subject, case in cases:
-            if (subject, case) not in rows:
-                row = examine(subject, case, seed) | {"commit": head}
-                rows[subject, case] = row
-                file.write(json.dumps(row) + "\n")
-                file.flush()
-                print(json.dumps(row), flush=True)
+    with path.open("a") as file, ProcessPoolExecutor(workers, multiprocessing.get_context("spawn")) as pool:
+        asked = [pool.submit(examine, subject, case, seed) for subject, case in cases if (subject, case) not in rows]
+        for done in as_completed(asked):
+            row = done.result() | {"commit": head}
+            rows[row["subject"], row["case"]] = row
+            file.write(json.dumps(row) + "\n")
+            file.flush()
+            print(json.dumps(row), flush=True)
     return [rows[case] for case in cases]
-
-
-def commit() -> str:
-    """The commit that is examined; a tree with changes is said to be one."""
-
-    def git(*words: str) -> str:
-        return subprocess.run(["git", *words], capture_output=True, text=True, check=True).stdout.strip()
-
-    return git("rev-parse", "HEAD") + (" with changes" if git("status", "--porcelain", "-uno") else "")
 
 
 def main() -> None:
@@ -68,6 +60,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, help="of all draws; by default the first 32 bits of the commit")
     parser.add_argument("--cases", type=asked_cases, default=asked_cases(DEFAULT), help=f"by default {DEFAULT}")
     parser.add_argument("--results", type=Path, default=Path("build/examination.jsonl"))
+    parser.add_argument("--workers", type=int, default=os.cpu_count(), help="cases at a time, one thread each")
     parser.add_argument("--write", action="store_true", help="add the score to docs/examinations.md")
     chosen = parser.parse_args()
     if ("emps", 0) in chosen.cases and not (DATA / "emps").is_dir():
@@ -76,7 +69,7 @@ def main() -> None:
     if chosen.write and head.endswith("changes"):
         sys.exit("the tree has changes; commit them, then examine the commit")
     seed = int(head[:8], 16) if chosen.seed is None else chosen.seed
-    rows = taken(chosen.cases, seed, head, chosen.results)
+    rows = taken(chosen.cases, seed, head, chosen.results, chosen.workers)
     version = tomllib.loads(Path("pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
     processor_s = sum(row["processor_s"] for row in rows)
     about = (

@@ -21,13 +21,18 @@ def valve(rng: Rng) -> Valve:
     fc = rng.uniform(0.01, 0.06) * span
     fs, m = fc * rng.uniform(1.05, 1.6), rng.uniform(0.8, 6.0)
     sigma0 = fc / rng.uniform(5e-6, 4e-5)
-    area = span / rng.uniform(6e4, 1.6e5)
+    area, filling, sigma2 = span / rng.uniform(6e4, 1.6e5), rng.uniform(0.03, 0.15), rng.uniform(0.5, 6.0) * fc
     return Valve(
         m=m, K=K, F0=rng.uniform(0.1, 0.6) * span, fc=fc, fs=fs, vs=rng.uniform(1e-3, 1e-2), sigma0=sigma0,
-        sigma1=2.0 * rng.uniform(0.2, 1.0) * np.sqrt(sigma0 * m), sigma2=rng.uniform(0.5, 6.0) * fc,
-        area=area, stroke=stroke, filling=rng.uniform(0.03, 0.15), gain=rng.uniform(1.0, 3.0) * K / area,
+        sigma1=2.0 * rng.uniform(0.2, 1.0) * np.sqrt(sigma0 * m), sigma2=sigma2, area=area, stroke=stroke,
+        filling=filling, gain=min(rng.uniform(1.0, 3.0), 0.5 * critical_gain(m, K, sigma2, filling)) * K / area,
         integral=rng.uniform(0.5, 2.0) * K / area,
     )  # fmt: skip
+
+
+def critical_gain(m: float, K: float, sigma2: float, filling: float) -> float:
+    """The gain, in springs, at which a positioner swings the stem without friction (Routh): it is tuned below that."""
+    return sigma2 / (filling * K) + sigma2**2 / (m * K) + filling * sigma2 / m
 
 
 def setpoint(stroke: float, seconds: float, shape: str, rng: Rng) -> Array:
@@ -87,3 +92,9 @@ EFFECTS: dict[str, Law] = {
 }  # fmt: skip
 """By the name that `trace` should give; the last two are in no catalogue: there `unlisted` is right."""
 UNLISTED = ("fading spring", "random force")
+TRACED = (
+    "none", "position_dependent_friction", "fading spring", "hardening_spring", "none", "quadratic_drag",
+    "random force", "backlash", "none", "sensor_lag", "fading spring", "dead_time",
+)  # fmt: skip
+"""What the cases of `trace` lack, one after the other and again from the start: a quarter nothing, a quarter something
+that is in no catalogue."""

@@ -3,7 +3,7 @@
     m dv/dt = A p - K x (1 - fade t) - F0 - k3 (x - x_m)**3 - d abs(v)**1.8 sgn(v) - F
     F       = sigma0 z + sigma1 dz/dt + sigma2 v
     dz/dt   = v - sigma0 abs(v) z / g,    g = (fc + (fs - fc) exp(-(v/vs)**2)) (1 + spot of a triangle) (1 + worn)
-    dp/dt   = (p_demand - p) / T
+    dp/dt   = (p_demand - p) / T,    0 <= p_demand <= SUPPLY times what the full stroke takes
 
 The bristle is advanced by its exact solution at constant velocity, in two halves around a step of the velocity by the
 trapezoidal rule, and so is the position (a splitting in Strang's way): neither the scheme nor the step nor the code of
@@ -25,6 +25,8 @@ KEPT_S = 1e-3
 HELD = 5
 CONTROL_S = HELD * KEPT_S
 """Steps of the plant, between two kept values, and between two answers of the positioner [s]."""
+SUPPLY = 2.0
+"""Pressure that is at hand, in what the full stroke takes."""
 LATE = 256
 """Past pressures that are kept, more than the longest dead time."""
 
@@ -107,7 +109,7 @@ def _run(setpoint, gusts, q, step):
     out = np.empty((n, 3))
     x, v, z, sensed, lagged = setpoint[0], 0.0, 0.0, setpoint[0], setpoint[0]
     p = (q.K * x + q.F0) / q.area
-    total, demand, gust = p, p, 0.0
+    total, demand, gust, supply = p, p, 0.0, SUPPLY * (q.K * q.stroke + q.F0) / q.area
     past = np.full(LATE, p)
     parts = max(round(KEPT_S / step), 1)
     h, keep = KEPT_S / parts, math.exp(-KEPT_S / q.gust_s)
@@ -117,8 +119,8 @@ def _run(setpoint, gusts, q, step):
         past[k % LATE] = p
         if k % HELD == 0:
             error = setpoint[k // HELD] - lagged
-            total += q.integral * error * CONTROL_S
-            demand = total + q.gain * error
+            total = min(max(total + q.integral * error * CONTROL_S, 0.0), supply)
+            demand = min(max(total + q.gain * error, 0.0), supply)
         gust = keep * gust + math.sqrt(1.0 - keep * keep) * q.gust * gusts[k]
         for i in range(parts):
             before, p = p, demand + (p - demand) * math.exp(-h / q.filling)

@@ -49,20 +49,22 @@ def scores(rows: Sequence[Row]) -> Iterator[str]:
     for name, words in (("fit", _fit), ("trace", _named), ("monitor", _monitor), ("assess", _named), ("emps", _emps)):
         if by[name]:
             yield f"| {name} | {len(by[name])} | {words([row for row in by[name] if 'failed' not in row])} |"
-    errors = [row for row in by["fit"] if "failed" not in row]
-    if errors:
-        yield from (
-            "",
-            "| parameter | median error [%] | largest [%] | intervals given | that hold |",
-            "| --- " * 5 + "|",
-        )
-        for name in TRUTH:
-            size = [100 * abs(row["errors"][name]) for row in errors]
-            holds = [row["holds"][name] for row in errors if name in row["holds"]]
-            yield f"| `{name}` | {median(size):.2g} | {max(size):.2g} | {len(holds)} | {sum(holds)} |"
+    fits = [row for row in by["fit"] if "failed" not in row]
+    if fits:
+        yield from _parameters(fits)
     missed = [line for row in rows if (line := miss(row))]
     yield from ("", "Missed:" if missed else "Missed: nothing.", "")
     yield from (f"- {line}" for line in missed)
+
+
+def _parameters(fits: Sequence[Row]) -> Iterator[str]:
+    """A table of the parameters; errors are of values with an interval, for the others are not meant to be used."""
+    yield from ("", "| parameter | intervals stated | that hold | median error [%] | largest [%] |", "| --- " * 5 + "|")
+    for name in TRUTH:
+        stated = [row for row in fits if name in row["holds"]]
+        size = [100 * abs(row["errors"][name]) for row in stated]
+        errors = f"{median(size):.2g} | {max(size):.2g}" if size else "- | -"
+        yield f"| `{name}` | {len(stated)} of {len(fits)} | {sum(row['holds'][name] for row in stated)} | {errors} |"
 
 
 def miss(row: Row) -> str | None:
@@ -104,7 +106,8 @@ def _monitor(rows: Sequence[Row]) -> str:
     delays = [row["delay_s"] for row in rows if row["delay_s"] is not None]
     late = f"median delay {median(delays):.0f} s" if delays else "no delay"
     false, hours = sum(row["false_alarms"] for row in rows), len(rows) * HEALTHY_S / 3600.0
-    return f"{false} false alarms in {hours:g} h; {len(delays)} faults seen, {late}"
+    promised = sum(row["promised"] for row in rows)
+    return f"{false} false alarms in {hours:g} h, {promised:.2g} promised; {len(delays)} faults seen, {late}"
 
 
 def _emps(rows: Sequence[Row]) -> str:

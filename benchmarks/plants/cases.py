@@ -26,7 +26,8 @@ class Case:
     left of each effect's trace in the position when the base is fitted again, in standard deviations of the noise.
 
     rate [Hz]; slow : at a rate below 500, whether ``both`` channels or the ``position`` alone are sampled slowly;
-    noise : factor on the position noise of the valve; form : of the laws, see `benchmarks.plants.effects`.
+    noise : factor on the position noise of the valve; form : of the laws, see `benchmarks.plants.effects`; rig : the
+    recordings say that a rig imposed the motion, so that the force is predicted.
     """
 
     valve: int
@@ -37,6 +38,7 @@ class Case:
     slow: str = "both"
     noise: float = 1.0
     seed: int = 0
+    rig: bool = False
 
     @property
     def name(self) -> str:
@@ -44,7 +46,9 @@ class Case:
         what = "+".join(self.effects) or "none"
         slow = "" if self.rate == COURSE else f"-{self.rate:g}Hz-{self.slow}"
         noise = "" if self.noise == 1.0 else f"-n{self.noise:g}"
-        return f"{what}-v{self.valve}-s{self.strength:g}-{self.form}{slow}{noise}" + (f"-{self.seed}" * (self.seed > 0))
+        return f"{what}-v{self.valve}-s{self.strength:g}-{self.form}{slow}{noise}{'-rig' * self.rig}" + (
+            f"-{self.seed}" * (self.seed > 0)
+        )
 
 
 @dataclass(frozen=True)

@@ -49,10 +49,11 @@ def _measured(case: Case, shape: str, run: Run) -> Recording:
     if case.slow == "position":
         position = np.where(np.arange(len(position)) % every == 0, position, np.nan)
         every = 1
+    drives, answers = ("output", "input") if case.rig else ("input", "output")
     signals = [
         Signal("time", run.t[::every], "s", "time"),
-        Signal("force", force[::every], "N", "input", "net force of the actuator on the stem"),
-        Signal("position", position[::every], "m", "output", "stem position"),
+        Signal("force", force[::every], "N", drives, "net force of the actuator on the stem"),
+        Signal("position", position[::every], "m", answers, "stem position"),
     ]
     return Recording.of(signals, plant=_plant(case, valve), source="simulated", title=shape)
 

@@ -7,16 +7,16 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from recordings import BadInput
+from recordings import not_installed
 
-LIBRARIES = ("distributed", "fsspec", "pyarrow")
+LIBRARIES = ("distributed", "fsspec", "pyarrow", "cryptography")
 
 
 def needed() -> None:
     """Raises BadInput when a library of the extra is not there."""
     for name in LIBRARIES:
         if importlib.util.find_spec(name) is None:
-            raise BadInput("fleet", f"the library {name} is not installed", "install bristle with the extra fleet")
+            raise not_installed("fleet", "it", name, "fleet")
 
 
 def told(row: Mapping[str, Any]) -> str:

@@ -32,6 +32,7 @@ def fit(
     priors: Mapping[str, tuple[float, float]] | None = None,
     constraints: Iterable[str] = (),
     bootstrap: int = 0,
+    budget: float = float("inf"),
     crosscheck: bool = True,
     catalogue: Catalogue = CATALOGUE,
     progress: Progress = silent,
@@ -67,6 +68,8 @@ def fit(
         What the fit must keep to, in SI units: ``["lugre.fs>=1.05*lugre.fc", "mass.m<=5"]``.
     bootstrap : int, optional
         Number of refits of simulated recordings for the intervals; 0 takes them from the linearised model.
+    budget : float, optional
+        Seconds that the fit may take. When they are over it has not converged, and the values are those so far.
     crosscheck : bool, optional
         Whether spring and friction are compared with those of a sparse regression of the recorded force.
     catalogue : Catalogue, optional
@@ -103,8 +106,7 @@ def fit(
     return identification.identify(
         fitted, holdout=judging, effects=tuple(dict.fromkeys((*BASE, *added))), given=held, causality=causality,
         hold=hold, check=crosscheck, estimator=estimator, order=order, priors=priors,
-        constraints=tuple(constraints), bootstrap=bootstrap,
-        catalogue=catalogue, progress=progress,
+        constraints=tuple(constraints), bootstrap=bootstrap, budget=budget, catalogue=catalogue, progress=progress,
     )  # fmt: skip
 
 

@@ -1,8 +1,9 @@
 """Learning that goes on in service: limits come down as fault-free time grows, and a slow fault is not learned away.
 
-A period of an hour is trusted when it and the next one have passed without an alarm; an alarm drops both. Limits and
-promise move when a day is trusted, for a part of it does not show its rhythm. Limits are never above those of the first
-learning, centre and size stay where they were, and after seven trusted days it ends.
+A period of an hour is trusted when it and the next one have passed without an alarm; an alarm drops both. Limits move
+when a day of such periods is there, however long was learned before, for a part of a day does not show its rhythm; the
+promise moves when that time and the learned one make a day. Limits are never above those of the first learning, centre
+and size stay where they were, and after seven trusted days it ends.
 """
 
 from __future__ import annotations
@@ -168,20 +169,21 @@ class Evidence:
             if state.waits and trusted_s < MOST_S:
                 trusted = trusted + waiting
                 trusted_s += PERIOD_S
-                if trusted_s >= DAY_S:
-                    tightened = [self._tightened(i, trusted[i], trusted_s) for i in range(len(self.healthy))]
+                counted_s = PERIOD_S * round((trusted_s - self.promise.seconds) / PERIOD_S)
+                if counted_s >= DAY_S:
+                    tightened = [self._tightened(i, trusted[i], counted_s) for i in range(len(self.healthy))]
                     limits, shares = (np.array(rows) for rows in zip(*tightened, strict=True))
             waiting = current
         counts = none, waiting, trusted
         return EvidenceState(state.running, limits, shares, counts, 0, not state.alarmed, False, trusted_s)
 
-    def _tightened(self, i: int, counts: Array, trusted_s: float) -> tuple[Array, Array]:
-        """Limits and shares of a channel by what is trusted."""
+    def _tightened(self, i: int, counts: Array, counted_s: float) -> tuple[Array, Array]:
+        """Limits and shares of a channel by the blocks of so many trusted seconds in service."""
         healthy = self.healthy[i]
         n = counts[..., N_BINS]
         beyond = counts[..., :N_BINS] / np.maximum(n, 1.0)[..., None]
         quantiles = np.array([_quantile(beyond, healthy.edges, level) for level in (0.5, 0.9, 0.999)])
-        wanted = limits_of(quantiles, n, trusted_s, healthy)
+        wanted = limits_of(quantiles, n, counted_s, healthy)
         places = np.clip(np.ceil(np.log(wanted / healthy.edges) / np.log(STEP) - 1e-9), 0, N_BINS - 1).astype(np.int64)
         bad = np.take_along_axis(counts, places[..., None], axis=-1)[..., 0]
         known = n >= LEAST_BLOCKS

@@ -12,6 +12,11 @@ KINDS = ("friction", "spring", "sensor", "supply", "flow")
 AT_THE_FLOW = ("sensor", "flow")
 """What both the flow and the balance of forces feel, until the stem has moved enough to tell them apart."""
 
+ALONG_STROKE = ("spring", "sensor")
+"""What a force along the stroke comes from, unless the friction says that it is the spring: spring and diaphragm, or
+the sensor of force or pressure.
+"""
+
 
 @dataclass(frozen=True)
 class Judgement:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Container
+
 from detector.alarms import MONTH_S, learn_evidence
 from detector.measurements import Measurements
 from detector.observer.calibration_fit import calibrate, healthy_residual
@@ -25,14 +27,15 @@ def learn(
     model: ValveModel | None = None,
     per_month: float = 1.0,
     *,
+    without: Container[str] = (),
     catalogue: Catalogue = CATALOGUE,
     progress: Progress = silent,
 ) -> Watch:
     """The detector for a valve from fault-free data in which it moves.
 
     model : of `bristle fit` or `trace`, used where force or pressure are measured; per_month : false alarms a month
-    that are wished at most; catalogue : where the model's effects are looked up. What so many data support of the wish
-    is in the result, which goes on learning towards it.
+    that are wished at most; without : names of residuals that are not judged; catalogue : where the model's effects are
+    looked up. What so many data support of the wish is in the result, which goes on learning towards it.
     Raises BadInput when the data support nothing: too few, no motion, or nothing that drives the valve; and for an
     effect that the catalogue does not have.
     """
@@ -54,7 +57,8 @@ def learn(
     by_flow = learned_flow(data)
     if by_flow is not None:
         residuals[FLOW] = by_flow[1]
-    evidence = learn_evidence(residuals, calibration.dt_s, MONTH_S / per_month, SHARES)
+    judged = {name: values for name, values in residuals.items() if name not in without}
+    evidence = learn_evidence(judged, calibration.dt_s, MONTH_S / per_month, SHARES)
     return Watch(
         calibration,
         None if by_positioner is None else by_positioner[0],

@@ -16,7 +16,7 @@ from detector.observer.calibration import Calibration
 from detector.observer.screening import SampleVerdict
 from detector.observer.state import Decision
 from detector.watch.flow_relation import FlowRelation
-from detector.watch.judgement import AT_THE_FLOW, KINDS, Judgement
+from detector.watch.judgement import ALONG_STROKE, AT_THE_FLOW, KINDS, Judgement
 from detector.watch.model.generator import BEYOND, TESTS, ModelState, ModelWatch
 from detector.watch.positioner.loop import PositionerLoop
 from detector.watch.pressure_level import PressureLevel
@@ -174,6 +174,9 @@ class Watch:
             both = by_model or before.kind == "sensor" or before.remaining == AT_THE_FLOW
             return self._at_the_flow(model) if both else ("flow",)
         found = self.model.kind(model) if self.model and model and by_model else None
+        if found == "spring" and self.model and model:
+            weak = self.model.spring_is_weak(model)
+            return ("spring",) if weak or (weak is None and before.kind == "spring") else ALONG_STROKE
         return (found,) if found in KINDS else ()
 
     def _at_the_flow(self, model: ModelState | None) -> tuple[str, ...]:

@@ -8,13 +8,10 @@ from __future__ import annotations
 
 import ssl
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from pathlib import Path
+from types import ModuleType
 
-from cryptography import x509
-from cryptography.hazmat.primitives.serialization import Encoding, PublicFormat, load_pem_private_key
-
-from recordings import BadInput
+from recordings import BadInput, not_installed
 
 
 @dataclass(frozen=True)
@@ -27,16 +24,14 @@ class Certificates:
 
     def server_context(self) -> ssl.SSLContext:
         """What a server needs: clients without a certificate of the authority are turned away. Raises BadInput."""
-        authorities = self._check()
-        if not all(_is_authority(one) for one in authorities):
-            raise BadInput(str(self.authority), "not a certificate authority", "give the CA's certificate here")
+        self._check(signs=True)
         context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
         context.verify_mode = ssl.CERT_REQUIRED
         return self._loaded(context)
 
     def client_context(self) -> ssl.SSLContext:
         """What a client needs: it talks only to the server that the authority vouches for. Raises BadInput."""
-        self._check()
+        self._check(signs=False)
         return self._loaded(ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT))
 
     def _loaded(self, context: ssl.SSLContext) -> ssl.SSLContext:
@@ -47,19 +42,28 @@ class Certificates:
             raise _not_accepted(self.certificate, error) from None
         return context
 
-    def _check(self) -> list[x509.Certificate]:
-        """All that can be wrong with the files by themselves; returns whom the other side must be vouched for by."""
-        own, authorities = _certificates(self.certificate), _certificates(self.authority)
-        _check_pair(self.certificate, own[0], self.key)
-        return authorities
+    def _check(self, *, signs: bool) -> None:
+        """All that can be wrong with the files by themselves. signs : the authority is one of other certificates."""
+        files = _certificate_files(self.certificate)
+        files.check_authority(self.authority, signs=signs)
+        files.check_own(self.certificate, self.key)
 
 
 def own_certificate(certificate: Path, key: Path) -> ssl.SSLContext:
     """What a server needs that anybody may connect to over TLS, with no certificate of theirs. Raises BadInput."""
-    _check_pair(certificate, _certificates(certificate)[0], key)
+    _certificate_files(certificate).check_own(certificate, key)
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
     _load_own(context, certificate, key)
     return context
+
+
+def _certificate_files(path: Path) -> ModuleType:
+    """What reads certificates, with a library that only users of TLS need. Raises BadInput when that is missing."""
+    try:
+        from hil.modbus import certificate_files
+    except ImportError:
+        raise not_installed(str(path), "TLS", "cryptography", "tls") from None
+    return certificate_files
 
 
 def _load_own(context: ssl.SSLContext, certificate: Path, key: Path) -> None:
@@ -76,11 +80,6 @@ def _not_accepted(certificate: Path, error: ssl.SSLError) -> BadInput:
     return BadInput(str(certificate), found, "make new certificates")
 
 
-def _check_pair(path: Path, certificate: x509.Certificate, key: Path) -> None:
-    if _public_key(key) != certificate.public_key().public_bytes(Encoding.DER, PublicFormat.SubjectPublicKeyInfo):
-        raise BadInput(str(key), f"does not belong to {path}", "give the key of that certificate")
-
-
 def is_certificate_trouble(error: BaseException | None) -> bool:
     """Whether the two sides do not accept each other's certificates: time does not heal that, unlike an absent peer."""
     if isinstance(error, ssl.SSLCertVerificationError):
@@ -92,49 +91,3 @@ def is_certificate_trouble(error: BaseException | None) -> bool:
 def _no_password() -> str:
     """Never reached: an encrypted key was refused before. Without it the library would ask on the terminal."""
     return ""
-
-
-def _read(path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        remedy = "give a PEM file, or have some made for tests on this machine"
-        raise BadInput(str(path), f"cannot be read: {error.strerror}", remedy, parameter="certificates") from None
-
-
-def _certificates(path: Path) -> list[x509.Certificate]:
-    """The certificates of a file, at least one, all of them valid today."""
-    content = _read(path)
-    try:
-        found = x509.load_pem_x509_certificates(content)
-    except ValueError:
-        raise BadInput(str(path), "not a certificate in PEM form", "give a file with BEGIN CERTIFICATE") from None
-    now = datetime.now(UTC)
-    for one in found:
-        if now > one.not_valid_after_utc:
-            raise BadInput(str(path), f"the certificate expired on {one.not_valid_after_utc:%Y-%m-%d}", "renew it")
-        if now < one.not_valid_before_utc:
-            words = f"the certificate is valid only from {one.not_valid_before_utc:%Y-%m-%d}"
-            raise BadInput(str(path), words, "check this machine's clock")
-    return found
-
-
-def _is_authority(certificate: x509.Certificate) -> bool:
-    try:
-        return certificate.extensions.get_extension_for_class(x509.BasicConstraints).value.ca
-    except x509.ExtensionNotFound:
-        return False
-
-
-def _public_key(path: Path) -> bytes:
-    """The public half of a private key file."""
-    content = _read(path)
-    try:
-        key = load_pem_private_key(content, password=None)
-    except TypeError:
-        raise BadInput(
-            str(path), "the private key has a password", "give a key without one, readable by you alone"
-        ) from None
-    except ValueError:
-        raise BadInput(str(path), "not a private key in PEM form", "give a file with BEGIN PRIVATE KEY") from None
-    return key.public_key().public_bytes(Encoding.DER, PublicFormat.SubjectPublicKeyInfo)

@@ -15,7 +15,7 @@ from detector import Measurements, Watch, WatchState, learn, learn_model
 from hil.monitor.event import MonitorEvent
 from hil.monitor.units import SampleConverter
 from hil.monitor.valve import Learner, ValveWatch, WatchStatus
-from hil.source.sample import LinkEvent, Sample
+from hil.source.sample import LinkEvent, Sample, elapsed
 from recordings import BadInput, SignalSpec
 from simulator import CATALOGUE, Catalogue, ValveModel
 
@@ -106,7 +106,7 @@ class Monitor:
             return MonitorEvent(moment, wall, item.valve, item.kind, item.text)
         if self._origin is None:
             self._begin(item)
-        moment, valve = item.time - (self._origin or 0.0), self.valves[item.valve]
+        moment, valve = elapsed(item.time, self._origin or 0.0), self.valves[item.valve]
         measured = self._converters[item.valve].measurement(item, moment)
         if valve.watch is None:
             if valve.gather(measured):

@@ -20,6 +20,7 @@ from detector import (
     strokes_of,
 )
 from hil.monitor.event import MonitorEvent
+from hil.source.episode import Episode
 from recordings import BadInput
 
 Learner = Callable[[Measurements], Watch]
@@ -63,6 +64,7 @@ class ValveWatch:
         self.judgement: Judgement | None = None
         self._gathered = _Gathered()
         self._load, self._samples = 0.0, 0
+        self._gaps: Episode | None = None
         self._strokes, self._count_s = 0, 0.0
 
     def resume(self, watch: Watch, state: WatchState | None = None) -> None:
@@ -108,12 +110,24 @@ class ValveWatch:
         self.state, judgement = self.watch.step(self.state, moment)
         self.judgement = judgement
         self._load = judgement.load if judgement.verdict.used else self._load
+        text = self._gap(judgement)
         if judgement.changed:
             return self._change(judgement, wall)
+        return None if text is None else MonitorEvent(moment.time_s, wall, self.valve, "gap", text)
+
+    def _gap(self, judgement: Judgement) -> str | None:
+        """What to tell of gaps: when they begin, and when there was none for a while."""
+        past, now = self._gaps, judgement.time_s
         if judgement.verdict is SampleVerdict.GAP and judgement.gap_s:
-            text = f"no usable sample for {judgement.gap_s:.3g} s; the detector starts its errors anew"
-            return MonitorEvent(moment.time_s, wall, self.valve, "gap", text)
-        return None
+            if past is not None:
+                past.again(now)
+                return None
+            self._gaps = Episode.begin(now)
+            return f"no usable sample for {judgement.gap_s:.3g} s; the detector starts its errors anew"
+        if past is None or not past.over(now):
+            return None
+        self._gaps = None
+        return f"samples come without gaps again; there were {past.n} in {past.lasted_s:.1f} s" if past.more else None
 
     def _change(self, judgement: Judgement, wall: float) -> MonitorEvent:
         """The event of an alarm that began, ended, or got another kind."""
@@ -163,7 +177,7 @@ class _Gathered:
 
 _WORDS = {
     "friction": "the friction has changed",
-    "spring": "the spring, the area of the diaphragm or the measured force has changed",
+    "spring": "the spring, or the area of the diaphragm, has changed",
     "sensor": "position and flow do not fit each other: position sensor", "supply": "the supply pressure is not usual",
     "flow": "the flow, or the process pressures, are not what belongs to the opening", None: "unknown kind",
 }  # fmt: skip

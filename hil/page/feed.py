@@ -6,18 +6,21 @@ import asyncio
 import math
 import time
 from collections import Counter
+from contextlib import suppress
 from dataclasses import dataclass
 from io import RawIOBase
 
 from hil.page.exchange import COLUMNS, PageAnswer, RecentColumns, asked, understood
 from hil.service.status import PlantStatus, ValveStatus
 
-ASK_EVERY_S = 0.25
+ASK_EVERY_S, UNSEEN_S = 0.25, 0.75
+"""How often the monitor is asked while somebody looks, and while nobody does [s]."""
 KEPT_S, KEPT_POINTS = 600.0, 6000
 """How much of a valve is kept for who opens its page next [s], and at most how many samples."""
 
 USUAL_S = 1.5
-"""Without an answer for so long the monitor is silent; a valve that long, and three times as long as is usual [s]."""
+"""With a question unanswered for so long the monitor is silent; a valve without a value for that long, and three times
+as long as is usual [s]."""
 
 KNOWN = 10
 """Samples from which on the usual time between two of them is known."""
@@ -38,23 +41,30 @@ class Feed:
         self._answers, self._questions = answers, questions
         self.status: PlantStatus | None = None
         self._told_s = time.monotonic()
+        self._asked_s: float | None = None  # when, if there is no answer yet
         self._looked_at: Counter[str] = Counter()
         self._samples: dict[str, FeedSamples] = {}
         self._first: dict[str, tuple[float, int]] = {}
+        self._open, self._opened = 0, asyncio.Event()
 
     async def run(self) -> None:
         """Ask again and again, until the monitor has gone."""
         began = time.monotonic()
         while await self.ask():
-            await asyncio.sleep(max(0.02, ASK_EVERY_S - (time.monotonic() - began)))
+            rest = max(0.02, (ASK_EVERY_S if self._open else UNSEEN_S) - (time.monotonic() - began))
+            self._opened.clear()
+            with suppress(TimeoutError):  # whoever comes does not wait until it is time to ask
+                await asyncio.wait_for(self._opened.wait(), rest)
             began = time.monotonic()
 
     async def ask(self) -> bool:
         """Ask once; returns whether the monitor is still there."""
+        self._asked_s = time.monotonic()
         self._questions.write(asked({tag: self.samples(tag).newest_s for tag in +self._looked_at}))  # a small one
         line = await self._answers.readline()
         if line:
             self._take(understood(line))
+            self._asked_s = None
         return bool(line)
 
     def valve(self, tag: str) -> ValveStatus | None:
@@ -65,6 +75,15 @@ class Feed:
     def samples(self, tag: str) -> FeedSamples:
         """The newest samples of a valve, for as long as somebody looks at it."""
         return self._samples.setdefault(tag, FeedSamples())
+
+    def open(self) -> None:
+        """Somebody opened a page."""
+        self._open += 1
+        self._opened.set()
+
+    def close(self) -> None:
+        """Somebody closed one."""
+        self._open -= 1
 
     def look(self, tag: str) -> None:
         """Somebody opened the page of a valve."""
@@ -79,9 +98,10 @@ class Feed:
 
     @property
     def silence(self) -> Silence | None:
-        """Whether the monitor itself has stopped to answer."""
-        seconds = time.monotonic() - self._told_s
-        return Silence(seconds, "the monitor does not answer") if seconds > USUAL_S else None
+        """Whether the monitor itself has stopped to answer. One that was not asked has not."""
+        now = time.monotonic()
+        silent = self._asked_s is not None and now - self._asked_s > USUAL_S
+        return Silence(now - self._told_s, "the monitor does not answer") if silent else None
 
     def silence_of(self, valve: ValveStatus) -> Silence | None:
         """Whether the data of a valve have stopped. A source that is polled seldom is given its time."""

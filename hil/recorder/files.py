@@ -30,7 +30,8 @@ class RecorderSettings:
     """How and where a source is recorded.
 
     to : a directory, or a file ending in .h5 or .hdf5 for a single valve; rotate_mb, rotate_s : size [MB] and age [s]
-    at which a new file is started; batch_s : how long samples may wait [s]; title, kind, plant : as in `Recording`;
+    at which a new file is started; batch_s : how long samples may wait [s]; hold_s : how long they may be in the
+    journal alone [s], see `RecordingWriter`; title, kind, plant : as in `Recording`;
     acknowledge : see `Acknowledge`, called from another thread; tell : see `Tell`; notes : become events of the
     recording; refuse_unusable : whether to end when none of a valve's first values is good.
     """
@@ -39,6 +40,7 @@ class RecorderSettings:
     rotate_mb: float | None = None
     rotate_s: float | None = None
     batch_s: float = 0.5
+    hold_s: float = 0.0
     title: str | None = None
     kind: Origin | None = None
     plant: Plant = field(default_factory=Plant)
@@ -144,6 +146,7 @@ class FileSeries:
             created=self._created,
             attributes={"part": len(self.files) + 1} if settings.rotates else {},
             per_value=True,
+            hold=settings.hold_s,
         )
         self.files.append(path)
 

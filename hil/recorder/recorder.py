@@ -18,7 +18,7 @@ from pathlib import Path
 from hil.recorder.files import FileSeries, RecordedRow, RecorderSettings
 from hil.recorder.notes import Note
 from hil.running import first_of
-from hil.source.sample import LinkEvent, Quality, Sample
+from hil.source.sample import LinkEvent, Quality, Sample, elapsed
 from hil.source.source import Source
 from hil.source.statistics import Statistics
 from recordings import BadInput, Event, NegativeAnswer
@@ -76,10 +76,10 @@ class _Lane:
     events: list[LinkEvent | Note] = field(default_factory=list)
 
     def take(self, sample: Sample, origin: float) -> None:
-        moment, report = sample.time - origin, self.report
+        moment, report = elapsed(sample.time, origin), self.report
         readings = [sample.readings[name] for name in self.names]
         codes = [_CODES[reading.quality] for reading in readings]
-        times = [reading.time - origin for reading in readings]
+        times = [elapsed(reading.time, origin) for reading in readings]
         self.rows.append((moment, *[reading.usable for reading in readings], *codes, *times))
         report.bad += not sample.good
         report.usable += any(reading.good for reading in sample.readings.values())

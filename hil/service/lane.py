@@ -25,7 +25,7 @@ from hil.service.status import ValveStatus
 from hil.source.sample import LinkEvent, Sample
 from recordings import read
 
-NAP_S = 0.25
+NAP_S = 0.5
 """Between two looks into the queue [s]: items come in batches, so that waking up costs little. Health is judged no more
 often."""
 

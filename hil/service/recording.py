@@ -19,10 +19,13 @@ from hil.source.sample import LinkEvent, Sample
 from hil.source.statistics import Statistics
 from recordings import Plant, SignalSpec
 
-NAP_S = 0.2
+NAP_S = 0.5
 
 BATCH_S = 2.0
 """Samples wait so long for the disk [s]: it costs by the batch, and valves are many. So much a power cut takes."""
+
+HOLD_S = 30.0
+"""For so long they are in the journal alone [s]: the HDF5 file costs ten times as much a write."""
 
 
 class QueuedSource:
@@ -50,6 +53,7 @@ class QueuedSource:
                 if self._ending.is_set():
                     raise StopAsyncIteration
                 await asyncio.sleep(NAP_S)
+            self.statistics.samples += sum(isinstance(item, Sample) for item in self._taken)
         return self._taken.pop()
 
 
@@ -57,7 +61,7 @@ class ValveRecording:
     """Records one valve.
 
     disk : thread that all recordings share. `safe` is how many samples of this service nothing can take any more;
-    `notes` become events of the recording.
+    `lost` how many were taken from the queue and could not be written; `notes` become events of the recording.
     """
 
     def __init__(
@@ -70,7 +74,9 @@ class ValveRecording:
         ending: asyncio.Event,
     ) -> None:
         self.plan, self._queue, self._disk, self._ending = plan, queue, disk, ending
-        self.safe, self.notes = 0, Notes()
+        self.safe, self.lost, self.notes = 0, 0, Notes()
+        self._source: QueuedSource | None = None
+        self._safe_before = 0
         self._file, self._in_file = Path(), 0
         stroke, area = plan.known("stroke_m"), plan.known("diaphragm_area_m2")
         self._settings = RecorderSettings(
@@ -81,13 +87,24 @@ class ValveRecording:
             acknowledge=self._acknowledge,
             notes=self.notes,
             batch_s=BATCH_S,
+            hold_s=HOLD_S,
             refuse_unusable=False,
         )
 
     async def run(self) -> None:
         """Record until told to end. Raises what the recorder raises."""
-        source = QueuedSource(self.plan.tag, self.plan.signals, self._queue, self._ending)
-        await Recorder(source, self._settings, self._disk).run(asyncio.Event())
+        self._safe_before = self.safe
+        self._source = QueuedSource(self.plan.tag, self.plan.signals, self._queue, self._ending)
+        try:
+            await Recorder(self._source, self._settings, self._disk).run(asyncio.Event())
+        finally:
+            self.lost += self.unsafe
+            self._source = None
+
+    @property
+    def unsafe(self) -> int:
+        """How many samples were taken from the queue and still wait for the disk."""
+        return 0 if self._source is None else self._source.statistics.samples - (self.safe - self._safe_before)
 
     def _acknowledge(self, path: Path, n_samples: int) -> None:
         if path != self._file:

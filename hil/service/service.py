@@ -15,7 +15,7 @@ from collections.abc import Awaitable, Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from detector import Watch, described
 from hil.monitor.event import MonitorEvent
@@ -38,7 +38,7 @@ WAITING = 3000
 
 JUDGE_S, SAVE_S, FIGURES_LOOK_S, LOOK_S = 0.25, 60.0, 1.0, 0.05
 DRAIN_S = 10.0
-"""At the end: for so long what was read already may still be looked at and written [s]."""
+"""At the end: what was read already is looked at, written and told, unless nothing of it goes on for so long [s]."""
 
 SWITCH_S = 1e-3
 """How long the acquisition waits at most for another thread to let it run [s]; Python's own 5 ms would be half a period
@@ -56,6 +56,31 @@ class ServiceOutlets:
 
     sinks: Sequence[EventSink] = ()
     metrics: tuple[str, int] | None = None
+
+
+class _Left(NamedTuple):
+    """What has still to be done at the end: valves that are not looked through, items that wait, recordings that are
+    not closed, samples in them that are not on the disk, and events that are not told.
+    """
+
+    unseen: int
+    waiting: int
+    recording: int
+    unsafe: int
+    untold: int
+
+    @property
+    def any(self) -> bool:
+        """Whether there is something."""
+        return self != (0, 0, 0, 0, 0)
+
+    @property
+    def words(self) -> str:
+        """What is given up with it."""
+        return (
+            f"{self.recording} recordings are not closed, {self.unsafe} samples that were read are not recorded, "
+            f"{self.untold} events are not told; recovering a recording keeps what was acknowledged"
+        )
 
 
 class Service:
@@ -106,7 +131,7 @@ class Service:
             folder = self.plan.plant.path(entry.folder)
             recording = ValveRecording(plan, entry, folder, stored, self._disk, self._ending)
             self._recordings[tag], notes = recording, recording.notes
-            self._tasks.append(SupervisedTask(f"recording {tag}", recording.run, _dropped(stored)))
+            self._tasks.append(SupervisedTask(f"recording {tag}", recording.run, _unrecorded(stored, recording)))
         self._queues += queues
         link = ValveLink(tag, source, rate_hz, queues)
         lane = ValveLane(plan, link, watched, self._publish, self._learned, notes)
@@ -166,7 +191,9 @@ class Service:
                 await asyncio.wait_for(stop.wait(), JUDGE_S)
 
     async def _drained(self, reading: Sequence[asyncio.Task[None]], stop: asyncio.Event) -> None:
-        """Stop reading, and let what was read be looked at, written and told; not for long once `stop` is set."""
+        """Stop reading, and let what was read be looked at, written and told. Once `stop` is set it need not be all: a
+        slow disk gets the time that it takes, one that takes nothing does not hold up the end.
+        """
         assert self._thread is not None
 
         async def cancel() -> None:
@@ -175,17 +202,24 @@ class Service:
             await asyncio.gather(*reading, return_exceptions=True)
 
         await asyncio.to_thread(self._thread.run, cancel())
-        recordings = [task for task in self._tasks if task.name.startswith("recording ")]
-        patience = DRAIN_S
-        while patience > 0.0:
+        patience, before = DRAIN_S, None
+        while (left := self._left()).any:
             if all(lane.idle for lane in self._lanes.values()):  # what is judged of the last samples is recorded, too
                 self._ending.set()
-            waiting = any(map(len, self._queues)) or any(task.running for task in recordings)
-            if not waiting and all(sink.idle for sink in self._sinks):
+            patience, before = (patience if left == before else DRAIN_S), left
+            if patience <= 0.0:
+                LOG.warning("it ends after %g s in which nothing went on: %s", DRAIN_S, left.words)
                 break
             await asyncio.sleep(LOOK_S)
             patience -= LOOK_S if stop.is_set() else 0.0
         await self._judge_once()
+
+    def _left(self) -> _Left:
+        """What has still to be done of what was read."""
+        recording = sum(task.running for task in self._tasks if task.name.startswith("recording "))
+        unsafe = sum(one.unsafe for one in self._recordings.values())
+        unseen = sum(not lane.idle for lane in self._lanes.values())
+        return _Left(unseen, sum(map(len, self._queues)), recording, unsafe, sum(sink.waiting for sink in self._sinks))
 
     def _publish(self, event: MonitorEvent) -> None:
         self.alarms += event.kind == "alarm"
@@ -254,3 +288,7 @@ class Service:
 
 def _dropped(queue: BoundedQueue[Any]) -> Callable[[], int]:
     return lambda: queue.dropped
+
+
+def _unrecorded(queue: ItemQueue, recording: ValveRecording) -> Callable[[], int]:
+    return lambda: queue.dropped + recording.lost

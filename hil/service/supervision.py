@@ -22,7 +22,8 @@ class SupervisedTask:
     """Work that goes on until it returns or is cancelled; an exception begins it anew after a rest.
 
     name : for status and log; work : makes the coroutine, once for every beginning; dropped : how much it was too slow
-    for, so far; again : the rests. `run` may be awaited in any event loop, and `status` read from any thread.
+    for, so far; again : the rests; steady_s : after so long it has recovered [s]. `run` may be awaited in any event
+    loop, and `status` read from any thread. A trouble that lasts is logged when it begins and when it is over.
     """
 
     def __init__(
@@ -31,9 +32,11 @@ class SupervisedTask:
         work: Callable[[], Awaitable[object]],
         dropped: Callable[[], int] = lambda: 0,
         again: BackOff = AGAIN,
+        steady_s: float = STEADY_S,
     ) -> None:
         self.name, self._work, self._dropped, self._again = name, work, dropped, again
-        self.restarts, self.last_error = 0, ""
+        self.restarts, self.last_error, self._steady_s = 0, "", steady_s
+        self._failures, self._logged = 0, ""
         self.running = self.ended = False
 
     @property
@@ -43,9 +46,9 @@ class SupervisedTask:
 
     async def run(self) -> None:
         """Work, and begin anew after every failure, until the work returns."""
-        loop, failures = asyncio.get_running_loop(), 0
+        loop = asyncio.get_running_loop()
         while True:
-            began = loop.time()
+            recovered = loop.call_later(self._steady_s, self._recovered)
             try:
                 self.running = True
                 await self._work()
@@ -55,8 +58,18 @@ class SupervisedTask:
                 self.last_error = f"{type(error).__name__}: {error}"
             finally:
                 self.running = False
-            failures = 1 if loop.time() - began > STEADY_S else failures + 1
-            rest = self._again.delay(failures)
-            LOG.warning("task '%s' failed: %s; it begins anew in %.3g s", self.name, self.last_error, rest)
+                recovered.cancel()
+            self._failures += 1
             self.restarts += 1
-            await asyncio.sleep(rest)
+            self._tell()
+            await asyncio.sleep(self._again.delay(self._failures))
+
+    def _tell(self) -> None:
+        if self.last_error != self._logged:
+            LOG.warning("task '%s' failed: %s; it is begun anew until it runs", self.name, self.last_error)
+        self._logged = self.last_error
+
+    def _recovered(self) -> None:
+        if self._failures:
+            LOG.warning("task '%s' runs again; it had failed %d times", self.name, self._failures)
+        self._failures, self._logged = 0, ""

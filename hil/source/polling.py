@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 
 from hil.modbus.messages import ReplyFault
 from hil.source.channel import Channel
+from hil.source.episode import QUIET_S, Episode
 from hil.source.line import DeviceLine
 from hil.source.quality import Episodes, Heartbeat
 from hil.source.sample import LinkEvent, Reading, Sample, wall_at
@@ -16,24 +17,27 @@ from hil.source.valve import Valve
 from recordings import BadInput, SignalSpec
 
 HEARTBEAT_S = 2.0
+QUIET_PERIODS = 10
+"""Deadlines that have to be kept in a row before missing them is over."""
 IDLE_S = 0.02
 """How long a source without a rate waits when there is nobody to ask."""
-
-MISSES_REPORTED_EVERY_S = 1.0
 
 
 class Schedule:
     """Deadlines at a fixed rate; those that pass while the work goes on are counted and left out, never caught up.
 
-    rate : per second, None for as fast as possible; statistics : where rounds, lateness and misses are counted.
+    rate : per second, None for as fast as possible; statistics : where rounds, lateness and misses are counted;
+    quiet_s : how long deadlines have to be kept before missing them is over [s].
     """
 
-    def __init__(self, rate: float | None, statistics: Statistics) -> None:
+    def __init__(self, rate: float | None, statistics: Statistics, quiet_s: float = QUIET_S) -> None:
         self._period = None if rate is None else 1.0 / rate
+        self._quiet_s = quiet_s if rate is None else max(quiet_s, QUIET_PERIODS / rate)
         self._statistics = statistics
         self._loop = asyncio.get_running_loop()
-        self._due = self._reported_at = self._loop.time()
-        self._unreported = 0
+        self._due = self._loop.time()
+        self._misses: Episode | None = None
+        self._news: str | None = None
 
     async def wait(self) -> None:
         """Wait for the next deadline."""
@@ -46,18 +50,25 @@ class Schedule:
         missed = int(late / self._period)
         self._statistics.lateness.add(late)
         self._statistics.missed += missed
-        self._unreported += missed
+        self._note(missed, late)
         self._due += (1 + missed) * self._period
 
     def misses(self) -> str | None:
-        """What to tell of missed deadlines, at most once a second; None for nothing."""
-        now = self._loop.time()
-        if not self._unreported or now - self._reported_at < MISSES_REPORTED_EVERY_S:
-            return None
-        deadlines = "deadline" if self._unreported == 1 else "deadlines"
-        text = f"{self._unreported} {deadlines} missed in {now - self._reported_at:.1f} s"
-        self._reported_at, self._unreported = now, 0
-        return text
+        """What to tell of missed deadlines: when they begin, and when none was missed for a while; None for nothing."""
+        news, self._news = self._news, None
+        return news
+
+    def _note(self, missed: int, late: float) -> None:
+        now, past = self._loop.time(), self._misses
+        if missed and past is None:
+            self._misses = Episode.begin(now, missed)
+            self._news = f"{missed} deadline{'s' if missed > 1 else ''} missed: a round began {late:.3g} s late"
+        elif missed and past is not None:
+            past.again(now, missed)
+        elif past is not None and past.over(now, self._quiet_s):
+            self._misses = None
+            if past.more:
+                self._news = f"deadlines are kept again; {past.n} were missed in {past.lasted_s:.1f} s"
 
 
 def check_rate(rate: float | None) -> float | None:
@@ -71,11 +82,19 @@ class Polling:
     """The plan of a source that reads everything once a period.
 
     rate : rounds per second, None for as fast as possible; heartbeat : name of the point that must change, else the
-    map's own; heartbeat_s : how long it may stand still. Raises BadInput for a rate that cannot be.
+    map's own; heartbeat_s : how long it may stand still; quiet_s : see `Schedule`. Raises BadInput for a rate that
+    cannot be.
     """
 
-    def __init__(self, rate: float | None, heartbeat: str | None = None, heartbeat_s: float = HEARTBEAT_S) -> None:
+    def __init__(
+        self,
+        rate: float | None,
+        heartbeat: str | None = None,
+        heartbeat_s: float = HEARTBEAT_S,
+        quiet_s: float = QUIET_S,
+    ) -> None:
         self._rate, self._heartbeat, self._heartbeat_s = check_rate(rate), heartbeat, heartbeat_s
+        self._quiet_s = quiet_s
 
     def signals(self, valve: Valve) -> tuple[SignalSpec, ...]:
         """What a recording of the valve declares."""
@@ -89,7 +108,7 @@ class Polling:
     async def run(self, valves: Sequence[Valve], line: DeviceLine, channel: Channel, statistics: Statistics) -> None:
         """Poll until cancelled."""
         rounds = [_Round(valve, line, self._pulse(valve)) for valve in valves]
-        schedule = Schedule(self._rate, statistics)
+        schedule = Schedule(self._rate, statistics, self._quiet_s)
         while True:
             await schedule.wait()
             await channel.room()

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Mapping
-from dataclasses import dataclass
 
+from hil.source.episode import Episode
 from hil.source.sample import LinkEvent, Quality, Reading, Sample
 
 GOOD_AGAIN_AFTER_S = 1.0
@@ -39,17 +39,11 @@ def _stale(reading: Reading, reason: str) -> Reading:
     return reading._replace(quality=Quality.STALE, reason=reason) if reading.good else reading
 
 
-@dataclass
-class _Episode:
-    last_bad: float
-    n_bad: int = 1
-
-
 class Episodes:
     """Turns the readings of one valve that are not good into events: one when they begin, one when they are over."""
 
     def __init__(self) -> None:
-        self._open: dict[str, _Episode] = {}
+        self._open: dict[str, Episode] = {}
 
     def observe(self, sample: Sample) -> list[LinkEvent]:
         """The events that a sample causes."""
@@ -60,10 +54,9 @@ class Episodes:
             if reading.good:
                 continue
             if name in self._open:
-                self._open[name].n_bad += 1
-                self._open[name].last_bad = sample.time
+                self._open[name].again(sample.time)
             else:
-                self._open[name] = _Episode(sample.time)
+                self._open[name] = Episode.begin(sample.time)
                 started[f"{reading.quality}: {reading.reason}"].append(name)
         texts = [f"{', '.join(names)}: {reason}" for reason, names in started.items()]
         return [
@@ -73,6 +66,6 @@ class Episodes:
     def _over(self, sample: Sample) -> list[str]:
         over: dict[int, list[str]] = defaultdict(list)
         for name, episode in list(self._open.items()):
-            if sample.time - episode.last_bad >= GOOD_AGAIN_AFTER_S:
-                over[self._open.pop(name).n_bad].append(name)
+            if episode.over(sample.time, GOOD_AGAIN_AFTER_S):
+                over[self._open.pop(name).n].append(name)
         return [f"{', '.join(names)}: good again, {n} samples were not" for n, names in over.items()]

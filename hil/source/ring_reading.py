@@ -6,13 +6,14 @@ import asyncio
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, cast
 
 from hil.modbus.messages import Request
 from hil.registers.point import READ_FUNCTION
 from hil.registers.register_map import grouped
 from hil.registers.ring import Ring
 from hil.source.channel import Channel
+from hil.source.episode import QUIET_S, Episode
 from hil.source.line import DeviceLine
 from hil.source.polling import HEARTBEAT_S, Schedule, check_rate
 from hil.source.quality import Episodes
@@ -32,10 +33,11 @@ class RingReading:
 
     rate : how often per second it looks for new ones. The time of a sample is the device's: it is set against ours
     when the first sample comes, and goes on by `step` a sample, whether plant time follows the wall clock or not.
+    quiet_s : how long the ring has to be read in time before overrunning it is over [s].
     """
 
-    def __init__(self, rate: float = 10.0) -> None:
-        self._rate = check_rate(rate)
+    def __init__(self, rate: float = 10.0, quiet_s: float = QUIET_S) -> None:
+        self._rate, self._quiet_s = check_rate(rate), quiet_s
 
     def signals(self, valve: Valve) -> tuple[SignalSpec, ...]:
         """What a recording of the valve declares."""
@@ -50,7 +52,7 @@ class RingReading:
     async def run(self, valves: Sequence[Valve], line: DeviceLine, channel: Channel, statistics: Statistics) -> None:
         """Fetch until cancelled."""
         schedule = Schedule(self._rate, statistics)
-        readers = [_Reader(valve, line, channel, statistics) for valve in valves]
+        readers = [_Reader(valve, line, channel, statistics, self._quiet_s) for valve in valves]
         while True:
             await schedule.wait()
             await channel.room()
@@ -75,7 +77,9 @@ class _Clock:
 class _Reader:
     """One valve's ring, and how far it has been read."""
 
-    def __init__(self, valve: Valve, line: DeviceLine, channel: Channel, statistics: Statistics) -> None:
+    def __init__(
+        self, valve: Valve, line: DeviceLine, channel: Channel, statistics: Statistics, quiet_s: float
+    ) -> None:
         self._valve, self._line, self._channel, self._statistics = valve, line, channel, statistics
         self._ring, points = _ring(valve), [valve.map.point(COUNTER), valve.map.point(STEP)]
         self._heads = [BlockRead(block) for block in grouped(points, valve.map.max_hole, valve.map.max_read)]
@@ -83,6 +87,7 @@ class _Reader:
         self._clock: _Clock | None = None
         self._next = 0  # number of the sample to fetch next; it does not wrap around when the device's does
         self._last_time, self._moved_at, self._stall_reported = -math.inf, math.inf, False
+        self._overrun, self._quiet_s = cast("Episode | None", None), quiet_s
 
     async def catch_up(self) -> None:
         """Fetch all that is new."""
@@ -113,7 +118,9 @@ class _Reader:
         if self._clock is None or behind < 0 or self._clock.step != exact:
             self._set_clock(newest, now, exact)
         elif behind > self._ring.samples - self._margin:
-            self._skip(behind - (self._ring.samples - self._margin), "the ring was overrun")
+            self._skip(behind - (self._ring.samples - self._margin), now)
+        elif self._overrun is not None and self._overrun.over(now, self._quiet_s):
+            self._caught_up(self._overrun)
         return newest
 
     @property
@@ -133,10 +140,22 @@ class _Reader:
             now = max(now, self._last_time + step)
         self._clock, self._next = _Clock(newest, now, wall_at(now), step), newest
 
-    def _skip(self, n_samples: int, why: str) -> None:
+    def _skip(self, n_samples: int, now: float) -> None:
+        """The ring was overrun."""
         first = self._next
         self._next += n_samples
-        self._tell("gap", f"{why}: samples {first} to {first + n_samples - 1} are lost, {n_samples} in all")
+        if self._overrun is not None:
+            self._overrun.again(now, n_samples)
+            return
+        self._overrun = Episode.begin(now, n_samples)
+        lost = f"samples {first} to {first + n_samples - 1} are lost, {n_samples} in all"
+        self._tell("gap", f"the ring was overrun: {lost}")
+
+    def _caught_up(self, past: Episode) -> None:
+        self._overrun = None
+        if past.more:
+            found = f"{past.n} samples were lost in {past.lasted_s:.1f} s"
+            self._tell("gap", f"the ring is read in time again; {found}")
 
     def _watch_counter(self, newest: int) -> None:
         now = asyncio.get_running_loop().time()

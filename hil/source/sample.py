@@ -21,6 +21,15 @@ def wall_at(moment: float) -> float:
     return time.time() - (time.monotonic() - moment)
 
 
+def elapsed(moment: float, origin: float) -> float:
+    """Seconds from one monotonic time to another, in whole nanoseconds.
+
+    The last digits of a difference depend on how long the machine has been up. Without them, samples of a device that
+    counts its own have the same times in every run.
+    """
+    return round(moment - origin, 9)
+
+
 class Quality(StrEnum):
     """How far a value can be trusted, and if it cannot, why: in the words and the order of the recording's codes.
 

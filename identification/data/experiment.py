@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -163,11 +162,6 @@ def imposed(e: Experiment) -> Experiment:
     return replace(e, causality="motion", segments=segments)
 
 
-def redrawn(e: Experiment, rng: np.random.Generator) -> Experiment:
-    """The same experiment with as much noise again in its position, smoothed anew."""
-    return _smoothed_anew(e, [s.y + rng.normal(0.0, e.noise_position, len(s.y)) for s in e.segments], 1.0)
-
-
 def noisy(
     e: Experiment, s: Segment, x: Array, rng: np.random.Generator, *, size: float = 1.0, force: bool = True
 ) -> Segment:
@@ -177,17 +171,6 @@ def noisy(
     y = x + rng.normal(0.0, size * e.noise_position, len(x))
     u = s.u + rng.normal(0.0, e.noise_force, len(x)) if force else s.u
     return replace(s, y=y, u=u, motion=smooth(s.t, y, e.noise_position))
-
-
-def blurred(e: Experiment) -> Experiment:
-    """The same experiment smoothed over twice the time."""
-    return _smoothed_anew(e, [s.y for s in e.segments], 2.0)
-
-
-def _smoothed_anew(e: Experiment, positions: Sequence[Array], widened: float) -> Experiment:
-    pairs = zip(e.segments, positions, strict=True)
-    segments = tuple(replace(s, motion=smooth(s.t, y, e.noise_position, widened)) for s, y in pairs)
-    return replace(e, segments=segments)
 
 
 def _half_later(s: Segment) -> Segment:

@@ -69,34 +69,49 @@ def estimate_force(t: Array, u: Array, noise: float) -> Force:
 
     The standard deviations hold within about a tenth on forces made of ramps, sines and steps.
     """
-    mean, std, intensity, likelihood = _chain(t, u, noise, ORDER)
+    mean, std, intensity, likelihood = chain(t, u, noise, ORDER)
     return Force(mean[:, 0].copy(), mean[:, 1].copy(), std, intensity, noise, likelihood)
 
 
 def smoother_force(t: Array, u: Array, force: Force) -> Array | None:
     """The force (n,) [N] by more integrals, recorded as for `estimate_force`; None where two are likelier."""
-    mean, _, _, likelihood = _chain(t, u, force.noise, SMOOTH)
+    mean, _, _, likelihood = chain(t, u, force.noise, SMOOTH)
     return mean[:, 0].copy() if likelihood > force.likelihood else None
 
 
-def _chain(t: Array, u: Array, noise: float, order: int) -> tuple[Array, Array, Array, float]:
-    """The force by so many integrals: it and its derivatives (n, order), its standard deviation (n,), the intensity
-    (n - 1,) of the noise that drives it, and the likelihood.
+def chain(t: Array, z: Array, noise: float, order: int, *, moving: bool = False) -> tuple[Array, Array, Array, float]:
+    """A signal z (n,) as so many integrals of white noise: it and its derivatives (n, order), its standard deviation
+    (n,), the intensity (n - 1,) of the noise that drives it, and the likelihood. noise : standard deviation of z;
+    moving : it starts as its first samples say, and not about at rest.
     """
-    mean, variance, jumps = np.empty((len(t), order)), np.empty(len(t)), np.empty(len(t) - 1)
     r, dt = noise**2, np.diff(t)
-
-    def smooth(intensity: Array) -> float:
-        return float(loops().smoothed_force(t, u, intensity, r, mean, variance, jumps))
-
-    levels = r * 10.0 ** DECADES[order]
-    intensity = np.full(len(dt), levels[int(np.argmax([smooth(np.full(len(dt), level)) for level in levels]))])
+    levels = [np.full(len(dt), level) for level in r * 10.0 ** DECADES[order]]
+    intensity = max(levels, key=lambda level: _pass(t, z, level, noise, order, moving)[3])
     least = (2 * order - 1) * math.factorial(order - 1) ** 2 * r * STILL**2
     for _ in range(ROUNDS):
-        smooth(intensity)
+        mean, _, jumps, _ = _pass(t, z, intensity, noise, order, moving)
         intensity = np.maximum(_updated(intensity, dt, np.diff(mean[:, -1]) ** 2, jumps), least)
-    likelihood = smooth(intensity)
+    mean, variance, _, likelihood = _pass(t, z, intensity, noise, order, moving)
     return mean, np.sqrt(np.maximum(variance, 1e-12 * r)), intensity, likelihood
+
+
+def smoothed(t: Array, z: Array, intensity: Array, noise: float, order: int) -> Array:
+    """The signal z (n,), which moves from the first, and its derivatives (n, order) where the intensity (n - 1,) is
+    known.
+    """
+    return _pass(t, z, intensity, noise, order, True)[0]
+
+
+def _pass(
+    t: Array, z: Array, intensity: Array, noise: float, order: int, moving: bool
+) -> tuple[Array, Array, Array, float]:
+    """One pass of the smoother: mean (n, order), variance (n,), squares of the last state's steps (n - 1,), and the
+    likelihood.
+    """
+    mean, variance, jumps, start = np.empty((len(t), order)), np.empty(len(t)), np.empty(len(t) - 1), np.zeros(order)
+    start[: order if moving else 1] = [np.diff(z[: order + 1], i)[0] for i in range(order if moving else 1)]
+    likelihood = loops().smoothed_force(t, z, intensity, noise**2, start, mean, variance, jumps)
+    return mean, variance, jumps, float(likelihood)
 
 
 def _updated(intensity: Array, dt: Array, steps: Array, jumps: Array) -> Array:

@@ -51,6 +51,15 @@ class Grid:
         found = smoother_force(self.t[seen], self.u[seen], self.force)
         return self.force.u if found is None else np.interp(self.t, self.t[seen], found)
 
+    def with_local_smoothing(self) -> Grid:
+        """The same grid with position and velocity of its motion smoothed as the force is: over a second where little
+        happens, so that a creep shows, and hardly where the valve slips.
+        """
+        seen = np.isfinite(self.y)
+        found = estimate_force(self.t[seen], self.y[seen], self.noise_y)
+        x, v = (np.interp(self.t, self.t[seen], z) for z in (found.u, found.slope))
+        return replace(self, motion=np.column_stack([x, v, self.motion[:, 2]]))
+
     def driven_along(self, path: Array) -> Array:
         """What drives a model whose motion is imposed as on a path (n, n_states): x [m], v [m/s], a [m/s2] and the
         load [N], (n, 4).

@@ -127,9 +127,12 @@ def back_over(gain: Any, e: float, v: float, pull: Any, N: Any, b: Any) -> None:
     N[0, 0] += twice
 
 
-@numba.njit(number(vector, vector, vector, number, matrix, vector, vector), error_model="numpy", nogil=True, cache=True)
-def smoothed_force(t: Any, u: Any, q: Any, r: float, mean: Any, variance: Any, jumps: Any) -> float:
-    """Smooth u (n,), noise variance r, as so many integrals of white noise of intensities q (n - 1,).
+@numba.njit(
+    number(vector, vector, vector, number, vector, matrix, vector, vector), error_model="numpy", nogil=True, cache=True
+)
+def smoothed_force(t: Any, u: Any, q: Any, r: float, start: Any, mean: Any, variance: Any, jumps: Any) -> float:
+    """Smooth u (n,), noise variance r, as so many integrals of white noise of intensities q (n - 1,). It starts at
+    about `start` (order,): the force and its derivatives per sample.
 
     Fills mean (n, order) : the force and its derivatives, variance (n,) of the force, and jumps (n - 1,), the expected
     squares of the last derivative's steps; returns the log-likelihood of all but the first samples, but for a constant.
@@ -141,7 +144,7 @@ def smoothed_force(t: Any, u: Any, q: Any, r: float, mean: Any, variance: Any, j
     F, Q, T, N, still = np.zeros((s, s)), np.zeros((s, s)), np.zeros((s, s)), np.zeros((s, s)), np.zeros((s, s))
     a, p, pull, b, first, rest = np.zeros(s), 1e4 * r * np.eye(s), np.zeros(s), np.zeros(s), np.zeros(s), np.zeros(s)
     fixed = np.zeros((s, 0))  # no parameters
-    a[0], first[0], likelihood = u[0], 1.0, 0.0
+    a[:], first[0], likelihood = start, 1.0, 0.0
     for k in range(n):
         A[k], P[k], e[k] = a, p, u[k] - a[0]
         v[k] = update(a, p, fixed, first, fixed[0], e[k], r, K[k])

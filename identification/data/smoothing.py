@@ -29,18 +29,17 @@ class Motion:
     crept: Array
 
 
-def smooth(t: Array, y: Array, noise: float, widened: float = 1.0) -> Motion:
+def smooth(t: Array, y: Array, noise: float) -> Motion:
     """Savitzky-Golay smoothing (third order) of a position, at times of any spacing.
 
-    t (n_samples,) : times [s], increasing; y (n_samples,) : position [m]; noise : its standard deviation [m];
-    widened : factor on the window, to see what it blurs.
+    t (n_samples,) : times [s], increasing; y (n_samples,) : position [m]; noise : its standard deviation [m].
     """
     dt = float(np.median(np.diff(t)))
     even = np.allclose(np.diff(t), dt, rtol=1e-3, atol=0.0)
     grid = t if even else np.linspace(t[0], t[-1], max(round((t[-1] - t[0]) / dt) + 1, FEWEST))
     signal = y if even else np.interp(grid, t, y)
     step = float(grid[1] - grid[0])
-    window = min(round(widened * _window(signal, step, noise)) // 2 * 2 + 1, 2 * ((len(signal) - 1) // 2) + 1)
+    window = _window(signal, step, noise)
     x, v, a = (savgol_filter(signal, window, 3, deriv=d, delta=step) for d in range(3))
     if not even:
         x, v, a = (np.interp(t, grid, z) for z in (x, v, a))

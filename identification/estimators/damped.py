@@ -1,8 +1,8 @@
 """The fit in damped order: by runs that are set back to the data, and with the force estimated where that converges.
 
-Runs in windows find their way from nothing but the loop of force over position, at any sampling. Where samples show the
-course of a slip, the noise-aware estimate goes on from there: it tells mass, viscous friction and the Stribeck curve
-many times better. Its search fails where a slip is a jump between two samples, so the fit in windows stands in.
+Runs in windows find their way from nothing but the loop of force over position, at any sampling. Where the force is
+noisy the noise-aware estimate goes on from there: it tells friction many times better. Where a slip is a jump between
+samples far apart it may explain nothing, so the fit in windows stands in.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from identification.estimators.coordinates import Coordinates
 from identification.estimators.fitted import Fit, Outcome, fit_of, free_run_start
 from identification.estimators.noise_aware.damped import best_on_chunks, damped_for, on_whole_recordings
 from identification.estimators.noise_aware.search import RIGHT
-from identification.estimators.order import Order, slip_is_seen
-from identification.estimators.output_error.damped import RANGES, fit_in_windows, search_for
+from identification.estimators.order import Order
+from identification.estimators.output_error.damped import fit_in_windows, search_for
 from identification.estimators.output_error.homotopy import Minimum
 from identification.estimators.output_error.problem import Problem, ResidualForm
 from identification.estimators.output_error.replicates import replicate_without_noise
@@ -26,8 +26,6 @@ from simulator import Kernel, kernel
 
 STEPS = 4
 """Steps of the fit to what the model gives in full order."""
-FOLLOWED = 4
-"""Ends of the search in windows from which the noise-aware estimate starts."""
 
 
 def fit_damped(
@@ -44,9 +42,8 @@ def fit_damped(
     if search is None:
         return Fit(Outcome.TOO_SHORT, valve, coordinates)
     ends = search.ends(progress)
-    heaviest = {"spring.K": search.loop.K, "mass.m": RANGES["mass.m"][1]}
-    if segment_grids and order == "damped" and slip_is_seen(heaviest, search.whole.spacing):
-        starts = [end.theta[: coordinates.n_free] for end in ends[:FOLLOWED]]
+    if segment_grids and order == "damped":
+        starts = [end.theta[: coordinates.n_free] for end in ends]
         found = _noise_aware(valve, coordinates, smooth, segment_grids, starts, progress)
         if found is not None and found.outcome is Outcome.CONVERGED:
             return found
@@ -58,13 +55,13 @@ def _noise_aware(
     starts: Sequence[Array], progress: Progress,
 ) -> Fit | None:  # fmt: skip
     """The noise-aware fit from some starting values (m,), the likeliest first; None where none leads to what explains
-    the data, or where its slips are over within a few samples.
+    the data.
     """
     if not starts:
         return None
     best = best_on_chunks(damped_for(valve, coordinates, segment_grids, starts[0]), starts, progress)
     problem = Problem(kernel(valve.effects, "force", valve.catalogue, damped=True), coordinates, smooth)
-    if best is None or best.loss > RIGHT or not slip_is_seen(coordinates.values(best.theta), problem.spacing):
+    if best is None or best.loss > RIGHT:
         return None
     progress("fit to whole recordings", 0, 0)
     work = damped_for(valve, coordinates, segment_grids, best.theta)

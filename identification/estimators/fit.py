@@ -8,6 +8,7 @@ from typing import Literal
 
 import numpy as np
 
+from identification.budget import time_is_over
 from identification.data.experiment import Experiment
 from identification.data.grid import grids, with_smooth_force
 from identification.estimators.constraints import checked
@@ -68,7 +69,8 @@ def fit(
     Returns
     -------
     Fit
-        Also where nothing came out: ask ``outcome.usable``.
+        Also where nothing came out: ask ``outcome.usable``. It is `Outcome.OUT_OF_TIME` where a budget that is in force
+        was spent before the end.
 
     Raises
     ------
@@ -95,8 +97,10 @@ def fit(
     if hindered is not None:
         return Fit(hindered, valve, coordinates)
     if valve.causality == "motion":
-        return fit_imposed_motion(valve, coordinates, experiments, progress)
-    return _force_driven(valve, coordinates, experiments, estimator, order, progress)
+        found = fit_imposed_motion(valve, coordinates, experiments, progress)
+    else:
+        found = _force_driven(valve, coordinates, experiments, estimator, order, progress)
+    return replace(found, outcome=Outcome.OUT_OF_TIME) if time_is_over() and found.outcome.usable else found
 
 
 def _force_driven(

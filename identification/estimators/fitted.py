@@ -26,6 +26,7 @@ class Outcome(Enum):
 
     CONVERGED = "the fit converged"
     NOT_SETTLED = "the fit ran out of iterations before it settled; take the values as approximate"
+    OUT_OF_TIME = "the time allowed was over before the fit had ended; take the values as approximate, or allow more"
     NOT_CONVERGED = (
         "the fit did not converge: what it leaves does not look like noise; take the values as approximate, and no "
         "interval for granted"
@@ -40,7 +41,7 @@ class Outcome(Enum):
     @property
     def usable(self) -> bool:
         """Whether there are parameter values to report."""
-        return self.name in ("CONVERGED", "NOT_SETTLED", "NOT_CONVERGED", "NOT_EXPLAINED")
+        return self.name in ("CONVERGED", "NOT_SETTLED", "OUT_OF_TIME", "NOT_CONVERGED", "NOT_EXPLAINED")
 
 
 @dataclass(frozen=True)
@@ -114,7 +115,7 @@ def free_run_start(problem: Problem, estimate: Estimate) -> Array:
     return np.concatenate([estimate.theta, *local])
 
 
-EXPLAINED = 2.0
+EXPLAINED = 1.5
 """How many times the loss of a right model a fit of windows may leave and count as converged."""
 
 

@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 import casadi as ca
 import numpy as np
 
+from identification.budget import time_is_over
 from recordings import Array
 
 REGULAR = 1e-10
@@ -229,7 +230,7 @@ def minimise(
         left = step.decrease if step.free else max(step.decrease, enough)
         if (step.free and step.decrease < enough) or failures > MOST_FAILURES:
             return Solution(theta, now, used, True, left)
-        if taken >= iterations:
+        if taken >= iterations or time_is_over():
             return Solution(theta, now, used, False, left)
         trial = function.at(theta + step.move)
         used += 1

@@ -24,9 +24,10 @@ RESOLVED, RESOLVED_EXACT = 1.0, 12.0
 the force is noisy, and where its samples are exact, so that only the integration has to follow."""
 SLIP = 0.45
 """Angle [rad] by which the mass may swing on its spring in a sub-step of the damped order."""
-SEEN = 1.5
+SEEN = 2.0
 """Angle [rad] by which the mass swings on its spring from sample to sample, up to which the course of a slip is seen.
-Beyond, a slip is a jump between two samples, and estimates of the force in between have more than one end."""
+Beyond, a slip is a jump between two samples. What a controller makes of the force meanwhile cannot be known, and mass
+and friction curve are estimated wrong by many standard deviations."""
 LONGEST = 0.2
 """Time between samples [s] from which a slip is over before the next sample: nothing of it can be seen."""
 
@@ -60,11 +61,16 @@ def order_of(values: Mapping[str, float], spacing: float, *, noisy: bool) -> Ord
     return "full" if turn(values, spacing) < limit else "damped"
 
 
+def slip(values: Mapping[str, float]) -> float:
+    """Angular frequency [rad/s] of the mass on its spring, at which it slips, for parameters by full name."""
+    return float(np.sqrt(max(values["spring.K"], 1.0) / values["mass.m"]))
+
+
 def slip_is_seen(values: Mapping[str, float], spacing: float) -> bool:
     """Whether samples `spacing` [s] apart show the course of a slip, for parameters by full name."""
-    return float(np.sqrt(max(values["spring.K"], 1.0) / values["mass.m"])) * spacing < SEEN
+    return slip(values) * spacing < SEEN
 
 
 def sub_step(values: Mapping[str, float]) -> float:
     """The longest sub-step [s] of the damped order that resolves the slip."""
-    return SLIP / float(np.sqrt(max(values["spring.K"], 1.0) / values["mass.m"]))
+    return SLIP / slip(values)

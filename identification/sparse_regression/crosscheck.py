@@ -147,7 +147,7 @@ def _std(by: Array, valve: Kernel, known: Uncertainty | None, rms: float) -> Arr
     if known is None:
         return np.zeros(len(by))
     misfit = max(1.0, rms) * max(1.0, known.inflation)
-    std = np.array([known.std[name] for name in known.names]) / misfit
+    std = np.array([known.spread[name] for name in known.names]) / misfit
     free = by[:, [valve.parameters.index(name) for name in known.names]] * std
     return np.asarray(np.sqrt(np.einsum("qi,ij,qj->q", free, known.correlation, free).clip(0.0)))
 

@@ -31,17 +31,15 @@ from identification.estimators.coordinates import Coordinates
 from identification.estimators.feasibility import check_given, obstacle
 from identification.given import plant_constants
 from identification.tracing import settings
-from identification.tracing.classes import in_the_end, one_accepted, ranked
-from identification.tracing.judge import NO_TIME, Candidate, judge, judged_by_chance, not_fitted, not_refitted
+from identification.tracing.candidates import candidates_of_round
+from identification.tracing.classes import in_the_end, one_accepted
+from identification.tracing.judge import Candidate, judged_by_chance
 from identification.tracing.models.base import base_model, polished, with_stiffness_growth
 from identification.tracing.models.model import Model
 from identification.tracing.models.trial_data import divided
 from identification.tracing.null_bootstrap import null_probability
-from identification.tracing.refine import worth_refitting
-from identification.tracing.screen import screen
-from identification.tracing.shortlist import shortlisted_fits
 from identification.tracing.swap import swapped
-from identification.tracing.verdict import Selection, concluded
+from identification.tracing.verdict import BASE_MODEL, Selection, concluded
 from recordings import BadInput, NegativeAnswer, Progress, Recording, silent
 from simulator import BASE, CATALOGUE, Catalogue, kernel
 
@@ -76,6 +74,7 @@ def select(
     _check(parts.fitted, known, catalogue)
     progress("base model", 0, 1)
     base = base_model(parts.fitted, parts.held_out, known, catalogue, _of("base model", progress))
+    budget.allows(BASE_MODEL)  # what its fit had no time for, it left out
     progress("base model", 1, 1)
     base, model, added, rounds = forward_selection(base, budget, progress)
     model, added, candidates, same_class = _reconsidered(model, added, rounds, budget)
@@ -96,8 +95,8 @@ def forward_selection(
         if not budget.allows(f"round {len(rounds) + 1}"):
             break
         rounds.append(candidates_of_round(model, budget, watch))
-        best = rounds[-1][0]
-        if not best.accepted or best.refit is None:
+        best = next(iter(rounds[-1]), None)
+        if best is None or not best.accepted or best.refit is None:
             break
         before, earlier = model, added
         grown = with_stiffness_growth(best.refit)
@@ -115,20 +114,6 @@ def forward_selection(
             model, added = before, earlier
             break
     return base, model, added, rounds
-
-
-def candidates_of_round(model: Model, budget: Budget, progress: Progress = silent) -> tuple[Candidate, ...]:
-    """All candidates beside a model, best first; at most the first is accepted."""
-    scores = screen(model, progress)
-    fits = shortlisted_fits(model, scores, budget, progress)
-    fits.sort(key=lambda fit: -fit.gain if fit.chunk_fits else np.inf)
-    chosen = list(worth_refitting(model, fits).values())
-    shown = budget.within(chosen, "refits and hold-out", progress, lambda fit: fit.effect)
-    refits = {fit.effect: judge(model, fit) for fit in shown}
-    judged = [refits.get(fit.effect) or not_refitted(fit) for fit in fits]
-    others = [not_fitted(s) for s in scores if all(fit.score is not s for fit in fits)]
-    found = (*ranked(judged, model.data.catalogue), *others)
-    return tuple(replace(c, why=NO_TIME) if c.effect in budget.not_tried else c for c in found)
 
 
 def _pruned(model: Model, added: tuple[str, ...]) -> tuple[Model, tuple[str, ...]]:

@@ -12,7 +12,7 @@ from identification.tracing.crosscheck import SecondOpinion
 from identification.tracing.judge import Candidate
 from identification.tracing.residual import ResidualDescription
 from identification.tracing.settings import COMPLETE_LOSS
-from identification.tracing.verdict import Selection
+from identification.tracing.verdict import BASE_MODEL, Selection
 
 
 def sentences(
@@ -22,10 +22,15 @@ def sentences(
     effects, out = found.base.data.catalogue, list[str]()
     if found.verdict == "none":
         out.append("Nothing is missing: what the model leaves is noise of the size the recordings have.")
+    elif BASE_MODEL in found.not_tried:
+        out.append("The time was over before the model without added effects was fitted: what it lacks is not known.")
     elif found.only_held_out and not found.added:
         out.append("Something is missing, and the recordings that were fitted do not show what.")
     elif found.verdict == "unlisted":
-        out.append("Something is missing, and it is none of the effects known here.")
+        tried = (
+            "it is none of the effects known here" if not found.not_tried else "no effect that was tried explains it"
+        )
+        out.append(f"Something is missing, and {tried}.")
         out += _nearest(found)
     for effect in found.added:
         out.append(f"The model lacked {effect}: {effects[effect].sentence}. Check {effects[effect].check}.")

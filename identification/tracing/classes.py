@@ -53,7 +53,7 @@ def _is_alike(best: Candidate, other: Candidate) -> bool:
     assert best.refit.held_out is not None
     assert other.refit.held_out is not None
     against = compare(other.refit.held_out, best.refit.held_out, best.refit.data.held_out)
-    return abs(against.t) < settings.ALIKE_T and fitted < settings.ALIKE_GAIN
+    return settings.LEVEL / 2 < against.p_value < 1 - settings.LEVEL / 2 and fitted < settings.HALF_GAIN
 
 
 def one_accepted(candidates: Sequence[Candidate], effect: str) -> tuple[tuple[Candidate, ...], tuple[str, ...]]:

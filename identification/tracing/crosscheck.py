@@ -18,13 +18,20 @@ import numpy as np
 from identification.data.grid import Grid
 from identification.sparse_regression.weak_form import WINDOW, weak
 from identification.tracing import settings
-from identification.tracing.models.model import Model
+from identification.tracing.models.model import MEMORY_STEP, Model
 from identification.tracing.scan import Rhythms, rhythms, shapes, strengths
 from recordings import Array
 from simulator import Kernel, Site, kernel, shows_imposed
 
 TINY = 1e-100
 """Length below which a column is zero."""
+SLIDING_DISTANCES = (1.0, 0.3)
+"""Break-away distances that the valve slides within a window: the first with enough windows."""
+MIN_WINDOWS = 100
+"""Windows in which the valve slides at least: of fewer, nothing is said."""
+MIN_APART, SAME_FORCE, SINGULAR = 1e-4, 0.999, 1e-6
+"""Share of a force that is not one of the base model's own, from which it is offered; correlation of two forces from
+which only one is; relative singular value below which two forces of an effect are taken for one."""
 
 
 @dataclass(frozen=True)
@@ -66,9 +73,9 @@ class Windows:
 def second_opinion(base: Model) -> SecondOpinion | None:
     """Pysindy's choice for a base model; None where the valve hardly slides, or the model has no solution along its
     own motion."""
-    for distance in settings.SLIDING_DISTANCES:
+    for distance in SLIDING_DISTANCES:
         windows = _windows(base, distance)
-        if windows is not None and len(windows.residual) >= settings.MIN_WINDOWS:
+        if windows is not None and len(windows.residual) >= MIN_WINDOWS:
             break
     else:
         return None
@@ -86,10 +93,10 @@ def second_opinion(base: Model) -> SecondOpinion | None:
     if chosen is None:
         return SecondOpinion("none", 0.0)
     effect = list(terms)[chosen]
-    weights = np.linalg.lstsq(terms[effect], residual, rcond=settings.SINGULAR_FORCE)[0]
+    weights = np.linalg.lstsq(terms[effect], residual, rcond=SINGULAR)[0]
     error = residual - terms[effect] @ weights
     share = 1.0 - float(error @ error) / float(residual @ residual)
-    return SecondOpinion(effect if share > settings.CROSSCHECK_SHARE else "none", share)
+    return SecondOpinion(effect if share > settings.LEAST_SHARE else "none", share)
 
 
 def _windows(model: Model, distance: float) -> Windows | None:
@@ -125,7 +132,7 @@ def _terms(windows: Windows, effect: str, found: Rhythms) -> Iterator[Array]:
         table = np.concatenate(parts)
         size = np.linalg.norm(table, axis=0)
         table = table - own @ np.linalg.lstsq(own, table, rcond=None)[0]
-        apart = np.linalg.norm(table, axis=0) > settings.MIN_APART * size
+        apart = np.linalg.norm(table, axis=0) > MIN_APART * size
         yield from _unit(table[:, apart]).T
 
 
@@ -136,7 +143,7 @@ def _imposed(target: Kernel, model: Model, grid: Grid, path: Array, p: Array) ->
     for i, state in enumerate(target.states):
         if not model.data.imposed and state in model.kernel.states:
             start[i] = path[0, model.kernel.states.index(state)]
-    found = target.run(grid.t, driven, p, start, h_max=settings.MEMORY_STEP, sensitivities=True)
+    found = target.run(grid.t, driven, p, start, h_max=MEMORY_STEP, sensitivities=True)
     if found.jacobian is None or found.failed is not None:
         return None
     return found.outputs[:, 0], found.jacobian[:, 0, :]
@@ -164,7 +171,7 @@ def _first_choice(library: Array, residual: Array) -> int | None:
 
     offered = list[int]()
     for i in range(library.shape[1]):
-        if not offered or np.abs(library[:, offered].T @ library[:, i]).max() < settings.SAME_FORCE:
+        if not offered or np.abs(library[:, offered].T @ library[:, i]).max() < SAME_FORCE:
             offered.append(i)
     optimizer = ps.FROLS(max_iter=1, normalize_columns=False)
     optimizer.fit(library[:, offered], (residual / max(float(np.linalg.norm(residual)), TINY))[:, None])

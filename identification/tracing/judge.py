@@ -48,7 +48,7 @@ def judge(base: Model, fit: CandidateFit) -> Candidate:
     held = compare(base.held_out, refit.held_out, base.data.held_out)
     values = {name: value for name, value in refit.values.items() if name in fit.score.values}
     shows, significant = fitted.gain > _min_gain(base, base.estimate), _is_significant(base, held)
-    clear = fitted.gain > settings.CLEAR_GAIN and held.p_value < settings.LENIENT_LEVEL and not base.data.imposed
+    clear = fitted.gain > settings.CLEAR_GAIN and held.p_value < settings.LEVEL and not base.data.imposed
     explains = held.gain > _min_gain(base, base.held_out) - settings.MIN_GAIN and (significant or clear)
     why = (
         "gains too little on the fitted recordings" if not shows
@@ -70,14 +70,14 @@ def not_refitted(fit: CandidateFit) -> Candidate:
 
 def not_fitted(score: Score) -> Candidate:
     """A candidate that is not on the shortlist."""
-    promises = score.gain > settings.MIN_SCORE
+    promises = score.gain > settings.HALF_GAIN
     why = "others promise more" if promises else "hardly shows in the fitted recordings"
     return Candidate(score.effect, score.gain, score.values, why=why)
 
 
 def judged_by_chance(c: Candidate, p: float) -> Candidate:
     """An accepted candidate, given the probability that as much is gained by chance."""
-    if p > settings.NULL_LEVEL:
+    if p > settings.LEVEL:
         return replace(c, accepted=False, chance=p, why=f"as much is gained where nothing is missing (p = {p:.2g})")
     return replace(c, chance=p, why=f"{c.why}, and as much is hardly gained by chance (p = {p:.2g})")
 
@@ -86,7 +86,7 @@ def _is_significant(base: Model, held: Comparison) -> bool:
     """Whether a held-out gain is one by itself. Blocks that differ by hundreds have no normal mean, so a gain that does
     not rest on a few of them is one, too.
     """
-    level = settings.LENIENT_LEVEL if held.gain > settings.MIN_GAIN else settings.LEVEL
+    level = settings.LEVEL if held.gain > settings.MIN_GAIN else settings.STRICT_LEVEL
     return held.p_value < level or (held.gain_elsewhere > settings.MIN_GAIN and not base.data.imposed)
 
 
@@ -96,4 +96,4 @@ def _min_gain(base: Model, estimate: Estimate) -> float:
         return settings.MIN_GAIN
     if estimate.loss < settings.COMPLETE_LOSS:
         return float("inf")  # what a model gains below that, it gains from the allowance for blurred break-aways
-    return settings.MIN_GAIN + settings.IMPOSED_SHARE * estimate.samples * max(estimate.loss - 1, 0.0)
+    return settings.MIN_GAIN + settings.LEAST_SHARE * estimate.samples * max(estimate.loss - 1, 0.0)

@@ -3,13 +3,15 @@
 The held-out test knows what noise can do. It does not know descents that end beside the best model, after which any
 effect that leads on from there gains hundreds on all recordings. So where a gain is not beyond such doubt, the model
 without the effect is run on the smoothed force and noise is added to both channels. On these null replicates, which
-lack nothing, model and effect are fitted as on the recordings, and what the effect gains there it gains by chance
-(Efron and Tibshirani, An Introduction to the Bootstrap, 1993, ch. 16).
+lack nothing, the model is fitted as on the recordings and all effects are tried beside it, and what the best of them
+gains there is gained by chance (Efron and Tibshirani, An Introduction to the Bootstrap, 1993, ch. 16). So the level
+holds for all candidates together. It holds for all rounds together as well, because a round is only reached when all
+tests before it rejected (a fixed sequence of tests: Maurer, Hothorn and Lehmacher 1995).
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -23,6 +25,7 @@ from identification.estimators.order import swing
 from identification.estimators.output_error.problem import Problem
 from identification.estimators.output_error.replicates import following
 from identification.tracing import settings
+from identification.tracing.candidates import candidates_of_round
 from identification.tracing.models.base import base_model, polished
 from identification.tracing.models.comparison import is_white
 from identification.tracing.models.free_runs import as_fit
@@ -34,6 +37,9 @@ from identification.tracing.screen import Score
 from identification.uncertainty.bootstrap import replicate
 from recordings import NegativeAnswer, Progress, silent
 from simulator import BASE, kernel
+
+NULL_SEED = 0
+"""Seed of the noise, so that a trace gives the same answer every time."""
 
 
 def null_probability(
@@ -48,26 +54,29 @@ def null_probability(
     if not doubtful and model.cost - refit.cost > _clear_gain(model):
         return None
     gain, values = net_gain(model, refit, effect), {n: refit.values[n] for n in refit.values if n not in model.values}
-    rng, gains, many = np.random.default_rng(settings.NULL_SEED), list[float](), len(model.data.candidates)
+    rng, gains = np.random.default_rng(NULL_SEED), list[float]()
     replicates = settings.NULL_REPLICATES
     for done in range(1, replicates + 1):
         if not budget.allows(f"null replicates of {effect}"):
             break
         progress(f"null replicates of {effect}, gain {gain:.0f}", done - 1, replicates)
-        found = _gain_of_replicate(model, effect, values, rng)
-        gains += [] if found is None else [max(settings.NULL_GAIN, found)]
-        lowest = many * tail_probability(gain, gains + [settings.NULL_GAIN] * (replicates - done))
-        if lowest > settings.NULL_LEVEL or many * tail_probability(gain, gains) < settings.NULL_LEVEL:
+        found = _gain_of_replicate(model, Score(effect, 0.0, values), rng, budget)
+        if not budget.allows(f"null replicates of {effect}"):  # some candidates may not have been tried on it
+            break
+        gains += [] if found is None else [max(settings.CHANCE_GAIN, found)]
+        lowest = tail_probability(gain, gains + [settings.CHANCE_GAIN] * (replicates - done))
+        if lowest > settings.LEVEL or tail_probability(gain, gains) < settings.LEVEL:
             break
     progress("null replicates", replicates, replicates)
     if not gains and budget.over:
         return None
-    return min(1.0, many * tail_probability(gain, gains))
+    return tail_probability(gain, gains)
 
 
 def tail_probability(gain: float, gains: Sequence[float]) -> float:
-    """Probability that what is gained by chance exceeds `gain`, where it is exponentially distributed and so much was
-    gained on some null replicates. What is known of the mean is in it (a Pareto distribution, with the prior 1/mean).
+    """Probability that what is gained by chance exceeds `gain`, where so much was gained on some null replicates, as if
+    that were exponentially distributed: the largest of several chance gains is less spread than that. What is known of
+    the mean is in it (a Pareto distribution, with the prior 1/mean).
     """
     return float((1.0 + max(gain, 0.0) / sum(gains)) ** -len(gains)) if gains else 1.0
 
@@ -85,10 +94,10 @@ def _clear_gain(model: Model) -> float:
     return settings.CLEAR_GAIN if resolved else settings.CLEAR_GAIN_UNRESOLVED
 
 
-def _gain_of_replicate(
-    model: Model, effect: str, values: Mapping[str, float], rng: np.random.Generator
-) -> float | None:
-    """What an effect gains on one null replicate of a model; None where the model is not found again at all."""
+def _gain_of_replicate(model: Model, score: Score, rng: np.random.Generator, budget: Budget) -> float | None:
+    """The most that an effect gains on one null replicate of a model: the scored one, from where it led to on the
+    recordings, or any other; None where the model is not found again at all.
+    """
     data = model.data
     pairs = ((data.experiments, data.fitted), (data.held_out_experiments, data.held_out))
     plants = [_in_full_order(as_fit(model, with_smooth_force(*pair))) for pair in pairs]
@@ -96,14 +105,20 @@ def _gain_of_replicate(
     found = _found_again(model, fitted, held_out)
     if found is None:
         return None
-    score = Score(effect, 0.0, values)
     fit = (
         CandidateFit(score, (), 0.0)
         if is_white(found)
         else fit_on_chunks(found, best_model_on_chunks(found), score, from_here=True)
     )
-    refit = refitted(found, replace(fit, base_path_refit=refit_on_base_paths(found, score)))
-    return 0.0 if refit is None else net_gain(found, refit, effect)
+    own = refitted(found, replace(fit, base_path_refit=refit_on_base_paths(found, score)))
+    others = [(c.effect, c.refit) for c in candidates_of_round(found, budget)]
+    refits = [(effect, refit) for effect, refit in [(score.effect, own), *others] if refit is not None]
+    most = 0.0
+    for effect, refit in sorted(refits, key=lambda one: one[1].cost):
+        if found.cost - refit.cost <= most:  # no net gain is more
+            break
+        most = max(most, net_gain(found, refit, effect))
+    return most
 
 
 def _in_full_order(found: Fit) -> Fit:

@@ -15,6 +15,9 @@ from identification.tracing.models.search import continued, differ, first_fits
 from identification.tracing.scan import strengths
 from identification.tracing.screen import Score, newton_step
 
+PROMISE_FACTOR = 4.0
+"""How many times as much as the next step promises a refit may still gain, while a shape is not right yet."""
+
 
 @dataclass(frozen=True)
 class CandidateFit:
@@ -50,7 +53,7 @@ def fit_on_chunks(base: Model, base_on_chunks: Model | None, score: Score, from_
     others = [
         end
         for end, gain in zip(ends[1:], gains[1:], strict=True)
-        if gain > settings.END_SHARE * gains[0] and differ(score.effect, end, ends[0])
+        if gain > settings.GAIN_SHARE * gains[0] and differ(score.effect, end, ends[0])
     ]
     return CandidateFit(score, (ends[0], *others), gains[0])
 
@@ -81,13 +84,12 @@ def _on_base_paths(base: Model, effect: str, values: Mapping[str, float], best_g
         promise, gain = newton_step(now.normal)[1], base.cost - now.cost
         return (
             promise < settings.IDLE_GAIN
-            or gain + promise < settings.HOPELESS_GAIN
-            or gain + settings.PROMISE_FACTOR * promise < settings.GAIN_SHARE * best_gain
+            or gain + promise < settings.HALF_GAIN
+            or gain + PROMISE_FACTOR * promise < settings.GAIN_SHARE * best_gain
         )
 
-    worth = max(settings.IDLE_GAIN, settings.SLOW_SHARE * best_gain)
-    work = found.data.estimator(found.effects, worth=worth)
-    end = work.refit(found.estimate.theta, found.estimate.paths, settings.REFIT_STEPS, hopeless)
+    work = found.data.estimator(found.effects, worth=settings.IDLE_GAIN)
+    end = work.refit(found.estimate.theta, found.estimate.paths, settings.STEPS, hopeless)
     return None if end is None else replace(found, estimate=lean(end))
 
 
@@ -96,10 +98,10 @@ def worth_refitting(base: Model, fits: Sequence[CandidateFit]) -> dict[str, Cand
     and likely to gain enough there. Likewise those whose refit on the base model's paths gains enough by itself.
     """
     imposed = base.data.imposed
-    share = settings.GAIN_SHARE_IMPOSED if imposed else settings.GAIN_SHARE
-    count = settings.REFITS_IMPOSED if imposed else settings.REFITS
+    share = settings.FAR_SHARE if imposed else settings.GAIN_SHARE
+    count = settings.CANDIDATES if imposed else settings.CANDIDATES // 2
     on_chunks = [fit for fit in fits if fit.chunk_fits][:count]
-    likely = settings.CHUNK_GAIN_SHARE * settings.MIN_GAIN * base.data.chunk_share
+    likely = settings.HALF_GAIN * base.data.chunk_share
     least = max(share * on_chunks[0].gain, likely) if on_chunks else 0.0
     best = max((gain_of(base, fit.base_path_refit) for fit in fits), default=0.0)
     enough = max(settings.MIN_GAIN, share * best)

@@ -7,11 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from identification.tracing import settings
 from identification.tracing.models.model import Model
+from identification.tracing.scan import slides
 from identification.tracing.verdict import Selection
 from recordings import Array
 
+BINS = 12
+"""Equally filled bins over which the residual is compared: enough to tell a place."""
 QUANTITIES = {
     "position": ("m", "slow sweeps through that range in both directions and at two speeds"),
     "velocity": ("m/s", "sines of several amplitudes, so that such speeds occur at many positions"),
@@ -105,7 +107,7 @@ def describe_residual(found: Selection) -> ResidualDescription:
 def _signals(t: Array, path: Array) -> dict[str, Array]:
     """The quantities of one recording along its smoothed path."""
     x, v, u = path[:, 0], path[:, 1], path[:, -2]
-    moving = np.abs(v) > settings.AT_REST * float(np.sqrt(np.mean(v**2)))
+    moving = slides(v)
     direction = _last_nonzero(np.where(moving, np.sign(v), 0.0))
     reversal = _last_nonzero(np.where(np.append(True, np.diff(direction) != 0), t, 0.0))
     stopped = _last_nonzero(np.where(np.append(True, np.diff(moving.astype(int)) < 0), t, 0.0))
@@ -128,7 +130,7 @@ def _dependence(values: Array, z2: Array) -> tuple[float, float, float]:
     """How much the residual varies with a quantity: relative spread of its mean square over equally filled bins, and
     the limits of the bin where it is largest.
     """
-    bins = settings.RESIDUAL_BINS
+    bins = BINS
     edges = np.quantile(values, np.linspace(0, 1, bins + 1))
     place = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, bins - 1)
     count = np.maximum(np.bincount(place, minlength=bins), 1)

@@ -16,6 +16,17 @@ from identification.tracing.models.trial_data import TrialData
 from recordings import Array
 from simulator import Parameter, TriedAt
 
+BINS, PADDING, FEWEST_BINS = 512, 4, 5
+"""Bins along the travel in which the residual force is averaged to find pitches, the factor by which their spectrum is
+interpolated to place its peaks, and the bins of the shortest pitch."""
+AT_REST = 0.01
+"""Speed below which a valve rests, as a share of its root mean square speed."""
+
+
+def slides(v: Array) -> NDArray[np.bool_]:
+    """Where velocities (n,) are those of a valve that moves: at rest friction holds any force."""
+    return np.asarray(np.abs(v) > AT_REST * float(np.sqrt(np.mean(v**2))))
+
 
 @dataclass(frozen=True)
 class Rhythms:
@@ -83,19 +94,19 @@ def _frequencies(model: Model) -> list[float]:
 
 def _pitches(model: Model) -> list[float]:
     """The strongest periods [m] of the residual force along the travel, by its mean over bins of the position."""
-    data, bins = model.data, settings.PITCH_BINS
+    data, bins = model.data, BINS
     edges = np.linspace(*data.travel, bins + 1)
     x = np.concatenate([path[:, 0] for path in model.estimate.paths])
-    moving = np.concatenate([np.abs(path[:, 1]) for path in model.estimate.paths]) > settings.MOVING
+    moving = np.concatenate([slides(path[:, 1]) for path in model.estimate.paths])
     force = np.concatenate(model.residual_force)
     place = np.clip(np.digitize(x[moving], edges) - 1, 0, bins - 1)
     count = np.bincount(place, minlength=bins)
     mean = np.bincount(place, force[moving], minlength=bins) / np.maximum(count, 1)
     mean -= mean[count > 0].mean() if (count > 0).any() else 0.0
-    padded = settings.PITCH_PADDING * bins
+    padded = PADDING * bins
     power: Array = np.abs(np.fft.rfft(np.where(count > 0, mean, 0.0) * np.hanning(bins), padded)) ** 2
     k = np.asarray(np.fft.rfftfreq(padded, data.stroke / bins), float)
-    allowed = (k > settings.MIN_PITCHES / data.stroke) & (k < settings.MAX_PITCHES / data.stroke)
+    allowed = (k > settings.MIN_PERIODS / data.stroke) & (k < bins / FEWEST_BINS / data.stroke)
     return [1 / f for f in _strongest(k, power, allowed)]
 
 

@@ -19,6 +19,11 @@ from identification.tracing.models.model import Model
 from identification.tracing.scan import Rhythms, rhythms, shapes, sizes, strengths
 from recordings import Array, Progress, silent, tracked
 
+VISIBLE = 1e-12
+"""Curvature by a coordinate, relative to the largest, below which it is nothing but rounding."""
+SINGULAR = 1e-9
+"""Relative singular value below which two parameters are taken for one."""
+
 
 @dataclass(frozen=True)
 class Score:
@@ -65,7 +70,7 @@ def _score(model: Model, effect: str, shape: Mapping[str, float], size: Mapping[
     own, known = trial.data.catalogue[effect].parameter_names(), strengths(trial.data, effect)
     normal, names = trial.estimate.normal, trial.coordinates.free_names
     curvature = np.diag(normal.matrix)
-    visible = curvature > settings.VISIBLE * curvature.max()
+    visible = curvature > VISIBLE * curvature.max()
     added = np.array([name in known for name in names]) & visible
     old = np.array([name not in own for name in names]) & visible
     if not added.any():
@@ -77,7 +82,7 @@ def _score(model: Model, effect: str, shape: Mapping[str, float], size: Mapping[
         parameter = known[names[i]]
         step = float(np.clip(move[i], -settings.MAX_STRENGTH, settings.MAX_STRENGTH))
         if parameter.lower == parameter.neutral and step <= 0 and not size:
-            gain, step = 0.0, settings.MIN_STRENGTH
+            gain, step = 0.0, min(settings.SCALE_SHARES)
         values[names[i]] = float(np.clip(values[names[i]] + step * parameter.scale, parameter.lower, parameter.upper))
     return Score(effect, max(gain, 0.0), values)
 
@@ -89,5 +94,5 @@ def newton_step(normal: Normal, chosen: NDArray[np.bool_] | None = None) -> tupl
     scale = np.sqrt(np.maximum(np.diag(matrix)[chosen], 1e-300))
     inner = matrix[np.ix_(chosen, chosen)] / np.outer(scale, scale)
     step = np.zeros(len(gradient))
-    step[chosen] = -np.linalg.lstsq(inner, gradient[chosen] / scale, rcond=settings.SINGULAR)[0] / scale
+    step[chosen] = -np.linalg.lstsq(inner, gradient[chosen] / scale, rcond=SINGULAR)[0] / scale
     return step, float(-gradient @ step)

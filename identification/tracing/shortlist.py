@@ -22,12 +22,12 @@ def shortlisted_fits(
     base: Model, scores: Sequence[Score], budget: Budget, progress: Progress = silent
 ) -> list[CandidateFit]:
     """The candidates that are worth a fit, each fitted as far as it is worth. scores : best first."""
-    few = [s for s in scores[: settings.BASE_PATH_REFITS] if s.gain > settings.BASE_PATH_SCORE]
+    few = [s for s in scores[: settings.CANDIDATES] if s.gain > settings.CHANCE_GAIN]
     few = [] if base.data.imposed else few
     refits, complete = _refits_on_base_paths(base, few, budget, progress)
     shortlist = _shortlist(base, scores, refits, complete)
     base_on_chunks = best_model_on_chunks(base) if shortlist else None
-    usual = [s.effect for s in scores[: settings.CHUNK_FITS]]
+    usual = [s.effect for s in scores[: settings.CANDIDATES]]
     fits = [
         fit_on_chunks(base, base_on_chunks, s, from_here=s.effect in usual or is_imitated(base, s))
         for s in budget.within(shortlist, "fits to chunks", progress, _effect)
@@ -81,14 +81,14 @@ def _shortlist(base: Model, scores: Sequence[Score], refits: Refits, complete: M
         unclear = lacks and fall < settings.COMPLETE_LOSS - 1  # as much may still be missing unseen
         return [s for s in scores if s in alike or (unclear and is_imitated(base, s))]
     if not lacks:
-        return [s for s in promising if is_imitated(base, s) or gain[s.effect] > settings.HOPELESS_GAIN]
-    untrusted = base.estimate.loss > settings.UNTRUSTED_LOSS
+        return [s for s in promising if is_imitated(base, s) or gain[s.effect] > settings.HALF_GAIN]
+    untrusted = base.estimate.loss > settings.POOR_LOSS
     return [s for s in scores if untrusted or s in promising or is_imitated(base, s)]
 
 
 def _promises(score: Score, place: int, best: Score) -> bool:
     """Whether a candidate promises as much as to be fitted to chunks. place : by score, from 0."""
-    if score.gain <= settings.MIN_SCORE:
+    if score.gain <= settings.HALF_GAIN:
         return False
-    near = place < settings.CHUNK_FITS and score.gain > settings.SCORE_SHARE * best.gain
-    return near or place < settings.ALWAYS_FITTED
+    near = place < settings.CANDIDATES and score.gain > settings.FAR_SHARE * best.gain
+    return near or place < settings.AT_LEAST

@@ -13,6 +13,9 @@ from identification.tracing.judge import Candidate
 from identification.tracing.models.comparison import Whiteness, fitted_whiteness, held_out_whiteness, is_white
 from identification.tracing.models.model import Model
 
+BASE_MODEL = "the rest of the fit of the base model"
+"""What was not tried where the budget of time was over before the base model was fitted."""
+
 
 @dataclass(frozen=True)
 class Selection:

@@ -87,7 +87,7 @@ def with_bootstrap(found: Fit, known: Uncertainty, scatter: Bootstrap) -> Uncert
     off = scatter.values - np.array([found.values[n] for n in scatter.names])
     std = dict(zip(scatter.names, widened_rms(off).tolist(), strict=True))
     status, note = status_and_note(found, known.names, std, known.correlation, proven=True)
-    return replace(known, std=std, status=status, note=note)
+    return replace(known, spread=std, status=status, note=note)
 
 
 def replicate(found: Fit, rng: np.random.Generator, size: float = 1.0) -> list[Experiment]:

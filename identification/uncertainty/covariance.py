@@ -16,7 +16,16 @@ from scipy.stats import t as student
 from identification.estimators.coordinates import parameters
 from identification.estimators.estimate import TUNING, Estimate
 from identification.estimators.fitted import Fit, Outcome
-from identification.estimators.order import RESOLVED, RESOLVED_EXACT, at_rest, swing, turn
+from identification.estimators.order import (
+    RESOLVED,
+    RESOLVED_EXACT,
+    SEEN,
+    at_rest,
+    slip,
+    slip_is_seen,
+    swing,
+    turn,
+)
 from identification.estimators.output_error.problem import Problem, ResidualForm
 from recordings import Array
 from simulator import Status
@@ -45,6 +54,8 @@ QUICK = ("mass.m", "lugre.fs", "lugre.vs", "lugre.sigma0", "lugre.sigma1")
 """What is known of `QUICK` comes from break-away, where the mass swings on its bristles. When that swing turns by more
 than so many radians from sample to sample (`RESOLVED` where the force is noisy), estimate and interval can both be
 wrong, and they are reported as unresolved."""
+SLIPPING = ("mass.m", "lugre.vs", "lugre.sigma0", "lugre.sigma2")
+"""What is known of these in damped order comes from the course of slips."""
 AT_BOUND = 1e-4
 """A parameter that may be zero and is below this share of its scale is at its bound."""
 
@@ -53,20 +64,26 @@ AT_BOUND = 1e-4
 class Uncertainty:
     """How well the free parameters of a fit are known.
 
-    names : the free parameters; std : standard deviation by name, in the unit of the parameter; correlation
-    (n_free, n_free), in the order of `names`; condition : of the column-scaled Jacobian; status : ``identified``,
-    ``weak`` (the data do not pin it), ``unresolved`` (the sampling does not tell it, or the fit did not converge: no
-    interval is reported) or ``at_bound`` by name; note : the reason in words, by name, where there is one; inflation :
-    median factor by which the robust standard deviations exceed the classic ones.
+    names : the free parameters; spread : standard deviation by name, in the unit of the parameter, as the problem at
+    the end of the fit has it, whether or not it is to be believed; correlation (n_free, n_free), in the order of
+    `names`; condition : of the column-scaled Jacobian; status : ``identified``, ``weak`` (the data do not pin it),
+    ``unresolved`` (the sampling does not tell it, or the fit did not converge: no interval is reported) or ``at_bound``
+    by name; note : the reason in words, by name, where there is one; inflation : median factor by which the robust
+    standard deviations exceed the classic ones.
     """
 
     names: tuple[str, ...]
-    std: dict[str, float]
+    spread: dict[str, float]
     correlation: Array
     condition: float
     status: dict[str, Status]
     note: dict[str, str]
     inflation: float
+
+    @property
+    def std(self) -> dict[str, float]:
+        """Standard deviation by name of the parameters that have an interval: none is `unresolved`."""
+        return {name: self.spread[name] for name in self.names if self.status[name] != "unresolved"}
 
     def pairs(self, above: float = COLLINEAR) -> list[tuple[str, str, float]]:
         """Pairs of parameters with a correlation of more than `above`, and that correlation, strongest first."""
@@ -195,10 +212,10 @@ def status_and_note(
         partner = int(np.argmax(np.abs(correlation[i]) - np.eye(len(names))[i]))
         strength = float(correlation[i, partner])
         size = abs(value) if parameter.lower >= 0 else max(abs(value), 0.05 * scale[name])
-        if value <= parameter.lower + AT_BOUND * scale[name] or value >= parameter.upper - AT_BOUND * scale[name]:
-            status[name] = "at_bound"
-        elif fit.outcome is not Outcome.CONVERGED:
+        if fit.outcome is not Outcome.CONVERGED:
             status[name], note[name] = "unresolved", "the fit did not converge"
+        elif value <= parameter.lower + AT_BOUND * scale[name] or value >= parameter.upper - AT_BOUND * scale[name]:
+            status[name] = "at_bound"
         elif why := "" if proven else _unresolved(fit, name, std[name] > WEAK * size):
             status[name], note[name] = "unresolved", why
         elif std[name] > WEAK * size:
@@ -219,16 +236,22 @@ def _hidden(fit: Fit) -> tuple[str, ...]:
 
 
 def _unresolved(fit: Fit, name: str, wide: bool) -> str:
-    """Why the sampling does not tell a parameter: it shows in a swing of the mass on its bristles that the fit cannot
-    follow; empty when it does. wide : whether the interval is.
+    """Why the sampling does not tell a parameter: it shows in a swing of the mass, on its spring in a slip or on its
+    bristles, that the samples do not follow; empty when it does. wide : whether the interval is.
     """
     if fit.problem is None or fit.kernel.causality != "force":
         return ""
+    spacing = fit.problem.spacing
+    if fit.order != "full" and name in SLIPPING and not slip_is_seen(fit.values, spacing):
+        return (
+            f"a slip takes about {1000 * np.pi / slip(fit.values):.0f} ms, too quick for {1 / spacing:.0f} samples a "
+            f"second; {np.ceil(slip(fit.values) / SEEN / 10) * 10:.0f} would show it"
+        )
     limit = RESOLVED_EXACT if fit.estimate is None else RESOLVED
     hidden = wide or name in _hidden(fit) if fit.order != "full" else name in QUICK
-    if not hidden or (fit.order == "full" and turn(fit.values, fit.problem.spacing) < limit):
+    if not hidden or (fit.order == "full" and turn(fit.values, spacing) < limit):
         return ""
-    frequency, rate = swing(fit.values) / (2 * np.pi), 1 / fit.problem.spacing
+    frequency, rate = swing(fit.values) / (2 * np.pi), 1 / spacing
     return (
         f"the mass swings on its bristles at about {frequency:.0f} Hz, too fast for {rate:.0f} samples a second; "
         f"{np.ceil(swing(fit.values) / RESOLVED / 100) * 100:.0f} would show it"

@@ -55,7 +55,7 @@ def profile(fit: Fit, known: Uncertainty, name: str, points: int = 7, reach: flo
         raise BadParameter("profile", name, "it is no free parameter of this fit", free)
     assert fit.minimum is not None
     place = known.names.index(name)
-    width = known.std[name] / fit.coordinates.slope(fit.p)[place]
+    width = known.spread[name] / fit.coordinates.slope(fit.p)[place]
     valley = Valley.of(fit)
     scale = width**2 / float(np.linalg.pinv(valley.matrix)[place, place])
     if fit.estimate is not None:  # the paths come to rest a little further at every value, so they do at the best one

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from recordings.errors import BadInput
+from recordings.errors import not_installed
 from recordings.exchange.table_form import WholeTable
 
 ABOUT = "bristle_recording"
@@ -16,8 +16,7 @@ def frame_of(table: WholeTable) -> Any:
     try:
         import pandas
     except ImportError:
-        remedy = "install Bristle with its extra 'pandas', or use to_arrays()"
-        raise BadInput("to_dataframe", "it needs the package pandas, which is not installed", remedy) from None
+        raise not_installed("to_dataframe", "it", "pandas", "pandas", "use to_arrays()") from None
     frame = pandas.DataFrame({name: column.copy() for name, column in table.columns.items()})
     frame.attrs[ABOUT] = table.about
     return frame

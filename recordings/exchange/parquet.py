@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from recordings.atomic_files import appearing
-from recordings.errors import BadInput
+from recordings.errors import not_installed
 from recordings.exchange.data_frames import ABOUT
 from recordings.exchange.table_form import WholeTable
 
@@ -16,8 +16,7 @@ def write_parquet_table(path: Path, table: WholeTable) -> None:
         import pyarrow as pa
         import pyarrow.parquet as pq
     except ImportError:
-        remedy = "install Bristle with its extra 'parquet', or write a MATLAB file"
-        raise BadInput(str(path), "writing Parquet needs the package pyarrow, which is not installed", remedy) from None
+        raise not_installed(str(path), "writing Parquet", "pyarrow", "parquet", "write a MATLAB file") from None
     content = pa.table(dict(table.columns)).replace_schema_metadata({ABOUT: table.about})
     with appearing(path) as draft:
         pq.write_table(content, draft)

@@ -39,7 +39,8 @@ class RecordingWriter:
     """A recording in the making, one file a run; a context manager.
 
     When `append` or `event` returns, what it was given survives the death of the process and a power cut: it is in the
-    journal beside the file, on the disk, and flushed into the HDF5 file, which other processes may read at any time.
+    journal beside the file, on the disk, and flushed into the HDF5 file, which other processes may read at any time
+    (with `hold` it comes there a little later).
     After either accident `recover` puts the file right. `close` removes the journal.
 
     Parameters
@@ -58,6 +59,9 @@ class RecordingWriter:
         Whether the quality and the reply time of each value are kept: recording format version 2.
     chunk_rows : int
         Rows after which the HDF5 file itself is forced onto the disk.
+    hold : float
+        How long samples may wait in the journal alone, by the recording's own clock and in its unit: the HDF5 file
+        costs by the write, and the journal next to nothing.
 
     Raises
     ------
@@ -88,6 +92,7 @@ class RecordingWriter:
         overwrite: bool = False,
         per_value: bool = False,
         chunk_rows: int = CHUNK_ROWS,
+        hold: float = 0.0,
     ) -> None:
         self.path = Path(path)
         about = (plant or Plant(), title, source, created or datetime.now(UTC), attributes or {})
@@ -95,6 +100,8 @@ class RecordingWriter:
         self._names = [spec.name for spec in header.signals]
         self._columns = columns_of(header)
         self._n_rows, self._last_time, self._n_chunks, self._chunk_rows = 0, -np.inf, 0, chunk_rows
+        self._hold, self._held = hold, list[Array]()  # batches (n_columns, n_rows) that only the journal has
+        self._stored_until = -np.inf
         self._run, self._failed, self._closed = secrets.token_hex(8), False, False
         self._checksums: list[int] = []  # of each full chunk: over those of its columns
         with writing(self.path), undisturbed(), hdf5_refusals(self.path):
@@ -162,13 +169,14 @@ class RecordingWriter:
         with self._acknowledging():
             self._check_files()  # before writing makes a shortened file long again
             self._journal.rows(self._n_rows, columns)
-            for column, dataset, values in zip(self._columns, self._datasets, columns, strict=True):
-                append_samples(dataset, column.stored(values))
-            self._file.flush()
-            self._check_files()
+            self._held.append(columns)
             self._n_rows += columns.shape[1]
             self._last_time = float(columns[self._names.index("time"), -1])
+            if self._last_time - self._stored_until >= self._hold:
+                self._store()
+            self._check_files()
             if self._n_rows // self._chunk_rows > self._n_chunks:
+                self._store()
                 self._checkpoint()
 
     def event(self, event: Event) -> None:
@@ -203,7 +211,24 @@ class RecordingWriter:
             if lost:
                 raise BadInput(str(self.path), "; ".join(lost), "what is left of it is in the file")
 
+    def _store(self) -> None:
+        """Put what is held into the HDF5 file."""
+        if not self._held:
+            return
+        held, self._held = np.concatenate(self._held, axis=1), []
+        for column, dataset, values in zip(self._columns, self._datasets, held, strict=True):
+            append_samples(dataset, column.stored(values))
+        self._file.flush()
+        self._disk.check()
+        self._stored_until = self._last_time
+
     def _finish(self) -> None:
+        if self._held and not self._failed:
+            try:
+                self._check_files()
+                self._store()
+            except (BadInput, OSError):
+                self._failed = True
         if self._failed:
             self._journal.close()
             with suppress(BadInput), h5py_errors(str(self.path)):  # it is made anew from the journal

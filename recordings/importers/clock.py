@@ -67,11 +67,12 @@ def keep_rows(table: ForeignTable, clock: TimeAxis, layout: FileLayout, n_rows: 
 
 
 def first_date(table: ForeignTable, clock: TimeAxis) -> datetime | None:
-    """The date of the first row, when time is written as dates with a time zone."""
+    """The date of the first row, when time is written as dates; one without a time zone is taken for UTC."""
     if clock.date_format is None or clock.column is None:
         return None
-    date = _dates(table, table.name_of(clock.column), clock)[0]
-    return date if date is not None and date.tzinfo else None
+    texts = table.texts.get(table.name_of(clock.column), ())
+    date = _dates(table, table.name_of(clock.column), clock)[0] if texts else None
+    return date if date is None or date.tzinfo else date.replace(tzinfo=UTC)
 
 
 def _fault_in_words(time: Array, sample: int) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -13,6 +14,11 @@ from recordings.hdf5.reader import RecordingFile, open_recording
 from recordings.sample_checks import NOT_KNOWN, QUALITIES, holds_number
 from recordings.signal import SignalSpec
 from recordings.views.pictures import GAP_STEPS
+
+WIDTH = 80
+"""Characters that every terminal has."""
+ABOUT = 6 * " "
+"""Before what is said about a signal, where it does not fit behind its numbers."""
 
 
 def describe(path: str | Path) -> str:
@@ -77,7 +83,11 @@ def _row(spec: SignalSpec, values: Array) -> tuple[str, ...]:
 def _line(row: Sequence[str], widths: Sequence[int]) -> str:
     left = [cell.ljust(width) for cell, width in zip(row[:3], widths[:3], strict=True)]
     right = [cell.rjust(width) for cell, width in zip(row[3:6], widths[3:6], strict=True)]
-    return ("  " + "  ".join([*left, *right, row[6]])).rstrip()
+    numbers, words = "  " + "  ".join([*left, *right]), row[6]
+    whole = f"{numbers}  {words}".rstrip()
+    if len(whole) <= WIDTH:
+        return whole
+    return "\n".join([numbers, *textwrap.wrap(words, WIDTH, initial_indent=ABOUT, subsequent_indent=ABOUT)])
 
 
 def _quality(file: RecordingFile) -> str:

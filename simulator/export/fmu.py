@@ -16,7 +16,7 @@ from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
 from pathlib import Path
 
-from recordings import BadInput, appearing
+from recordings import BadInput, appearing, not_installed
 from simulator.compile.c_compiler import BuildFailed, build, compiler
 from simulator.export.c_source import c_source, environment
 from simulator.export.step_parts import ExportedStep
@@ -60,8 +60,7 @@ def _headers(path: Path) -> dict[str, str]:
     """The headers of the standard, by name."""
     found = find_spec("fmpy")
     if found is None or found.origin is None:
-        remedy = "install Bristle with its extra 'fmu', or export C source"
-        raise BadInput(str(path), "a functional mock-up unit needs the package FMPy, which is not installed", remedy)
+        raise not_installed(str(path), "a functional mock-up unit", "FMPy", "fmu", "export C source")
     folder = Path(found.origin).parent / "c-code"
     return {name: (folder / name).read_text(encoding="utf-8", errors="replace") for name in HEADERS}
 

@@ -71,7 +71,8 @@ ROWS = [
     {"subject": "trace", "case": 0, "asked": "backlash", "answered": "backlash", "score": "right", "complete": True},
     {"subject": "trace", "case": 1, "asked": "none", "answered": "backlash", "score": "wrong", "complete": True},
     {"subject": "assess", "case": 0, "failed": "refused: too short"},
-    {"subject": "monitor", "case": 0, "asked": "friction +40 %", "false_alarms": 2, "standing": True, "delay_s": None},
+    {"subject": "monitor", "case": 0, "asked": "friction +40 %", "false_alarms": 2, "promised": 0.5, "standing": True,
+     "delay_s": None},
 ]  # fmt: skip
 
 

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from benchmarks import trace as study
+from benchmarks import trace_release
 from benchmarks.plants import cases, strengths
 from benchmarks.plants.cases import Case
 from benchmarks.plants.effects import SAME
@@ -106,6 +107,34 @@ def _absent(fitted: Any, *, holdout: Any) -> Any:
     """A trace that never finds anything, by a name that another process can import."""
     assert (len(fitted), len(holdout)) == (2, 1)
     return answer("none")
+
+
+def test_a_release_is_drawn_by_its_seed_and_every_kind_has_its_turn() -> None:
+    work, other = (trace_release.drawn(seed, study.PAIRS) for seed in (1, 2))
+    assert work == trace_release.drawn(1, study.PAIRS)
+    assert not {case.valve for _, case in work} & {case.valve for _, case in other}
+    assert len({(part, case.name) for part, case in work}) == len(work)
+    kinds = {trace_release.kind_of(part, case) for part, case in work}
+    assert {trace_release.kind_of(part, case) for part, case in work[: len(kinds)]} == kinds
+    same = [case for part, case in work if part == "single" and case.form == "same"]
+    assert len(same) == len(SAME) * len(trace_release.STRENGTHS) * trace_release.VALVES
+    outside = {case.effects for part, case in work if part == "outside"}
+    assert len(outside) >= 9
+
+
+def test_a_release_stops_in_time_and_its_page_tells_the_misses(tmp_path: Path) -> None:
+    work = [(part, case) for part, case in trace_release.drawn(5, study.PAIRS) if part == "controls"][:3]
+    rows = study.study(work, tmp_path / "rows.jsonl", 1, lambda fitted, *, holdout: answer("unlisted"), minutes=0.0)
+    assert [row["name"] for row in rows] == [work[0][1].name]
+    section = trace_release.section(5, "abc", rows, work)
+    assert "| 1 of " in section
+    assert f"- controls {work[0][1].name}: unlisted" in section
+    first = trace_release.written("", 4, "## Seed 4\n\nfirst\n")
+    both = trace_release.written(first, 5, section)
+    again = trace_release.written(both, 4, "## Seed 4\n\nsecond\n")
+    assert (again.count("## Seed 4"), again.count("## Seed 5")) == (1, 1)
+    assert "second" in again
+    assert "first" not in again
 
 
 def test_a_failing_trace_is_an_answer() -> None:

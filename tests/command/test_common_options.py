@@ -16,8 +16,11 @@ STEP = ("test", "bundled:step", "--kind", "step")
 
 
 @pytest.mark.parametrize("name", sorted(COMMANDS))
-def test_every_command_takes_the_common_options(console, name):
+def test_every_command_takes_the_common_options_and_its_help_cuts_nothing(console, name, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
     shown = console(name, "--help").out
+    assert "…" not in shown
+    assert all(len(line) <= 80 for line in shown.splitlines())
     assert all(option in shown for option in ("--json", "--quiet", "--verbose"))
 
 
@@ -102,8 +105,8 @@ def test_every_file_can_be_shown(console, tmp_path, monkeypatch):
         assert words in ending.out
         assert "…" not in ending.out
         assert json.loads(console("show", name, "--json").out)
-    (tmp_path / "a.txt").write_text("1 2\n")
-    assert "--preview" in console.refused("show", tmp_path / "a.txt")
+    (tmp_path / "a.txt").write_text("t x\n1 2\n")
+    assert "to import it" in console("show", tmp_path / "a.txt").out
     assert "no such file" in console.refused("show", tmp_path / "none.xlsx")
 
 

@@ -35,7 +35,9 @@ def told(*, moves: float = 0.008, sensor: float = 0.0, flow: float = 1.0, push: 
         moment = Measurement(time_s, {"position": position, "force": pushed, "flow": passed})
         wrong = FLOW.position_error(moment)
         balance = (
-            TEST.start(FILTER, moment) if balance is None else TEST.step(balance, FILTER, moment, time_s > 5.0, wrong)
+            TEST.start(FILTER, moment)
+            if balance is None
+            else TEST.step(balance, FILTER, moment, time_s > 5.0, wrong)[0]
         )
     return TEST.position_is_wrong(FILTER, balance)
 
@@ -78,6 +80,6 @@ def test_a_fit_that_tells_the_friction_at_the_speeds_of_its_data_alone_names_it(
     force = values["spring.K"] * x + values["spring.F0"] + grown * dry + values["lugre.sigma2"] * speed
     for time_s, position, pushed in zip(t.tolist(), x.tolist(), force.tolist(), strict=True):
         moment = Measurement(time_s, {"position": position, "force": pushed})
-        balance = test.start(fitted, moment) if balance is None else test.step(balance, fitted, moment, time_s > 5.0)
+        balance = test.start(fitted, moment) if balance is None else test.step(balance, fitted, moment, time_s > 5.0)[0]
     assert balance is not None
     assert test.kind(fitted, balance) == kind

@@ -13,7 +13,7 @@ from simulator.damadics import Fault
 ONSET = 60.0
 
 
-def known(std: float = 0.05, **changes: object) -> ValveModel:
+def known(std: float = 0.02, **changes: object) -> ValveModel:
     """The model with what a fit says of its own uncertainty: standard deviations as shares, and a free run's error."""
     parameters = {
         name: one.model_copy(update={"std": std * one.value, "status": "identified"})

@@ -193,7 +193,7 @@ def test_what_cannot_be_done_is_said(folder, tmp_path, capsys):
     assert not (tmp_path / "r.parquet.journal").exists()
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_with_a_killed_worker_every_result_is_there_once_and_is_that_of_a_serial_run(tmp_path):
     """A scheduler and two workers as processes of their own; one worker is killed when the sixth result comes."""
     folder, out, seen = plant(tmp_path / "plant", 12), tmp_path / "r.parquet", []
@@ -271,7 +271,7 @@ def test_a_worker_that_goes_costs_no_result(folder, serial, tmp_path):
     assert told(rows) == told(serial)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_the_processes_of_this_machine_give_the_numbers_of_a_serial_run(tmp_path):
     """Fits, on a cluster that the command starts itself."""
     folder = tmp_path / "plant"

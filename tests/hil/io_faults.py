@@ -104,7 +104,9 @@ def record(folder: Path, report: Report) -> None:
     """Samples into files that rotate, with an event between them."""
     down = LinkEvent(100.205, 1.7e9, "V1", "bad_value", "mode: not valid: nothing")
     source = InStep([*map(sample, range(20)), down, *map(sample, range(20, N_SAMPLES))])
-    settings = RecorderSettings(folder, rotate_s=0.25, batch_s=0.001, acknowledge=acknowledging(source, report))
+    settings = RecorderSettings(
+        folder, rotate_s=0.25, batch_s=0.001, hold_s=0.1, acknowledge=acknowledging(source, report)
+    )
     asyncio.run(Recorder(source, settings).run(asyncio.Event()))  # type: ignore[arg-type]
 
 

@@ -14,9 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
-from bristle.cli.demo.valve import controller, moving
+from bristle.cli.demo.valve import VALVE, controller
 from hil import LiveSource, Polling, RegisterMap, Sample, open_source, valves_of
-from recordings import Signal, write
+from recordings import Recording, Signal, read, write
 from simulator import Value, ValveModel
 from simulator.damadics import Actuator, Noise, Parameters, Scenario, run, stimuli
 
@@ -67,6 +67,18 @@ def healthy_file(folder: Path, seconds: float = 250.0) -> Path:
     return folder / "healthy.h5"
 
 
+def broken_file(healthy: Path, path: Path, after_s: float = 30.0) -> Path:
+    """The healthy recording with a position sensor that reads 3 mm too much from some time on."""
+    recording = read(healthy)
+    wrong = np.where(recording.time - recording.time[0] > after_s, 3e-3, 0.0)
+    signals = [
+        Signal(one.name, one.values + wrong if one.name == "position" else one.values, one.unit, one.role)
+        for one in recording.signals.values()
+    ]
+    write(path, Recording.of(signals, plant=recording.plant))
+    return path
+
+
 @dataclass
 class Served:
     """`bristle serve` in its process: addresses as it says them, in the order asked for."""
@@ -98,8 +110,22 @@ async def serve(listen: Sequence[str], *more: str) -> Served:
 @asynccontextmanager
 async def moved(address: str) -> AsyncIterator[LiveSource]:
     """A connection that moves the set point until it is left; it can write the fault registers."""
-    async with controller(address) as plant, moving(plant, lambda t: float(setpoint(t)), SPEED):
-        yield plant
+    async with controller(address) as plant:
+        task = asyncio.ensure_future(_move(plant))
+        try:
+            yield plant
+        finally:
+            task.cancel()
+            await asyncio.gather(task, return_exceptions=True)
+
+
+async def _move(plant: LiveSource) -> None:
+    """Write the set point again and again, in plant time that runs with the clock."""
+    clock = asyncio.get_running_loop().time
+    began = clock()
+    while True:
+        await plant.write(VALVE, "setpoint", float(setpoint(SPEED * (clock() - began))))
+        await asyncio.sleep(0.05)
 
 
 async def passed(address: str, samples: int) -> None:

@@ -33,7 +33,7 @@ def fitted(seed: int, excite: str = "mixed:20", rate: float = 500.0) -> tuple[Ex
 
 def scores(found: Fit, known: Uncertainty, truth: dict[str, float]) -> dict[str, float]:
     """Errors in standard deviations, by parameter."""
-    return {name: (found.values[name] - truth[name]) / known.std[name] for name in known.names}
+    return {name: (found.values[name] - truth[name]) / known.spread[name] for name in known.names}
 
 
 def floor_ratio(prepared: Experiment, found: Fit, true_noise: float) -> float:

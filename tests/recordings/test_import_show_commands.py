@@ -186,7 +186,6 @@ def test_show_lists_everything_that_is_wrong_and_ends_with_2(tmp_path: Path, cap
 @pytest.mark.parametrize(
     ("name", "content", "words"),
     [
-        ("a.csv", "t,x\n0,1\n", "it is not a file of Bristle; see what is in it: bristle import"),
         ("a.json", '{"format": "recipe"}', "a file of the kind 'recipe' cannot be shown; kinds: recording"),
         ("a.json", "{", "it is not JSON"),
     ],
@@ -199,6 +198,19 @@ def test_show_refuses_what_it_does_not_know(
     out, err = said(capsys)
     assert (out, err.count("\n")) == ("", 1)
     assert words in err
+
+
+def test_show_says_what_an_import_would_make_of_a_file_of_another_program(tmp_path: Path, capsys: Output) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("t [s],Stellweg [mm]\n0,1\n1,2\n")
+    assert run(["show", str(path)]) == 0
+    shown = said(capsys)[0]
+    assert f"bristle import {path} --to a.h5" in shown
+    assert "position" in shown
+    assert run(["import", str(path), "--preview"]) == 0
+    assert said(capsys)[0] == shown
+    assert run(["show", str(path), "--plot", str(tmp_path / "a.html")]) == 2
+    assert "import it first" in said(capsys)[1]
 
 
 def test_the_picture_is_one_page_that_fetches_nothing(tmp_path: Path, capsys: Output) -> None:

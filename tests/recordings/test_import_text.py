@@ -346,6 +346,14 @@ def test_where_a_recording_came_from_is_kept(tmp_path: Path) -> None:
     )
     assert dated.created is not None
     assert dated.created.isoformat() == "2026-11-21T09:30:00+01:00"
+    local = imported(
+        tmp_path / "l.csv",
+        "t;x;F\n01.03.2026 08:00:00,000;1;1\n01.03.2026 08:00:00,500;2;2\n",
+        signals=SIGNALS,
+        time={"column": "t", "format": "day-first"},
+    )
+    assert local.created is not None
+    assert local.created.isoformat() == "2026-03-01T08:00:00+00:00"
 
 
 CLOCKS: list[dict[str, Any]] = [

@@ -65,6 +65,24 @@ def test_another_process_reads_while_it_grows(tmp_path: Path) -> None:
         assert b"BlockingIOError" in plain.stderr  # a program that would keep a lock is told so
 
 
+def test_what_is_held_is_in_the_journal_and_comes_into_the_file_later(tmp_path: Path) -> None:
+    path, journal = tmp_path / "run.h5", tmp_path / "run.h5.journal"
+    with RecordingWriter(path, SPECS, chunk_rows=1000, hold=0.5) as writer:
+        seen = []
+        for start in range(0, 2000, 100):
+            before = journal.stat().st_size
+            writer.append(values(100, start))
+            assert journal.stat().st_size > before
+            seen.append(len(read(path)))
+    span = values(2)["time"][1]
+    every = round(0.5 / span / 100) * 100
+    assert seen[0] == 100
+    assert seen[: every // 100] == [100] * (every // 100)
+    assert seen[every // 100] == 100 + every
+    assert seen[9] == 1000, "a full chunk waits for nothing"
+    np.testing.assert_array_equal(read(path)["force"].values, values(2000)["force"])
+
+
 @pytest.mark.parametrize(
     ("batch", "words"),
     [
@@ -223,14 +241,18 @@ def truncated(path: Path) -> None:
     os.truncate(path, 3000)
 
 
+@pytest.mark.parametrize("hold", [0.0, 1e9])
 @pytest.mark.parametrize(
     ("harm", "words"),
     [(removed, "removed or moved"), (moved, "removed or moved"), (replaced, "another file"), (truncated, "truncated")],
 )
-def test_a_recording_that_is_taken_away_is_noticed_with_the_next_batch(tmp_path: Path, harm, words: str) -> None:
+def test_a_recording_that_is_taken_away_is_noticed_with_the_next_batch(
+    tmp_path: Path, harm, words: str, hold: float
+) -> None:
     path = tmp_path / "run.h5"
-    writer = RecordingWriter(path, SPECS)
-    writer.append(values(100))
+    writer = RecordingWriter(path, SPECS, hold=hold)
+    writer.append(values(50))
+    writer.append(values(50, 50))
     harm(path)
     with pytest.raises(BadInput, match=words):
         writer.append(values(100, 100))
@@ -238,11 +260,13 @@ def test_a_recording_that_is_taken_away_is_noticed_with_the_next_batch(tmp_path:
     np.testing.assert_array_equal(read(path)["time"].values[:100], values(100)["time"])
 
 
+@pytest.mark.parametrize("hold", [0.0, 1e9])
 @pytest.mark.parametrize("harm", [removed, moved, replaced, truncated])
-def test_a_recording_that_is_taken_away_before_it_is_closed_is_put_back(tmp_path: Path, harm) -> None:
+def test_a_recording_that_is_taken_away_before_it_is_closed_is_put_back(tmp_path: Path, harm, hold: float) -> None:
     path = tmp_path / "run.h5"
-    writer = RecordingWriter(path, SPECS)
-    writer.append(values(100))
+    writer = RecordingWriter(path, SPECS, hold=hold)
+    writer.append(values(50))
+    writer.append(values(50, 50))
     harm(path)
     writer.close()
     np.testing.assert_array_equal(read(path)["time"].values, values(100)["time"])

@@ -45,6 +45,9 @@ def command(
         int,
         typer.Option(help="Intervals from so many refits of simulated recordings (0: by linearisation)."),
     ] = 0,
+    budget: Annotated[
+        float | None, typer.Option(help="End the fit after so many seconds, with the values so far.")
+    ] = None,
     crosscheck: Annotated[bool, typer.Option(help="Cross-check with pysindy.")] = True,
     friction: Annotated[
         list[str] | None, typer.Option(help="Fit this friction model to the measured force; repeat for more.")
@@ -73,10 +76,8 @@ def command(
     for path in (out, report):
         writable(path)
     if friction or compare or free_run:
-        refuse_others(
-            {"--prior": prior, "--constraint": constraint, "--profile": profile, "--bootstrap": bootstrap}
-            | ({"--without": without} if free_run else {"--given": given})
-        )
+        whole_valve = {"--prior": prior, "--constraint": constraint, "--profile": profile, "--bootstrap": bootstrap}
+        refuse_others(whole_valve | {"--budget": budget} | ({"--without": without} if free_run else {"--given": given}))
         with working("fitting", staged=True) as progress:
             compared: FrictionComparison | FreeComparison = (
                 br.compare_free_runs(
@@ -103,7 +104,7 @@ def command(
             recordings, holdout=holdout or (), given=held, causality=cast("Causality | None", causality), area=area,
             hold=hold, estimator=cast("Estimator", estimator), order=cast("Order", order), priors=priors(prior or ()),
             constraints=constraint or (), bootstrap=bootstrap, crosscheck=crosscheck,
-            progress=progress,
+            budget=float("inf") if budget is None else budget, progress=progress,
         )  # fmt: skip
     answer(found.model.model_dump(mode="json"))
     console = stdout()

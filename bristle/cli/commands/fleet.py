@@ -30,7 +30,7 @@ def command(
     without: Annotated[list[str] | None, typer.Option(help="fit, trace: leave out 'spring'.")] = None,
     budget: Annotated[float | None, typer.Option(help="trace: seconds for each valve.", min=1.0)] = None,
     loop: Annotated[str | None, typer.Option(help="assess: flow, pressure, level or temperature.")] = None,
-    columns: Annotated[str | None, typer.Option(help="assess: SP=...,PV=...,OP=...,TIME=....")] = None,
+    columns: Annotated[str | None, typer.Option(help="assess: SP=A,PV=B,OP=C,TIME=T with names of columns.")] = None,
     kind: Annotated[str | None, typer.Option(help="test: step, deadband, signature or partial-stroke.")] = None,
 ) -> None:
     """Fit, trace, assess or test every valve of a folder or a table, on all cores or on a Dask cluster.

@@ -52,7 +52,7 @@ def command(
     drop_rows: Annotated[int | None, _layout("Rows of numbers to drop from the start.")] = None,
     missing: Annotated[Texts, _layout("A text that stands for no value.")] = None,
     variable: Annotated[Text, _layout("The matrix of a .mat file, or the sheet of an Excel file.")] = None,
-    plant: Annotated[Texts, _about("NAME=VALUE, such as stroke_m=0.0381.")] = None,
+    plant: Annotated[Texts, _about("NAME=VALUE, such as stroke_m=0.0381; the unit ends the name.")] = None,
     title: Annotated[Text, _about("One line for plots and reports.")] = None,
     source: Annotated[Text, _about("plant, rig or simulated.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace the recording if it is there.")] = False,

@@ -36,7 +36,7 @@ def command(
     ] = None,
     source: Annotated[
         str | None,
-        Option(help="tcp://HOST:PORT, tls://HOST:PORT?ca=..&cert=..&key=.., rtu:DEVICE?baud=.., replay:REC"),
+        Option(help="tcp://HOST:PORT, tls://HOST:PORT with ?ca=..&cert=..&key=.., rtu:DEVICE?baud=.., replay:REC"),
     ] = None,
     model: Annotated[Path | None, Option(help="Model of the valve, from bristle fit or trace.")] = None,
     map_: Annotated[str | None, Option("--map", help="Register map: a file, or a shipped one by name.")] = None,

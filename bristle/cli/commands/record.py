@@ -15,7 +15,10 @@ if TYPE_CHECKING:
 
 def command(
     source: Annotated[
-        str, typer.Option(help="tcp://HOST:PORT, tls://HOST:PORT?ca=..&cert=..&key=.., rtu:DEVICE?baud=.., replay:REC")
+        str,
+        typer.Option(
+            help="tcp://HOST:PORT, tls://HOST:PORT with ?ca=..&cert=..&key=.., rtu:DEVICE?baud=.., replay:REC"
+        ),
     ],
     to: Annotated[Path, typer.Option(help="Directory, or a new file ending in .h5 for one valve.")],
     map_: Annotated[str | None, typer.Option("--map", help="Register map: a file, or a shipped one by name.")] = None,

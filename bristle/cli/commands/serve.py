@@ -27,9 +27,16 @@ def command(
     friction: Annotated[
         str | None, Option(help="play (the benchmark's, if nothing is said) or lugre (friction as a force).")
     ] = None,
-    fault: Annotated[list[str] | None, Option(help="4:strength=0.5,from=70,develop=20 (repeat)")] = None,
-    set_: Annotated[list[str] | None, Option("--set", help="setpoint=0.3, lugre.fc=200, gain=40 (repeat)")] = None,
-    effect: Annotated[list[str] | None, Option(help="Undeclared effect, backlash:width=1e-4 (repeat)")] = None,
+    fault: Annotated[
+        list[str] | None,
+        Option(help="4:strength=0.5,from=70 (share, s); also until, develop (repeat)"),
+    ] = None,
+    set_: Annotated[
+        list[str] | None, Option("--set", help="setpoint=0.3, gain=40, lugre.fc=200 (SI units; repeat)")
+    ] = None,
+    effect: Annotated[
+        list[str] | None, Option(help="An undeclared one: backlash:width=1e-4 (SI units; repeat)")
+    ] = None,
     effect_off: Annotated[bool, Option("--effect-off", help="Effects act once switched on by register.")] = False,
     noise: Annotated[bool, Option("--noise", help="The benchmark's measurement noise.")] = False,
     seed: Annotated[int | None, Option(help="Seed of the noise, 0 otherwise; each unit adds its place.", min=0)] = None,

@@ -13,7 +13,7 @@ def command(
         str,
         typer.Argument(
             help="A recording, any result (.json), events (.jsonl), a register map, a mapping, a plant file; "
-            "bundled:NAME or the name of a shipped map."
+            "bundled:NAME or the name of a shipped map. Of a file of another program, what an import would make of it."
         ),
     ],
     plot: Annotated[Path | None, typer.Option(help="Write a picture to this HTML file.")] = None,
@@ -36,7 +36,8 @@ def command(
     path = shown_file(file)
     name = kind_of(path)
     if name == "foreign":
-        raise BadInput(file, "it is not a file of Bristle", f"see what is in it: bristle import {file} --preview")
+        _foreign(path, plot)
+        return
     if name not in KINDS:
         raise BadInput(file, f"a file of the kind '{name}' cannot be shown", f"kinds: {', '.join(KINDS)}")
     kind = KINDS[name]
@@ -48,3 +49,13 @@ def command(
         raise BadInput(f"{file}: --plot", f"a {name} alone has no picture", kind.instead)
     save_text(plot, kind.picture(path))
     say(f"\nwrote {plot}")
+
+
+def _foreign(path: Path, plot: Path | None) -> None:
+    """What an import would make of a file of another program."""
+    from bristle.cli.shown.preview import show_preview
+    from recordings import BadInput
+
+    if plot is not None:
+        raise BadInput(f"{path}: --plot", "it is not a file of Bristle", "import it first: bristle import --preview")
+    show_preview(path, None, {})

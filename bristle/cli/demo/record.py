@@ -1,7 +1,4 @@
-"""The demo records its valve: a staircase, sines, and other sines that will judge, over Modbus in lock-step.
-
-In lock-step plant time moves only when it is told to, so that a busy machine records the same samples as an idle one.
-"""
+"""The demo records its valve: a staircase, sines, and other sines that will judge, over Modbus."""
 
 from __future__ import annotations
 
@@ -11,14 +8,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from bristle.cli.demo.valve import DATA_SHEET, STEP_S, VALVE, Averaged, controller, ring, served, terminable
+from bristle.cli.demo.valve import DATA_SHEET, STEP_S, Averaged, controller, moved, ring, served, terminable
 from hil import LiveSource, Recorder, RecorderReport, RecorderSettings
 from recordings import BadInput
 
 Say = Callable[[str], None]
 
-MOVE_S, BLOCK_S, PREPARED_S = 0.1, 2.0, 5.0
-"""Plant time between two set points, between two looks whether the recorder has everything (the ring holds 5 s), and
+BLOCK_S, PREPARED_S = 2.0, 5.0
+"""Plant time between two looks whether the recorder has everything (the ring holds 5 s), and
 before a recording, until the valve is where the recording begins [s]."""
 
 LEVELS = (0.2, 0.35, 0.5, 0.65, 0.8, 0.65, 0.5, 0.35)
@@ -68,14 +65,14 @@ def record_stage(out: Path, say: Say) -> tuple[Path, ...]:
 
 
 async def _stage(out: Path, say: Say) -> tuple[Path, ...]:
-    async with served("--lock-step") as address, controller(address) as plant:
+    async with served() as address, controller(address) as plant:
         say(f"A simulated valve listens on {address}; {', '.join(RUNS)} are recorded from it over Modbus.")
         return tuple([await _recorded(address, plant, run, out / f"{name}.h5") for name, run in RUNS.items()])
 
 
 async def _recorded(address: str, plant: LiveSource, run: PlannedRecording, path: Path) -> Path:
     """One recording. Raises BadInput when it cannot be written, or the valve does not answer."""
-    await _moved(plant, lambda _: run.setpoint(0.0), PREPARED_S)
+    await moved(plant, lambda _: run.setpoint(0.0), PREPARED_S)
     source, stop = ring(address), asyncio.Event()
     recorder = Recorder(source, RecorderSettings(path, title=f"demo: {path.stem}", plant=DATA_SHEET))
     async with source:
@@ -83,19 +80,12 @@ async def _recorded(address: str, plant: LiveSource, run: PlannedRecording, path
         try:
             await _taken(source, 1, recording)  # time stands still until the recorder is there
             for block in range(round(run.seconds / BLOCK_S)):
-                await _moved(plant, run.later(block * BLOCK_S).setpoint, BLOCK_S)
+                await moved(plant, run.later(block * BLOCK_S).setpoint, BLOCK_S)
                 await _taken(source, (block + 1) * round(BLOCK_S / STEP_S), recording)
         finally:
             stop.set()
             await recording
     return path
-
-
-async def _moved(plant: LiveSource, setpoint: Callable[[float], float], seconds: float) -> None:
-    """Let so much plant time pass, with a set point over it."""
-    for k in range(round(seconds / MOVE_S)):
-        await plant.write(VALVE, "setpoint", setpoint(k * MOVE_S))
-        await plant.write(VALVE, "advance", round(MOVE_S / STEP_S))
 
 
 async def _taken(source: Averaged, n_samples: int, recording: asyncio.Future[RecorderReport]) -> None:

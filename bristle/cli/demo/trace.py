@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 from rich.console import Console
 
 from bristle.cli.output.working import working
 from bristle.cli.tracing import candidate_table
 from identification import Trace, trace
-from recordings import NegativeAnswer, Recording, read
+from recordings import NegativeAnswer, read
 
 
 def trace_stage(recorded: Sequence[Path], out: Path, console: Console) -> Path:
@@ -20,7 +18,7 @@ def trace_stage(recorded: Sequence[Path], out: Path, console: Console) -> Path:
 
     Raises NegativeAnswer when none is found, or it does not explain the data set aside better.
     """
-    *fitted, held = [_to_the_nanosecond(one) for one in map(read, recorded)]
+    *fitted, held = map(read, recorded)
     console.print("Tracing: the model of spring and friction is fitted, and what it leaves is tested for every effect.")
     with working("tracing", staged=True) as progress:
         found = trace(fitted, holdout=[held], progress=progress)
@@ -37,12 +35,6 @@ def trace_stage(recorded: Sequence[Path], out: Path, console: Console) -> Path:
     if not after < before:
         raise NegativeAnswer("the traced effect does not explain the data set aside better")
     return out / "traced.json"
-
-
-def _to_the_nanosecond(recording: Recording) -> Recording:
-    """The recording without the last digits of the machine's clock in its times: every run shall trace the same."""
-    time = replace(recording["time"], values=np.round(recording.time, 9))
-    return replace(recording, signals={**recording.signals, "time": time})
 
 
 def error_mm(found: Trace, side: str) -> float:

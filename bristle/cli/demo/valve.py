@@ -1,4 +1,7 @@
-"""The simulated hardware of the demo: a valve in a process of its own behind Modbus, on loopback."""
+"""The simulated hardware of the demo: a valve in a process of its own behind Modbus, on loopback, in lock-step.
+
+Plant time moves only when it is told to, so that a busy machine sees the same samples as an idle one.
+"""
 
 from __future__ import annotations
 
@@ -9,11 +12,8 @@ import signal
 import statistics
 import sys
 from asyncio.subprocess import PIPE, Process
-from collections import deque
 from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import asynccontextmanager, contextmanager
-from types import TracebackType
-from typing import Self
 
 from hil import (
     LinkEvent,
@@ -58,13 +58,13 @@ STEP_S = 0.0025
 HUM_SAMPLES = 8
 """Samples in a period of the mains, 20 ms: their mean knows nothing of its hum."""
 
-MOVE_S = 0.05
-"""Seconds of the clock between two set points."""
+MOVE_S = 0.1
+"""Plant time between two set points [s]."""
 
 READS_PER_SECOND = 50.0
 """How often per second the ring is read."""
 
-LONGEST_S = 300
+LONGEST_S = 3600
 """The served valve ends by itself after so long, whatever became of the demo [s]."""
 
 
@@ -80,13 +80,16 @@ def terminable() -> Iterator[None]:
 
 @asynccontextmanager
 async def served(*options: str, longest_s: float = LONGEST_S) -> AsyncIterator[str]:
-    """`bristle serve` with the valve of the demo in a process of its own; its address. It has gone when this is left.
+    """`bristle serve` with the valve of the demo in a process of its own, in lock-step; its address. It has gone when
+    this is left.
 
     longest_s : it ends by itself after so long [s]. Raises BadInput when it does not start.
     """
     settings = [word for name, value in SETTINGS.items() for word in ("--set", f"{name}={value!r}")]
-    about = ("--friction", "lugre", "--effect", HIDDEN, "--noise", "--seed", str(SEED), "--duration", f"{longest_s:g}")
-    command = (sys.executable, "-m", "bristle", "serve", "--listen", "tcp://127.0.0.1:0", *about, *settings, *options)
+    about = ("--friction", "lugre", "--effect", HIDDEN, "--noise", "--seed", str(SEED))
+    ending = ("--lock-step", "--duration", f"{longest_s:g}")
+    words = (*about, *ending, *settings, *options)
+    command = (sys.executable, "-m", "bristle", "serve", "--listen", "tcp://127.0.0.1:0", *words)
     process: Process = await asyncio.create_subprocess_exec(*command, stdout=PIPE, start_new_session=True)
     try:
         if process.stdout is None or not (line := await process.stdout.readline()):
@@ -118,23 +121,11 @@ async def controller(address: str) -> AsyncIterator[LiveSource]:
             await asyncio.gather(reading, return_exceptions=True)
 
 
-@asynccontextmanager
-async def moving(plant: LiveSource, setpoint: Callable[[float], float], speed: float) -> AsyncIterator[None]:
-    """Meanwhile the set point follows a function of plant time [s], which runs `speed` times as fast as the clock."""
-    task = asyncio.ensure_future(_move(plant, setpoint, speed))
-    try:
-        yield
-    finally:
-        task.cancel()
-        await asyncio.gather(task, return_exceptions=True)
-
-
-async def _move(plant: LiveSource, setpoint: Callable[[float], float], speed: float) -> None:
-    loop = asyncio.get_running_loop()
-    began = loop.time()
-    while True:
-        await plant.write(VALVE, "setpoint", setpoint(speed * (loop.time() - began)))
-        await asyncio.sleep(MOVE_S)
+async def moved(plant: LiveSource, setpoint: Callable[[float], float], seconds: float) -> None:
+    """Let so much plant time [s] pass in lock-step, with a set point over it."""
+    for k in range(round(seconds / MOVE_S)):
+        await plant.write(VALVE, "setpoint", setpoint(k * MOVE_S))
+        await plant.write(VALVE, "advance", round(MOVE_S / STEP_S))
 
 
 async def _drain(plant: LiveSource) -> None:
@@ -168,52 +159,6 @@ class Averaged(SourceWrapper):
         first, last = kept[0], kept[-1]
         readings = {name: _mean([one.readings[name] for one in kept]) for name in first.readings}
         return Sample((first.time + last.time) / 2, (first.wall + last.wall) / 2, first.valve, readings)
-
-
-class Unhurried(SourceWrapper):
-    """A source that is read on while whoever takes its samples is busy for long, as a detector is that learns: the ring
-    of the device holds little more than a second. `waiting` : how many samples have not been taken yet.
-    """
-
-    def __init__(self, source: Source) -> None:
-        super().__init__(source)
-        self._items: deque[Sample | LinkEvent] = deque()
-        self._news = asyncio.Event()
-        self._reading: asyncio.Future[None] | None = None
-
-    @property
-    def waiting(self) -> int:
-        """Samples and events that have been read and not been taken."""
-        return len(self._items)
-
-    async def __aenter__(self) -> Self:
-        await super().__aenter__()
-        self._reading = asyncio.ensure_future(self._read())
-        return self
-
-    async def __aexit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        if self._reading is not None:
-            self._reading.cancel()
-            await asyncio.gather(self._reading, return_exceptions=True)
-        await super().__aexit__(kind, error, trace)
-
-    async def __anext__(self) -> Sample | LinkEvent:
-        while not self._items:
-            if self._reading is None or self._reading.done():
-                if self._reading is not None:
-                    self._reading.result()  # raises what ended it
-                raise StopAsyncIteration
-            self._news.clear()
-            await self._news.wait()
-        return self._items.popleft()
-
-    async def _read(self) -> None:
-        try:
-            async for item in self._source:
-                self._items.append(item)
-                self._news.set()
-        finally:
-            self._news.set()
 
 
 def _mean(readings: list[Reading]) -> Reading:

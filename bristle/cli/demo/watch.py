@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import asyncio
 import math
-from collections.abc import Callable
+from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from bristle.cli.demo.drive import LOOK_S, DemoDrive
 from bristle.cli.demo.record import Say
 from bristle.cli.demo.valve import (
     DATA_SHEET,
@@ -20,9 +21,7 @@ from bristle.cli.demo.valve import (
     READS_PER_SECOND,
     STEP_S,
     VALVE,
-    Unhurried,
     controller,
-    moving,
     ring,
     served,
     terminable,
@@ -42,18 +41,13 @@ from recordings import NegativeAnswer
 from simulator import ValveModel
 
 SPEED = 4.0
-"""Times real time of the served valve. The samples have its own clock, so that the model fits as it is."""
+"""Times real time of the served valve, at most. The samples have its own clock, so that the model fits as it is."""
 
 LEARN_S, BEFORE_S = 80.0, 8.0
 """Plant time of learning, and of watching before the fault [s]."""
 
-PATIENCE_S = 90.0
-"""Seconds of the clock until the alarm has to be there and named. On a busy machine samples are lost, and after each
-loss the detector waits for a second of plant time.
-"""
-
-SAMPLES_BEHIND = 20
-"""So many samples may wait to be taken when the monitor has caught up."""
+PATIENCE_S = 120.0
+"""Plant time until the alarm has to be there and named [s]."""
 
 WORSE = 2.0
 """The fault: so many times the friction of the healthy valve."""
@@ -67,13 +61,12 @@ FALSE_ALARMS = 1.0
 
 @dataclass(frozen=True)
 class DemoWatch:
-    """What came of it. alarm_s : from the fault to the alarm [s of the clock]; named_s : to its name, None if it got
-    none in time; fault : the name; events : the file with all events; false_alarms : how often one is to be expected;
-    page : where the live page is.
+    """What came of it. alarm_s : plant time from the fault to the alarm [s]; fault : its name, None if it got none in
+    time; events : the file with all events; false_alarms : how often one is to be expected; page : where the live page
+    is.
     """
 
     alarm_s: float
-    named_s: float | None
     fault: str | None
     events: Path
     false_alarms: Promise
@@ -97,11 +90,8 @@ def watch_stage(model: Path, out: Path, say: Say, ending: Ending, keep: bool = F
 
 
 async def _stage(model: ValveModel, events: Path, say: Say, ending: Ending, keep: bool) -> None:
-    async with (
-        served("--speed", f"{SPEED:g}", "--allow-faults", longest_s=KEPT_S if keep else LONGEST_S) as address,
-        controller(address) as plant,
-        moving(plant, setpoint, SPEED),
-    ):
+    longest_s = KEPT_S if keep else LONGEST_S
+    async with served("--allow-faults", longest_s=longest_s) as address, controller(address) as plant:
         await _watched(address, plant, model, events, say, ending, keep)
 
 
@@ -113,14 +103,15 @@ def setpoint(t: float) -> float:
 async def _watched(
     address: str, plant: LiveSource, model: ValveModel, events: Path, say: Say, ending: Ending, keep: bool
 ) -> None:
-    say(f"The monitor learns the valve behind {address} for {LEARN_S / SPEED:.0f} s, at {SPEED:g} times real time.")
+    say(f"The monitor learns the valve behind {address} for {LEARN_S:.0f} s, which pass up to {SPEED:g} times as fast.")
     learned: asyncio.Future[Promise] = asyncio.get_running_loop().create_future()
     news = asyncio.Queue[MonitorEvent]()
 
     def on_learned(valve: str, watch: Watch) -> None:
         learned.set_result(watch.false_alarms)
 
-    source = Unhurried(ring(address))
+    source = ring(address)
+    drive = DemoDrive(plant, source, setpoint, SPEED)
     monitor = Monitor.with_model(source.signals, model, FALSE_ALARMS, LEARN_S, on_learned=on_learned)
     shown = ShownMonitor("bristle demo", address, READS_PER_SECOND, monitor, model)
     with events.open("w", encoding="utf-8") as file, Page(PageSettings(), shown) as page:
@@ -131,10 +122,13 @@ async def _watched(
             news.put_nowait(event)
 
         session = asyncio.ensure_future(monitor_session(source, monitor, MonitorSession((sink,), taken=shown.take)))
-        found = asyncio.ensure_future(_fault(plant, monitor, source, learned, news, events, page.url, say))
+        driven = asyncio.ensure_future(drive.run())
+        found = asyncio.ensure_future(_fault(plant, drive, monitor, learned, news, events, page.url, say))
         looked_at = asyncio.ensure_future(page.always())
         try:
-            await asyncio.wait((session, found), return_when=asyncio.FIRST_COMPLETED)
+            await asyncio.wait((session, found, driven), return_when=asyncio.FIRST_COMPLETED)
+            if driven.done():
+                await driven  # raises what ended the link
             if found.done():
                 ending(await found)
                 if keep:
@@ -145,20 +139,19 @@ async def _watched(
                 raise KeyboardInterrupt
             raise NegativeAnswer("the monitor ended before the fault was found")
         finally:
-            for task in (session, found, looked_at):
+            running = (session, driven, found, looked_at)
+            for task in running:
                 task.cancel()
-            await asyncio.gather(session, found, looked_at, return_exceptions=True)
+            await asyncio.gather(*running, return_exceptions=True)
 
 
 async def _fault(
-    plant: LiveSource, monitor: Monitor, source: Unhurried, learned: asyncio.Future[Promise],
+    plant: LiveSource, drive: DemoDrive, monitor: Monitor, learned: asyncio.Future[Promise],
     news: asyncio.Queue[MonitorEvent], events: Path, page: str, say: Say,
 ) -> DemoWatch:  # fmt: skip
     """Inject the fault when the healthy valve was watched for a while, and wait for the alarm and its name."""
     promise = await learned
     say(promise.sentence)
-    while source.waiting > SAMPLES_BEHIND:  # what was read while the detector learned
-        await asyncio.sleep(0.05)
     await _after_samples(monitor, round(BEFORE_S / (HUM_SAMPLES * STEP_S)))
     while not news.empty():
         early = news.get_nowait()
@@ -166,24 +159,29 @@ async def _fault(
             raise NegativeAnswer(f"there was an alarm before the fault: {early.text}")
     for name, value in FRICTION.items():
         await plant.write(VALVE, name, WORSE * value)
-    began = asyncio.get_running_loop().time()
+    began = drive.seconds
     say(f"Watching. Now the friction of the valve is raised from {FRICTION['lugre.fc']:.0f} N, {WORSE:g} times.")
     alarm_s: float | None = None
-    try:
-        async with asyncio.timeout(PATIENCE_S):
-            while True:
-                event = await news.get()
-                if event.kind != "alarm":
-                    continue
-                passed = asyncio.get_running_loop().time() - began
-                say(f"Alarm {passed:.1f} s after the fault: {event.text}")
-                alarm_s = passed if alarm_s is None else alarm_s
-                if event.fault == "friction":
-                    return DemoWatch(alarm_s, passed, event.fault, events, promise, page)
-    except TimeoutError:
-        if alarm_s is None:
-            raise NegativeAnswer(f"no alarm came within {PATIENCE_S:.0f} s of the fault") from None
-        return DemoWatch(alarm_s, None, None, events, promise, page)
+    async for event in _alarms(news, drive, began + PATIENCE_S):
+        passed = max(event.t_s - began, 0.0)
+        say(f"Alarm {passed:.1f} s after the fault: {event.text}")
+        alarm_s = passed if alarm_s is None else alarm_s
+        if event.fault == "friction":
+            return DemoWatch(alarm_s, event.fault, events, promise, page)
+    if alarm_s is None:
+        raise NegativeAnswer(f"no alarm came within {PATIENCE_S:.0f} s of the fault")
+    return DemoWatch(alarm_s, None, events, promise, page)
+
+
+async def _alarms(news: asyncio.Queue[MonitorEvent], drive: DemoDrive, until: float) -> AsyncIterator[MonitorEvent]:
+    """Alarms as they come, until so much plant time [s] has passed."""
+    while drive.seconds < until:
+        try:
+            event = await asyncio.wait_for(news.get(), LOOK_S)
+        except TimeoutError:
+            continue
+        if event.kind == "alarm":
+            yield event
 
 
 async def _after_samples(monitor: Monitor, n_samples: int) -> None:

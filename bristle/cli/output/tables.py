@@ -28,7 +28,7 @@ def words_table(
     right: Sequence[str] = (),
 ) -> Table:
     """A table of words, in which nothing is markup. The first column, a name, keeps to one line up to `LONGEST_NAME`
-    characters; every other one breaks at blanks, and longer words anywhere, so that nothing is cut.
+    characters; every other one breaks at blanks, and longer words anywhere but in heads, so that nothing is cut.
 
     right : heads of the columns that are flush right.
     """
@@ -42,7 +42,10 @@ def words_table(
     table.title, table.caption = Text(title) if title else None, Text(note) if note else None
     for place, head in enumerate(heads):
         whole = place == 0 and longest <= LONGEST_NAME
-        table.add_column(Text(head), overflow="fold", justify="right" if head in right else "left", no_wrap=whole)
+        table.add_column(
+            Text(head), overflow="fold", justify="right" if head in right else "left", no_wrap=whole,
+            min_width=max(map(len, head.split()), default=0),
+        )  # fmt: skip
     for row in said:
         table.add_row(*map(Text, row))
     return table

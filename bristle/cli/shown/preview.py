@@ -52,7 +52,8 @@ def columns_table(found: ImportPreview) -> Table:
 
 def typed(given: Sequence[str], file: Path, guessed: Sequence[str]) -> str:
     """The command to type: what was typed already, without the options that only look, and with what was guessed."""
-    kept = [word for word in given if word not in {"--preview", *OPTIONS}] or ["import", str(file)]
+    said = [word for word in given if word not in {"--preview", *OPTIONS}]
+    kept = said if said[:1] == ["import"] else ["import", str(file)]
     new = [] if any(word == "--to" or word.startswith("--to=") for word in kept) else ["--to", f"{file.stem}.h5"]
     return shlex.join(["bristle", *kept, *new, *guessed])
 

@@ -84,9 +84,12 @@ def watch(source: Source, options: MonitorOptions) -> None:
         on_learned=lambda valve, found: _learned(valve, found, line),
     )
     _resume(monitor, options, model)
-    kept, courses = deque[MonitorEvent](maxlen=MOST_KEPT), _Courses(monitor)
+    kept, courses, told = deque[MonitorEvent](maxlen=MOST_KEPT), _Courses(monitor), set[str]()
 
     def show(status: tuple[WatchStatus, ...], statistics: Statistics, seconds: float) -> None:
+        for failure in [one for one in statistics.failures if one not in told]:
+            line.say(f"{failure}; the watching goes on")
+            told.add(failure)
         line.update(seconds, f"{_standing(status, statistics)}  {live.words()}")
 
     with _opened(options.events, mute=manner().json) as sink:

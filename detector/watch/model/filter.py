@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from functools import cached_property
-from math import sqrt
+from math import exp, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -33,11 +33,14 @@ RESTING, SLOWER = 4.0, 4.0
 _RESTING_SPEED = 1e-3
 """What the speed may be at a start [m/s]."""
 
+_SHORT_S = 1e-5
+"""So soon after a start the speed still is the acceleration times the time."""
+
 
 class FilterState(NamedTuple):
     """What the filter remembers. state (n_states,); covariance (n_states, n_states); slope (n_states, n_directions):
-    derivatives of the state by the directions; time_s, force, load : of the last sample; load (n_loads,); means (4,) :
-    fast and slow means of position [m], fast and slow of force [N].
+    derivatives of the state by the directions; time_s, force : of the last sample; means (4,) : fast and slow means of
+    position [m], fast and slow of force [N].
     """
 
     state: Array
@@ -45,7 +48,6 @@ class FilterState(NamedTuple):
     slope: Array
     time_s: float
     force: float
-    load: Array
     means: Array
 
 
@@ -117,27 +119,29 @@ class ModelFilter:
 
     def net_force(self, moment: Measurement) -> float:
         """The force on the stem less the loads [N]."""
-        return self.force(moment) - float(self._shares(moment) @ self._gains)
+        return self.force(moment) - float(self.shares(moment) @ self._gains)
+
+    def unexplained(self, moment: Measurement) -> float:
+        """Force on the stem less loads, spring and what else holds it [N]: the friction, if all is well."""
+        return self.net_force(moment) - self._held(moment.values["position"])
+
+    def dry_friction(self, speed: float) -> float:
+        """At a speed [m/s], in N: a fit may tell it at the speeds of its data alone, and not where it ends."""
+        values = self.values
+        near = exp(-((speed / values["lugre.vs"]) ** 2))
+        return values["lugre.fc"] + (values["lugre.fs"] - values["lugre.fc"]) * near
 
     def start(self, moment: Measurement) -> FilterState:
         """At rest at a sample, with everything else unknown."""
-        load, force = self._shares(moment), self.net_force(moment)
-        state = self._kernel.start(moment.values["position"], 0.0, force)
-        n = len(state)
-        return FilterState(
-            state,
-            np.diag(self._unsure),
-            np.zeros((n, self._fixed.shape[1] + len(load))),
-            moment.time_s,
-            force,
-            load,
-            np.array([moment.values["position"]] * 2 + [force] * 2),
-        )
+        force, x = self.net_force(moment), moment.values["position"]
+        state = self._kernel.start(x, 0.0, force)
+        slope = np.zeros((len(state), len(DIRECTIONS)))
+        means = np.array([x, x, force, force])
+        return FilterState(state, np.diag(self._unsure), slope, moment.time_s, force, means)
 
     def step(self, before: FilterState, moment: Measurement) -> tuple[FilterState, PredictionError]:
         """One sample. The filter restarts where the model has no solution."""
-        load = self._shares(moment)
-        force = self.force(moment) - float(load @ self._gains)
+        force = self.net_force(moment)
         run = self._kernel.run(
             np.array([before.time_s, moment.time_s]), np.array([before.force, force]), self._p, before.state,
             h_max=SUBSTEP, sensitivities=True,
@@ -148,13 +152,13 @@ class ModelFilter:
         position = moment.values["position"]
         value = position - float(run.outputs[1, 0])
         covariance, slope = _predicted(
-            run.final_jacobian, before.covariance, before.slope, self._fixed, 0.5 * (load + before.load),
-            self._place["spring.F0"], self.force_noise, self.drift,
+            run.final_jacobian, before.covariance, before.slope, self._fixed, self._place["spring.F0"],
+            self.force_noise, self.drift,
         )  # fmt: skip
         seen = self._seen(run.final, moment.time_s, force)
         variance, shows = _corrected(run.final, covariance, slope, seen, value, self.position_noise)
         means = _followed(before.means, self._pace, position, force)
-        after = FilterState(run.final, covariance, slope, moment.time_s, force, load, means)
+        after = FilterState(run.final, covariance, slope, moment.time_s, force, means)
         return after, PredictionError(value, variance, shows, self._rests(means))
 
     def _rests(self, means: Array) -> bool:
@@ -200,23 +204,37 @@ class ModelFilter:
     def _gains(self) -> Array:
         return np.array([value for load in self.loads for value in (load.gain, load.slope)])
 
-    def _shares(self, moment: Measurement) -> Array:
+    def shares(self, moment: Measurement) -> Array:
+        """What multiplies gain and slope of each load, (2 n_loads,)."""
         return np.array([value for load in self.loads for value in load.shares(moment)])
 
     @cached_property
     def _fixed(self) -> Array:
-        """Derivatives of the parameters by the directions (n_parameters, 4): `DIRECTIONS`, and the spring's stiffness.
-
-        Those by the loads, which follow, are of the spring's constant force alone.
-        """
-        fixed, place = np.zeros((len(self._p), len(DIRECTIONS) + 1)), self._place
+        """Derivatives of the parameters by the directions (n_parameters, n_directions)."""
+        fixed, place = np.zeros((len(self._p), len(DIRECTIONS))), self._place
         for name in ("lugre.fc", "lugre.fs"):
             fixed[place[name], 0] = self.values[name]
         for name in ("spring.K", "spring.F0"):
             fixed[place[name], 1] = self.values[name]
         fixed[place["spring.F0"], 2] = 1.0
-        fixed[place["spring.K"], 3] = max(self.values["spring.K"], 1.0)
         return fixed
+
+    def _held(self, position: float) -> float:
+        """What a force has to be to hold the stem at a position without friction [N]; where there are effects beside
+        spring and friction, by the acceleration that they leave.
+        """
+        held = self.values["spring.K"] * position + self.values["spring.F0"]
+        if not self._more:
+            return held
+        start = self._kernel.start(position, 0.0, held)
+        run = self._kernel.run(np.array([0.0, _SHORT_S]), np.array([held, held]), self._p, start, h_max=_SHORT_S)
+        return held if run.failed is not None else held - self.values["mass.m"] * float(run.final[1]) / _SHORT_S
+
+    @cached_property
+    def _more(self) -> bool:
+        """Whether an effect beside inertia, spring and friction acts on the stem."""
+        others = set(self.effects) - {"inertia", "spring", "lugre"}
+        return any(self.catalogue[effect].site is not Site.OUTPUT for effect in others)
 
     @cached_property
     def _unsure(self) -> Array:
@@ -244,12 +262,12 @@ class ModelFilter:
 
 @native
 def _predicted(
-    by: Array, covariance: Array, slope: Array, fixed: Array, load: Array, pushed: int, force_noise: float, drift: float
+    by: Array, covariance: Array, slope: Array, fixed: Array, pushed: int, force_noise: float, drift: float
 ) -> tuple[Array, Array]:
     """Covariance and slope of the state after a step, whose derivatives `by` are (n_states, n_parameters + n_states).
 
-    fixed (n_parameters, 4) and load (n_loads,): derivatives of the parameters by the directions, those by the loads
-    only of the parameter `pushed`, a constant force, through which the noise of the force acts as well.
+    fixed (n_parameters, n_directions): derivatives of the parameters by the directions; the noise of the force acts
+    through the parameter `pushed`, a constant force.
     """
     n, ways = covariance.shape[0], fixed.shape[1]
     first = by.shape[1] - n
@@ -263,8 +281,6 @@ def _predicted(
         for k in range(first):
             for j in range(ways):
                 moved[i, j] += by[i, k] * fixed[k, j]
-        for j in range(load.shape[0]):
-            moved[i, ways + j] += by[i, pushed] * load[j]
     for i in range(n):
         for j in range(n):
             value = by[i, pushed] * by[j, pushed] * force_noise**2

@@ -2,25 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
 from math import nan
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from detector.measurements import Measurement, Measurements
-from detector.watch.force_balance import Balance, BalanceTest
+from detector.watch.force_balance import MEMORY, Balance, BalanceTest, SlidingMoment, forces, sliding
 from detector.watch.model.filter import DIRECTIONS, FilterState, ModelFilter
 from detector.watch.model.innovations import SKIPPED, evidence_of, innovations
 from detector.watch.model.tuning import filter_for, tuned
 from recordings import Array, BadInput
 from simulator import CATALOGUE, Catalogue, ValveModel
 
-TESTS = (*DIRECTIONS, "energy")
-"""Names of the residuals."""
+TESTS = (*DIRECTIONS, "energy", "force against motion", "force along stroke")
+"""Names of the residuals: four of the innovation, two of the balance of forces."""
+
+_ALONE = len(DIRECTIONS) + 1
+"""So many of them are of the innovation."""
 
 _SILENT = np.full(len(TESTS), np.nan)
+
+_FEW = round(MEMORY)
 
 BEYOND = 0.25
 """How far the stem may leave the positions it was learned in, as a share of their range."""
@@ -57,18 +62,24 @@ class ModelWatch:
         if before is None:
             return ModelState(self.filter.start(moment), self.balance.start(self.filter, moment), 1), _SILENT
         if fresh or not self.low <= moment.values["position"] <= self.high:
-            return ModelState(self.filter.start(moment), before.balance, 1), _SILENT
+            resumed = self.balance.resumed(before.balance, self.filter, moment)
+            return ModelState(self.filter.start(moment), resumed, 1), _SILENT
         inner, seen = self.filter.step(before.filter, moment)
         count = min(before.n_samples + 1, SKIPPED + 1)
-        shows = count > SKIPPED and not seen.resting
-        balance = self.balance.step(before.balance, self.filter, moment, alarmed, wrong)
-        slope = seen.slope[: len(DIRECTIONS)]
-        said = evidence_of(np.array(seen.value), np.array(seen.variance), slope) if shows else _SILENT
+        balance, slides = self.balance.step(before.balance, self.filter, moment, alarmed, wrong)
+        said = _SILENT.copy()
+        if count > SKIPPED and not seen.resting:
+            said[:_ALONE] = evidence_of(np.array(seen.value), np.array(seen.variance), seen.slope)
+        said[_ALONE:] = forces([slides])[0]
         return ModelState(inner, balance, count), said
 
     def kind(self, state: ModelState) -> str | None:
         """The direction of change that the balance of forces names."""
         return self.balance.kind(self.filter, state.balance)
+
+    def spring_is_weak(self, state: ModelState) -> bool | None:
+        """Whether the spring pushes along the stroke, and not a wrong scale of the force; None while open."""
+        return self.balance.spring_is_weak(self.filter, state.balance)
 
     def position_is_wrong(self, state: ModelState) -> bool | None:
         """Whether the position sensor explains flow and force together; None while that is open."""
@@ -102,32 +113,30 @@ def learned_model(
     first, second = data[:half], data[half:]
     residuals = np.concatenate([_residuals(tuned(filter, second), first), _residuals(tuned(filter, first), second)])
     filter = tuned(filter, data)
-    if np.isinf(residuals).any() or not np.isfinite(residuals).any():
+    innovation = residuals[:, :_ALONE]
+    if np.isinf(innovation).any() or not np.isfinite(innovation).any():
         raise BadInput("model", "it cannot follow the data", "fit it to recordings of this valve")
     x = data.values["position"]
     low, high = np.nanmin(x), np.nanmax(x)
     margin = BEYOND * (high - low)
-    return ModelWatch(filter, _usual(filter, data), float(low - margin), float(high + margin)), residuals
+    balance = BalanceTest(filter.dt_s, filter.smoothing_s, _usual(sliding(filter, data)))
+    return ModelWatch(filter, balance, float(low - margin), float(high + margin)), residuals
 
 
 def _residuals(filter: ModelFilter, data: Measurements) -> Array:
     """The residuals of `TESTS` (n_samples, n_tests), NaN where they say nothing."""
     run = innovations(filter, data)
-    found = evidence_of(run.value, run.variance, run.slope[:, : len(DIRECTIONS)])
+    found = evidence_of(run.value, run.variance, run.slope)
     found[run.fresh] = np.nan
-    return found
+    return np.hstack([found, forces(sliding(filter, data))])
 
 
-def _usual(filter: ModelFilter, data: Measurements) -> BalanceTest:
-    """The balance's mean square without a fault."""
-    test, state, seen = BalanceTest(filter.dt_s, filter.smoothing_s), None, []
-    for moment in data:
-        if not np.isfinite(moment.values["position"] + filter.force(moment)):
-            continue
-        state = test.start(filter, moment) if state is None else test.step(state, filter, moment, False)
-        if state.weight > 3.0:
-            seen.append(state.energy / state.weight)
-    return replace(test, usual=float(np.median(seen)) if seen else 0.0)
+def _usual(found: Sequence[SlidingMoment | None]) -> float:
+    """Mean square of the unexplained force in a few sliding samples in a row, the median of healthy data [N2]."""
+    squares = np.array([one.left**2 for one in found if one is not None])
+    if len(squares) < _FEW:
+        return 0.0
+    return float(np.median(np.convolve(squares, np.full(_FEW, 1.0 / _FEW), "valid")))
 
 
 def model_state_as_dict(state: ModelState) -> dict[str, Any]:

@@ -44,8 +44,7 @@ def innovations(filter: ModelFilter, data: Measurements) -> FilterRun:
     found, fresh = list[PredictionError](), np.zeros(len(data), bool)
     state, since = None, 0
     gap = 5.0 * float(np.median(np.diff(data.time_s)))
-    width = len(DIRECTIONS) + 1 + 2 * len(filter.loads)
-    nothing = PredictionError(0.0, filter.position_noise**2, np.zeros(width))
+    nothing = PredictionError(0.0, filter.position_noise**2, np.zeros(len(DIRECTIONS)))
     for i, moment in enumerate(data):
         if not np.isfinite(moment.values["position"] + filter.force(moment)):
             found.append(nothing)

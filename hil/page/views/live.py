@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from bokeh.document import Document
 from bokeh.models import ColumnDataSource
 
+from hil.page.feed import Feed
 from hil.page.views.rendering import template
 
 BEAT_MS = 400
@@ -22,12 +23,15 @@ CARRIER = ["carrier"]
 class LivePage:
     """A document whose pieces follow the plant.
 
-    name : of the template; title : of the window; back : address of the page above, None where there is none; pieces :
-    called at every beat, gives HTML by the id of its place, always for the same places.
+    feed : is asked as often as needed while the document is open; name : of the template; title : of the window; back :
+    address of the page above, None where there is none; pieces : called at every beat, gives HTML by the id of its
+    place, always for the same places.
     """
 
-    def __init__(self, doc: Document, name: str, title: str, back: str | None, pieces: Pieces) -> None:
+    def __init__(self, feed: Feed, doc: Document, name: str, title: str, back: str | None, pieces: Pieces) -> None:
         self._pieces, self._beats = pieces, 0
+        feed.open()
+        doc.on_session_destroyed(lambda _: feed.close())
         first = dict(pieces())
         self._places = {
             place: ColumnDataSource(data={"html": [html]}, name=place, tags=CARRIER) for place, html in first.items()

@@ -54,7 +54,7 @@ class ValveLine:
 def plant_document(feed: Feed, doc: Document) -> None:
     """Fill a document with the overview."""
     name = feed.status.plant if feed.status else "bristle"
-    LivePage(doc, "plant.html", f"{name}: valves", None, lambda: plant_pieces(feed))
+    LivePage(feed, doc, "plant.html", f"{name}: valves", None, lambda: plant_pieces(feed))
 
 
 def plant_pieces(feed: Feed) -> Mapping[str, str]:

@@ -39,7 +39,7 @@ class ValvePage:
         self._chosen, self._said = "", ""
         self._choice = ColumnDataSource(data={"file": [""]}, name="choice", tags=CARRIER)
         self._choice.on_change("data", self._choose)
-        live = LivePage(doc, "valve.html", tag, "/", self._pieces)
+        live = LivePage(feed, doc, "valve.html", tag, "/", self._pieces)
         for root in (self._choice, self._plots.position, self._plots.evidence, self._plots.force, self._history.plot):
             doc.add_root(root)
         if feed.valve(tag) is not None:

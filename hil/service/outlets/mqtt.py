@@ -8,7 +8,7 @@ from typing import Any
 
 from hil.monitor.event import MonitorEvent
 from hil.service.plant_file import MqttEntry, PlantFile
-from recordings import BadInput
+from recordings import BadInput, not_installed
 
 PATIENCE_S = 10.0
 """How long a broker may take to confirm an event."""
@@ -31,10 +31,8 @@ class MqttSink:
             import paho.mqtt.client as mqtt
             from paho.mqtt.enums import CallbackAPIVersion
         except ImportError:
-            found = "paho-mqtt is not installed"
-            raise BadInput(
-                f"{plant.file}: events.mqtt", found, "pip install 'bristle[mqtt]', or leave it out"
-            ) from None
+            where = f"{plant.file}: events.mqtt"
+            raise not_installed(where, "a broker", "paho-mqtt", "mqtt", "leave it out") from None
         self._new: Callable[[], Any] = lambda: mqtt.Client(CallbackAPIVersion.VERSION2)
 
     def send(self, events: Sequence[MonitorEvent]) -> None:

@@ -41,9 +41,9 @@ class SinkTask:
         self._thread = ThreadPoolExecutor(1, sink.name)
 
     @property
-    def idle(self) -> bool:
-        """Whether everything has gone."""
-        return not self._unsent and not len(self.queue)
+    def waiting(self) -> int:
+        """Events that have not gone."""
+        return len(self._unsent) + len(self.queue)
 
     async def run(self) -> None:
         """Send until cancelled. Raises what the sink raises."""

@@ -75,15 +75,16 @@ class ImposedMotion:
         return None if first is None else self.descend(first, steps)
 
     def _line(self, grid: ImposedGrid, p: Array) -> tuple[Array, Innovations] | None:
-        run = self.kernel.run(grid.t, grid.driven, p, first_state(self.kernel, grid), sensitivities=True)
+        run = self.kernel.run(grid.t, grid.driven, p, first_state(self.kernel, grid.driven), sensitivities=True)
         if run.failed is not None or run.jacobian is None:
             return None
         predicted, nothing = run.outputs[:, 0], np.zeros(len(grid.t))
         by = run.jacobian[:, 0, : len(p)][:, self.coordinates.free] * self.coordinates.slope(p)
-        innovations = np.column_stack([np.where(grid.counts, grid.u - predicted, 0.0), nothing])
+        apart = grid.apart(np.column_stack([grid.u - predicted, by]))
+        innovations = np.column_stack([apart[:, 0], nothing])
         variances = np.column_stack([np.where(grid.counts, grid.force.std**2, np.inf), nothing + np.inf])
         path = np.column_stack([grid.motion[:, 0], grid.motion[:, 1], predicted, nothing])
-        both = np.stack([-by, np.zeros_like(by)], axis=1)
+        both = np.stack([-apart[:, 1:], np.zeros_like(by)], axis=1)
         return path, Innovations(innovations, variances, both, (innovations, variances))
 
     def _estimate(self, theta: Array, pairs: Sequence[tuple[Array, Innovations]]) -> Estimate | None:

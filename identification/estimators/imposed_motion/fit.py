@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from identification.data.close_motion import closely_imposed
 from identification.data.experiment import Experiment
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.fitted import Fit, Outcome, fit_of_free_runs
@@ -28,7 +29,7 @@ def fit_imposed_motion(
     valve: Kernel, coordinates: Coordinates, experiments: Sequence[Experiment], progress: Progress = silent
 ) -> Fit:
     """Fit from several starting values, keep the best. The residual is the predicted force minus the measured one."""
-    problem, best = Problem(valve, coordinates, experiments), None
+    problem, best = Problem(valve, coordinates, [closely_imposed(e) for e in experiments]), None
     setting = ResidualForm(0.0)
     progress("starting values", 0, 0)
     starts = starting_values(experiments, valve, coordinates)[:STARTS]

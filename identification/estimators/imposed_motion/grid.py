@@ -2,58 +2,63 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.data.experiment import Experiment, Segment, blurred, imposed, redrawn
+from identification.data.close_motion import closely_imposed, disturbed, thinned
+from identification.data.experiment import Experiment, Segment
 from identification.data.force import Force
 from identification.data.grid import Grid
-from recordings import Array
+from recordings import Array, IndexArray
 from simulator import Catalogue, Kernel, Site, shows_imposed
 
-BEGINNING = 0.05
-"""Share of the travel after which memory has forgotten where it started; what is before does not count."""
-DRAWS = 4
+DRAWS = 8
 """Draws of the position's noise."""
+BLOCK = 1.0
+"""Length of the blocks whose errors share a part [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ImposedGrid(Grid):
     """A segment with its motion imposed. driven (n, 4) : x, v, a and load; counts (n,) : the samples that are judged;
-    force : as recorded, its std that of the residual of a complete model.
+    force : as recorded, its std that of the residual of a complete model within a block; block (n,) : the number of
+    each sample's block of time; shared (n_blocks,) [N] : standard deviation of what all errors of a block share, for
+    a bristle that stopped elsewhere stays there.
     """
 
     driven: Array
     counts: NDArray[np.bool_]
-
-    @classmethod
-    def of_segment(cls, s: Segment, e: Experiment, std: float) -> ImposedGrid:
-        """The grid of a segment."""
-        n, m = len(s.t), s.motion
-        force = Force(s.u, np.zeros(n), np.full(n, std), np.zeros(n - 1), e.noise_force, 0.0)
-        far = np.abs(m.x - m.x[0]) > BEGINNING * np.ptp(m.x)
-        counts = s.seen & (np.arange(n) >= np.argmax(far))
-        driven = np.column_stack([m.x, m.crept, m.a, s.load])
-        motion = np.column_stack([m.x, m.v, m.crept])
-        return cls(s.t, s.y, s.u, force, e.noise_position, motion, driven=driven, counts=counts)
+    block: IndexArray
+    shared: Array
 
     def driven_along(self, path: Array) -> Array:
         """`driven`, whatever the path is."""
         return self.driven
 
+    @property
+    def floor(self) -> float:
+        """Root mean square of a complete model's residual [N]."""
+        return float(np.sqrt(np.mean(self.force.std**2) + np.mean(self.shared**2)))
+
+    def apart(self, errors: Array) -> Array:
+        """Errors (n, m) [N] without what those of a block share, so that `force.std` is the spread of each alone."""
+        errors = np.where(self.counts[:, None], errors, 0.0)
+        weight = np.where(self.counts, self.force.std**-2, 0.0)
+        size = np.bincount(self.block, weight)
+        share = (1.0 - 1.0 / np.sqrt(1.0 + self.shared**2 * size)) / np.maximum(size, 1e-300)
+        sums = np.column_stack([np.bincount(self.block, weight * column) for column in errors.T])
+        return np.where(self.counts[:, None], errors - (share[:, None] * sums)[self.block], 0.0)
+
 
 def imposed_grids(experiments: Sequence[Experiment], kernel: Kernel, p: Array) -> list[Grid]:
-    """The grids of experiments; a complete model's residual is the noise of the force, and what the noise of the
-    position does to the force that a model with parameters p predicts.
+    """The grids of experiments; a complete model's residual is the noise of the force, and what the position's noise
+    and the motion between samples do to the force that a model with parameters p predicts. What comes before memory
+    has forgotten where it started does not count.
     """
-    return [
-        ImposedGrid.of_segment(s, e, std)
-        for e, stds in ((imposed(e), _noise_of_prediction(e, kernel, p)) for e in experiments)
-        for s, std in zip(e.segments, stds, strict=True)
-    ]
+    return [grid for e in experiments for grid in _grids(e, kernel, p)]
 
 
 def showing(experiments: Sequence[Experiment], catalogue: Catalogue) -> tuple[str, ...]:
@@ -66,25 +71,42 @@ def showing(experiments: Sequence[Experiment], catalogue: Catalogue) -> tuple[st
     return tuple(e.id for e in catalogue.effects if shows_imposed(e) and (apart or e.site is Site.FORCE))
 
 
-def _noise_of_prediction(e: Experiment, kernel: Kernel, p: Array) -> list[float]:
-    """Standard deviations [N] per segment, from repetitions of the recording with as much noise again, and from one
-    that is smoothed over twice the time: where a valve slips, smoothing blurs the motion that the force is predicted
-    from. One for a whole segment, so that what is fitted is the error that is reported.
-    """
-    rng = np.random.default_rng(0)
-    plain, square = _predictions(imposed(e), kernel, p), np.full(len(e.segments), e.noise_force**2)
-    others = [(redrawn(e, rng), 1.0 / DRAWS) for _ in range(DRAWS)]
-    for other, share in (*others, (blurred(e), 1.0)):
-        for i, predicted in enumerate(_predictions(imposed(other), kernel, p)):
-            square[i] += share * float(np.nan_to_num(np.mean((predicted - plain[i]) ** 2)))
-    return list(np.sqrt(square))
+def _grids(e: Experiment, kernel: Kernel, p: Array) -> Iterator[ImposedGrid]:
+    close, held = closely_imposed(e), dict(zip(kernel.parameters, p, strict=True))
+    plain, limit = _predictions(close, kernel, p), held["lugre.fc"] / held["lugre.sigma0"]
+    others = [_predictions(one, kernel, p) for one in (*disturbed(e, DRAWS, np.random.default_rng(0)), thinned(e))]
+    ends = [_predictions(close, kernel, p, z) for z in (-limit, limit)]  # deflections that a motion may leave behind
+    for i, s in enumerate(close.segments):
+        errors = np.nan_to_num(np.stack([one[i] for one in others]) - plain[i])
+        block = np.floor((s.t - s.t[0]) / BLOCK).astype(int)
+        shared = np.stack([np.bincount(block, one) for one in errors]) / np.bincount(block)
+        weights = np.append(np.full(DRAWS, 1.0 / DRAWS), 1.0)
+        std = float(np.sqrt(e.noise_force**2 + weights @ np.mean((errors - shared[:, block]) ** 2, axis=1)))
+        between = weights @ shared**2
+        unknown = np.flatnonzero(np.abs(ends[1][i] - ends[0][i]) > std)
+        counts = s.seen & (np.arange(len(s.t)) > (unknown[-1] if len(unknown) else -1))
+        n, m = len(s.t), s.motion
+        yield ImposedGrid(
+            s.t, s.y, s.u, Force(s.u, np.zeros(n), np.full(n, std), np.zeros(n - 1), e.noise_force, 0.0),
+            e.noise_position, np.column_stack([m.x, m.v, m.crept]), driven=_driven(s), counts=counts, block=block,
+            shared=np.sqrt((between + between.mean()) / 2),
+        )  # fmt: skip
 
 
-def _predictions(e: Experiment, kernel: Kernel, p: Array) -> list[Array]:
-    grids = [ImposedGrid.of_segment(s, e, 1.0) for s in e.segments]
-    return [kernel.run(s.t, s.driven, p, first_state(kernel, s)).outputs[:, 0] for s in grids]
+def _predictions(e: Experiment, kernel: Kernel, p: Array, deflection: float = 0.0) -> list[Array]:
+    """The forces (n,) [N] that a model predicts. deflection : of its bristles at first [m]."""
+    found = []
+    for s in e.segments:
+        start = first_state(kernel, _driven(s))
+        start[kernel.states.index("lugre.z")] = deflection
+        found.append(kernel.run(s.t, _driven(s), p, start).outputs[:, 0])
+    return found
 
 
-def first_state(kernel: Kernel, grid: ImposedGrid) -> Array:
-    """The state (n_states,) at the beginning of a grid."""
-    return kernel.start(grid.driven[0, 0], 0.0, grid.driven[0, 3])
+def _driven(s: Segment) -> Array:
+    return np.column_stack([s.motion.x, s.motion.v, s.motion.a, s.load])
+
+
+def first_state(kernel: Kernel, driven: Array) -> Array:
+    """The state (n_states,) at the beginning of a motion (n, 4): x, v, a and load."""
+    return kernel.start(driven[0, 0], 0.0, driven[0, 3])

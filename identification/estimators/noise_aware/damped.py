@@ -12,7 +12,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from identification.budget import time_is_over
 from identification.data.grid import Grid
+from identification.estimators.anchors import deflection_at_rest
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.estimate import HOPELESS, Estimate, Innovations, converged, costs, lean
 from identification.estimators.noise_aware.estimator import EQUAL, NEW_PATH, RESTING, NoiseAware, Stages
@@ -38,6 +40,8 @@ WORSE, BACK = 0.1, 0.3
 STEPS, ROUNDS, LAST = 6, 6, 12
 """Steps of a descent on chunks before it goes on along new paths, times that it does at most, and steps on whole
 recordings."""
+SLOW = 0.5
+"""Share of the Stribeck velocity below which the stem creeps."""
 NOTABLE = 30.0
 """Fall of the cost from which going on along new paths is worth its time."""
 CHUNK, CHUNK_S = 1000, 4.0
@@ -53,7 +57,7 @@ class DampedNoiseAware(NoiseAware):
         diverges.
         """
         p = self.coordinates.p(theta)
-        return self._along_best_of(theta, each(lambda grid: [first_path(self.kernel, grid, p)], self.grids), steps)
+        return self._along_best_of(theta, each(lambda grid: [balanced_path(self.kernel, grid, p)], self.grids), steps)
 
     def refit(
         self, theta: Array, paths: Sequence[Array], steps: int, vain: Callable[[Estimate], bool] | None = None
@@ -73,7 +77,7 @@ class DampedNoiseAware(NoiseAware):
         The smoother holds on to slips that a path has, and to rests; the model at better parameters has others.
         """
         for _ in range(ROUNDS):
-            if best is not None and vain is not None and vain(best):
+            if best is not None and (time_is_over() or (vain is not None and vain(best))):
                 break
             start = self.start(theta)
             if start is None:
@@ -111,14 +115,26 @@ class DampedNoiseAware(NoiseAware):
         return None if line is None else (path, line)
 
     def trial(self, now: Estimate, step: Array) -> Estimate | None:
-        """The estimate a step further. Where that is not better at once, its paths come to rest first, from the best of
-        the moved path, the present one and one that is set back to the data.
+        """The estimate a step further. Where that is not better at once, its paths come to rest first; where that does
+        not help, paths at rest from the best of the moved path, the present one and one that is set back to the data
+        may. Other paths cost hundreds more or less by chance, so they come last: judged by them, good steps are lost.
         """
         theta, moved = now.theta + step, self.moved(now, step)
-        trial = self.along(theta, moved, 0)
-        if not self.dense or (trial is not None and trial.cost < now.cost + EQUAL):
-            return trial
-        return self._along_best_of(theta, [list(pair) for pair in zip(moved, now.paths, strict=True)], RESTING)
+
+        def at_rest() -> Estimate | None:
+            return self.along(theta, moved, RESTING)
+
+        def on_best() -> Estimate | None:
+            pairs = [list(pair) for pair in zip(moved, now.paths, strict=True)]
+            return self._along_best_of(theta, pairs, RESTING)
+
+        best = self.along(theta, moved, 0)
+        for way in (at_rest, on_best) if self.dense else ():
+            if best is not None and best.cost < now.cost + EQUAL:
+                break
+            ends = [end for end in (best, way()) if end is not None]
+            best = min(ends, key=lambda end: end.cost, default=None)
+        return best
 
     @property
     def last_stages(self) -> Stages:
@@ -153,6 +169,25 @@ class DampedNoiseAware(NoiseAware):
         return np.ascontiguousarray(np.array(known)[np.argmin(misfits, axis=0)[stretch], np.arange(len(stretch))])
 
 
+def balanced_path(kernel: Kernel, grid: Grid, p: Array) -> Array | None:
+    """A first path (n, n_states) on which the bristle balances the forces wherever the stem creeps or rests. None
+    without a solution.
+
+    A valve whose controller integrates creeps for seconds just below break-away. No run of the model stays there: an
+    error of the force that nobody can measure makes it slip, and its bristle slides off. The balance knows better.
+    """
+    path = first_path(kernel, grid, p)
+    if path is None:
+        return None
+    values = dict(zip(kernel.parameters, p.tolist(), strict=True))
+    x, v, _ = grid.motion.T
+    slow = np.abs(v) < SLOW * values["lugre.vs"]
+    held = deflection_at_rest(values, grid.force.u - values["lugre.sigma2"] * v, x)
+    z = kernel.states.index("lugre.z")
+    path[:, 1], path[:, z] = v, np.where(slow, held, path[:, z])
+    return path
+
+
 def _stretches(grid: Grid) -> IndexArray:
     """The number of the stretch that each node of a grid lies in, (n,)."""
     return np.asarray((grid.t - grid.t[0]) // STRETCH, int)
@@ -177,20 +212,26 @@ def freedom_for(values: Mapping[str, float]) -> PathFreedom:
 
 
 def close(segment_grids: Sequence[Grid]) -> list[Grid]:
-    """Grids with nodes close enough for a slip."""
-    return [grid.divided(max(1, round(float(np.median(np.diff(grid.t))) / WIDEST))) for grid in segment_grids]
+    """Grids with nodes close enough for a slip, and a motion that is smoothed longest where least happens."""
+
+    def closer(grid: Grid) -> Grid:
+        return grid.with_local_smoothing().divided(max(1, round(float(np.median(np.diff(grid.t))) / WIDEST)))
+
+    return each(closer, segment_grids)
 
 
 def best_on_chunks(whole: DampedNoiseAware, starts: Sequence[Array], progress: Progress = silent) -> Estimate | None:
-    """The best end on chunks from starting values (m,), the likeliest first; the first one that explains the data is
-    taken at once. None where the model diverges from all.
+    """The best end on chunks from starting values (m,), the likeliest first, until two of them explain the data and
+    agree: an end may explain the data and not be the best one. None where the model diverges from all.
     """
     small, ends = replace(whole, grids=chunks(whole.grids, CHUNK, CHUNK_S)), list[Estimate]()
     for done, start in enumerate(starts):
         progress("search on chunks", done, len(starts))
         end = small.on_new_paths(start)
         ends += [] if end is None else [end]
-        if end is not None and end.loss < RIGHT:
+        costs_of_right = sorted(end.cost for end in ends if end.loss < RIGHT)
+        agreed = len(costs_of_right) > 1 and costs_of_right[1] < costs_of_right[0] + NOTABLE
+        if agreed or (ends and time_is_over()):
             break
     return min(ends, key=lambda end: end.cost) if ends else None
 
@@ -205,7 +246,7 @@ def on_whole_recordings(whole: DampedNoiseAware, theta: Array) -> Estimate | Non
         end = None if end is None else whole.strict(end)
         if end is not None and (found is None or end.cost < found.cost):
             found = end
-        if found is None or converged(found, resolved=False) or found.loss > HOPELESS:
+        if found is None or converged(found, resolved=False) or found.loss > HOPELESS or time_is_over():
             break
         theta = found.theta
     return found

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from identification.budget import time_is_over
 from identification.data.grid import Grid
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.estimate import Estimate, Innovations, totals
@@ -142,6 +143,8 @@ class NoiseAware:
         damping, failures, settled, idle = 1e-3, 0, False, 0
         bounds = self.coordinates.bounds
         for _ in range(steps):
+            if time_is_over():
+                break
             before = now.cost
             stiff = now.normal.matrix + HOLD * np.eye(len(now.theta))
             held = replace(now.normal, matrix=stiff + damping * np.diag(np.diag(stiff)))

@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from identification.budget import time_is_over
 from identification.data.chunks import centred
 from identification.data.grid import Grid
 from identification.estimators.coordinates import Coordinates
@@ -75,7 +76,7 @@ def best_on_chunks(
         if end is not None:
             ends.append(lean(end))
         hopeless = tries >= HOPELESS_TRIES and all(end.loss > HOPELESS for end in ends)
-        if ends and (tries >= most or hopeless or ends[-1].loss < RIGHT or _agreed(ends)):
+        if ends and (tries >= most or hopeless or ends[-1].loss < RIGHT or _agreed(ends) or time_is_over()):
             break
     return _best(small, ends, starts[-1]) if ends else None
 
@@ -109,7 +110,7 @@ def on_whole_recordings(whole: NoiseAware, small: NoiseAware, best: Estimate) ->
         end = None if end is None else whole.strict(end)
         if end is not None and (found is None or end.cost < found.cost):
             found = end
-        if found is None or converged(found) or found.loss > HOPELESS:
+        if found is None or converged(found) or found.loss > HOPELESS or time_is_over():
             break
         again = [small.in_stages(found.theta, DIRECT)]
         again += [small.in_stages(start, GENTLE) for start in usual_values(small.coordinates, found.theta)[:1]]
@@ -163,6 +164,8 @@ def screened(problem: NoiseAware, starts: Sequence[Array]) -> list[Array]:
             cost_of(candidate)
     cost, best = min(tried, key=lambda pair: pair[0])
     for _ in range(ROUNDS):
+        if time_is_over():
+            break
         before = cost
         for change in range(CHANGES):
             candidate = _changed(problem, best, change)

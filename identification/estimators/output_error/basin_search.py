@@ -6,6 +6,7 @@ is the shape of the Stribeck curve or the bristle, and the first stage's cost te
 
 from __future__ import annotations
 
+from identification.budget import time_is_over
 from identification.estimators.output_error.homotopy import Homotopy
 from recordings import Array
 
@@ -32,6 +33,8 @@ def basin_search(theta: Array, homotopy: Homotopy) -> Array | None:
         before = best.normal.cost
         values = coordinates.values(best.theta[:n])
         for change in changes(values):
+            if time_is_over():
+                return best.theta[:n]
             end = homotopy.first(coordinates.theta_of(values | change))
             if end is not None and end.normal.cost < BETTER * best.normal.cost:
                 best = end

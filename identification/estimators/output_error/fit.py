@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from identification.budget import time_is_over
 from identification.data.experiment import Experiment
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.fitted import Fit, Outcome, fit_of_free_runs
@@ -65,7 +66,7 @@ def _best_minimum(homotopy: Homotopy, ranked: Sequence[StartingPoint], progress:
         if minimum is not None and (best is None or minimum.level < best.level):
             best = minimum
         reached = best is not None and np.sqrt(best.level) < GOOD_ENOUGH
-        if reached or (attempt > 1 and stuck):
+        if reached or (attempt > 1 and stuck) or (best is not None and time_is_over()):
             break
     return best
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from identification.data.experiment import Experiment, imposed
+from identification.data.experiment import Experiment
 from identification.data.grid import with_smooth_force
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.estimate import lean
@@ -25,8 +25,11 @@ from identification.tracing.models.comparison import is_white
 from identification.tracing.models.model import Model
 from identification.tracing.models.search import best_model_on_chunks
 from identification.tracing.models.trial_data import TrialData, trial_data
-from recordings import NegativeAnswer, Progress, silent
-from simulator import BASE, Catalogue, kernel
+from recordings import Array, NegativeAnswer, Progress, silent
+from simulator import BASE, Catalogue, Kernel, kernel
+
+AT_BOUND = 0.99
+"""Share of a bound from which a base model presses on it."""
 
 
 def base_model(
@@ -56,20 +59,30 @@ def _force_predicting(
     catalogue: Catalogue,
 ) -> Model:
     """The base model by the force that it predicts from the motion."""
-    valve, driven = kernel(BASE, "motion", catalogue), [imposed(e) for e in experiments]
-    u = np.concatenate([s.u for e in driven for s in e.segments])
-    x = np.concatenate([s.motion.x for e in driven for s in e.segments])
+    valve = kernel(BASE, "motion", catalogue)
+    u = np.concatenate([s.u for e in experiments for s in e.segments])
+    x = np.concatenate([s.motion.x for e in experiments for s in e.segments])
     free = Coordinates.of(valve, given, float(np.std(u)) or 1.0)
-    first = fit_imposed_motion(valve, free, driven)
+    first = fit_imposed_motion(valve, free, experiments)
     if first.minimum is None:
         raise NegativeAnswer(Outcome.DIVERGED.value)
-    fitted, others = (tuple(imposed_grids(some, valve, first.p)) for some in (experiments, held_out))
     data = TrialData(
-        tuple(experiments), tuple(held_out), fitted, others, dict(given), (float(x.min()), float(x.max())),
+        tuple(experiments), tuple(held_out), (), (), dict(given), (float(x.min()), float(x.max())),
         float(np.std(u)) or 1.0, catalogue, showing(experiments, catalogue), imposed=True,
     )  # fmt: skip
+    model = _weighted(data, valve, first.p)
+    model = _weighted(data, valve, model.coordinates.p(model.estimate.theta))  # the errors depend on the model
+    return min(model, best_model_on_chunks(model) or model, key=lambda m: m.cost)  # candidates have those starts, too
+
+
+def _weighted(data: TrialData, valve: Kernel, p: Array) -> Model:
+    """The base model fitted from parameters p, with the errors that predicted forces have by them."""
+    fitted, others = (
+        tuple(imposed_grids(some, valve, p)) for some in (data.experiments, data.held_out_experiments)
+    )  # fmt: skip
+    data = replace(data, fitted=fitted, held_out=others)
     work = data.estimator(BASE)
-    found = work.fit(work.coordinates.theta(first.p), settings.REFIT_STEPS)
+    found = work.fit(work.coordinates.theta(p), settings.STEPS)
     if found is None:
         raise NegativeAnswer(Outcome.DIVERGED.value)
     return Model(BASE, data, lean(found))
@@ -82,7 +95,7 @@ def _damped(first: Fit, data: TrialData) -> Model:
     data = data.damped_for(first.values)
     work = data.estimator(BASE)
     theta, known = work.coordinates.theta(first.p), first.estimate
-    found = work.fit(theta, settings.REFIT_STEPS) if known is None else work.along(theta, known.paths, 0)
+    found = work.fit(theta, settings.STEPS) if known is None else work.along(theta, known.paths, 0)
     if found is None:
         raise NegativeAnswer(Outcome.DIVERGED.value)
     kept = first if known is None else replace(first, estimate=lean(known))
@@ -98,12 +111,12 @@ def _noise_aware(data: TrialData) -> Model:
     omega, first = quickest(free, found), free.values(found[-1])
     data = replace(
         data.resolving(omega),
-        max_mass=settings.MASS_BOUND * first["mass.m"],
-        max_stiffness=settings.STIFFNESS_BOUND * first["lugre.sigma0"],
+        max_mass=settings.BASE_BOUND * first["mass.m"],
+        max_stiffness=settings.BASE_BOUND * first["lugre.sigma0"],
     )
     work = NoiseAware(data.kernel(BASE), data.coordinates(BASE), data.fitted, settings.PATH_FREEDOM)
-    best = best_of_starts(on_chunks(work), found, most=settings.BASE_WAYS)
-    best = None if best is None else work.fit(best.theta, settings.REFIT_STEPS)
+    best = best_of_starts(on_chunks(work), found, most=settings.REPEATS)
+    best = None if best is None else work.fit(best.theta, settings.STEPS)
     if best is None:
         raise NegativeAnswer(Outcome.DIVERGED.value)
     bound = polished(Model(BASE, data, lean(best)))
@@ -114,11 +127,11 @@ def _unbound(model: Model) -> Model | None:
     """A base model that presses on its bounds without them; None where it does not, or where that is not enough."""
     values, inf = model.values, float("inf")
     bounds = (values["mass.m"], model.data.max_mass), (values["lugre.sigma0"], model.data.max_stiffness)
-    if all(value < settings.AT_BOUND * bound for value, bound in bounds):
+    if all(value < AT_BOUND * bound for value, bound in bounds):
         return None
     data = replace(model.data, max_stiffness=inf, max_mass=inf)
     found = best_model_on_chunks(replace(model, data=data))
-    if found is None or found.estimate.loss > settings.UNBOUNDED_LOSS:
+    if found is None or found.estimate.loss > settings.POOR_LOSS:
         return None
     refit = found.refitted_to(data)
     free = None if refit is None else polished(refit)
@@ -151,8 +164,8 @@ def polished(model: Model) -> Model:
 
 def _refitted_repeatedly(model: Model) -> Model:
     """A model refitted for as long as that notably helps: plays and hysteresis come to rest slowly."""
-    for _ in range(settings.REPEATED_REFITS):
+    for _ in range(settings.REPEATS):
         before, model = model, model.refitted()
-        if model.estimate.settled or model.cost > before.cost - settings.NOTABLE_GAIN:
+        if model.estimate.settled or model.cost > before.cost - settings.HALF_GAIN:
             break
     return model

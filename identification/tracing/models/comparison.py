@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import norm
+from scipy.stats import norm, ttest_1samp
 from scipy.stats import t as student
 
 from identification.data.grid import Grid
@@ -14,6 +14,9 @@ from identification.estimators.least_squares import cauchy
 from identification.tracing import settings
 from identification.tracing.models.model import Model
 from recordings import Array
+
+LOSS_SPREAD = 1.264
+"""Standard deviation of Cauchy's loss of one unit normal innovation, in means of it."""
 
 
 @dataclass(frozen=True)
@@ -75,24 +78,42 @@ def whiteness(estimate: Estimate, *, resolved: bool = True) -> Whiteness:
     does where a fit has converged.
     """
     complete, most = (settings.COMPLETE_LOSS, settings.MAX_OUTLIERS) if resolved else (ROUGH_LOSS, ROUGH_OUTLIERS)
-    of_one = settings.LOSS_SPREAD if np.isfinite(estimate.tuning) else settings.SQUARE_SPREAD
-    spread = of_one / np.sqrt(estimate.samples)
+    spread = LOSS_SPREAD / np.sqrt(estimate.samples)
     p_value = float(norm.sf((estimate.loss - complete) / spread))
     if estimate.outliers > most:
         p_value = min(p_value, float(norm.sf(OUTLIER)))
-    return Whiteness(p_value > settings.WHITE_LEVEL, p_value, estimate.loss, estimate.outliers)
+    return Whiteness(p_value > settings.STRICT_LEVEL, p_value, estimate.loss, estimate.outliers)
+
+
+def imposed_whiteness(estimate: Estimate, grids: tuple[Grid, ...]) -> Whiteness:
+    """Test of the errors of a predicted force: their mean square over blocks of time. Errors of the motion are large
+    where a valve slips, and memory keeps them, so neither samples nor outliers tell more than the blocks do.
+    """
+    excess = list[Array]()
+    for line, grid in zip(estimate.linearised, grids, strict=True):
+        counts = np.isfinite(line.variances[:, 0])
+        square = np.where(counts, line.innovations[:, 0] ** 2 / line.variances[:, 0], 0.0)
+        excess.append(_blocks(square - settings.COMPLETE_LOSS * counts, grid))
+    p_value = float(ttest_1samp(np.concatenate(excess), 0.0, alternative="greater").pvalue)
+    return Whiteness(not p_value < settings.STRICT_LEVEL, p_value, estimate.loss, estimate.outliers)
 
 
 def fitted_whiteness(model: Model) -> Whiteness:
     """The test on the fitted grids."""
-    return whiteness(model.estimate, resolved=model.data.damped is None)
+    return _whiteness(model, model.estimate, model.data.fitted)
 
 
 def held_out_whiteness(model: Model) -> Whiteness:
     """The test on the held-out grids; failed where the model has no solution on them."""
     if model.held_out is None:
         return Whiteness(False, 0.0, float("inf"), 1.0)
-    return whiteness(model.held_out, resolved=model.data.damped is None)
+    return _whiteness(model, model.held_out, model.data.held_out)
+
+
+def _whiteness(model: Model, estimate: Estimate, grids: tuple[Grid, ...]) -> Whiteness:
+    if model.data.imposed:
+        return imposed_whiteness(estimate, grids)
+    return whiteness(estimate, resolved=model.data.damped is None)
 
 
 def is_white(model: Model) -> bool:

@@ -8,10 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from identification.data.experiment import Experiment, imposed
+from identification.data.close_motion import closely_imposed
+from identification.data.experiment import Experiment
 from identification.data.grid import with_smooth_force
 from identification.estimators.damped import order_bias
 from identification.estimators.fitted import FREE_STEP, Fit, fit_of, fit_of_free_runs
+from identification.estimators.imposed_motion.grid import ImposedGrid
 from identification.estimators.noise_aware.estimator import NoiseAware
 from identification.estimators.output_error.homotopy import Minimum
 from identification.estimators.output_error.problem import Problem, ResidualForm
@@ -28,7 +30,7 @@ from simulator import Causality, kernel
 def free_run_experiments(data: TrialData) -> tuple[list[Experiment], list[Experiment]]:
     """The fitted and the held-out experiments as free runs need them: with a smoothed force, or an imposed motion."""
     if data.imposed:
-        return [imposed(e) for e in data.experiments], [imposed(e) for e in data.held_out_experiments]
+        return [closely_imposed(e) for e in data.experiments], [closely_imposed(e) for e in data.held_out_experiments]
     fitted = with_smooth_force(data.experiments, data.fitted)
     return list(fitted), list(with_smooth_force(data.held_out_experiments, data.held_out))
 
@@ -94,7 +96,7 @@ def free_run_errors(
     report : experiments that neither fitted nor chose a model.
     """
     data, errors = base.data, dict[str, Any]()
-    driven = [imposed(e) for e in report] if data.imposed else with_smooth_force(report)
+    driven = [closely_imposed(e) for e in report] if data.imposed else with_smooth_force(report)
     for side, model, found in (("before", base, before), ("after", final, after)):
         errors[side] = {
             "fit": _error(model, error_of(found.trajectories), data.experiments),
@@ -103,7 +105,8 @@ def free_run_errors(
         }
     errors["noise_floor_m"] = float(np.sqrt(np.mean([e.noise_position**2 for e in data.experiments])))
     if data.imposed:
-        errors["noise_floor_N"] = float(np.sqrt(np.mean([np.mean(s.force.std**2) for s in data.fitted])))
+        floors = [grid.floor for grid in data.fitted if isinstance(grid, ImposedGrid)]
+        errors["noise_floor_N"] = float(np.sqrt(np.mean(np.square(floors))))
     return errors
 
 

@@ -17,6 +17,9 @@ from identification.tracing.models.trial_data import TrialData
 from recordings import Array
 from simulator import Kernel
 
+MEMORY_STEP = 1e-3
+"""Longest sub-step [s] while the memory of a new effect is run along a path: finer changes nothing."""
+
 
 @dataclass(frozen=True)
 class Model:
@@ -64,12 +67,12 @@ class Model:
     def held_out(self) -> Estimate | None:
         """The estimate on the held-out grids: the paths alone, at the fitted parameters. None without a solution."""
         held_out = replace(self.data, fitted=self.data.held_out).estimator(self.effects)
-        found = held_out.start(self.estimate.theta, settings.HELD_OUT_STEPS)
-        for _ in range(settings.HELD_OUT_ROUNDS - 1):
+        found = held_out.start(self.estimate.theta, settings.STEPS)
+        for _ in range(settings.REPEATS - 1):
             if found is None:
                 break
-            before, found = found, held_out.along(found.theta, found.paths, settings.HELD_OUT_STEPS) or found
-            if found.cost > before.cost - settings.HELD_OUT_FALL:
+            before, found = found, held_out.along(found.theta, found.paths, settings.STEPS) or found
+            if found.cost > before.cost - settings.HALF_GAIN:
                 break
         return None if found is None else lean(found)
 
@@ -94,7 +97,7 @@ class Model:
 
     def refitted(self) -> Model:
         """The same effects after further steps."""
-        return self.descended(settings.REFIT_STEPS)
+        return self.descended(settings.STEPS)
 
     def descended(self, steps: int, *, coarse: bool = False) -> Model:
         """The same effects after so many further steps, or until two of them change little. coarse : in longer
@@ -107,7 +110,7 @@ class Model:
     def refitted_to(self, data: TrialData) -> Model | None:
         """These parameters fitted on to other data, on new paths. None where that diverges."""
         work = data.estimator(self.effects, worth=settings.IDLE_GAIN)
-        end = work.fit(self.estimate.theta, settings.REFIT_STEPS)
+        end = work.fit(self.estimate.theta, settings.STEPS)
         return None if end is None else Model(self.effects, data, lean(end))
 
     def with_effect(self, effect: str, values: Mapping[str, float], steps: int = 0) -> Model | None:
@@ -144,7 +147,7 @@ class Model:
         work = self.data.estimator(effects, worth=settings.IDLE_GAIN)
         known = self.data.defaults(other) | self.values | dict(values)
         start = work.coordinates.theta(work.kernel.vector(known))
-        end = work.fit(start, settings.REFIT_STEPS)
+        end = work.fit(start, settings.STEPS)
         return None if end is None else Model(effects, self.data, lean(end)).refitted()
 
 
@@ -154,6 +157,6 @@ def _extended(here: Kernel, target: Kernel, grid: Grid, path: Array, p: Array) -
     wide[:, : len(target.states) - 2] = target.start(path[0, 0], path[0, 1], path[0, -2])
     shared = [target.states.index(name) for name in here.states]
     wide[:, shared] = path
-    run = target.shoot(grid.t, grid.force.u, p, wide, h_max=settings.MEMORY_STEP, carry="memory")
+    run = target.shoot(grid.t, grid.force.u, p, wide, h_max=MEMORY_STEP, carry="memory")
     wide[:, shared] = path
     return None if run.failed is not None or not np.isfinite(wide).all() else wide

@@ -40,7 +40,7 @@ def first_fits(
     bent = [work.kernel.vector(known | dict(start)) for e in effect for start in imitations(model, e)]
     own = _started(work, [theta, *usual] if from_here else usual)
     imitated = _started(work, [work.coordinates.theta(p) for p in bent])
-    best = sorted([*own, *imitated], key=lambda fit: fit.cost)[: settings.STARTS_CONTINUED]
+    best = sorted([*own, *imitated], key=lambda fit: fit.cost)[: settings.AT_LEAST]
     if imitated and all(fit is not imitated[0] for fit in best):  # plays and hysteresis come to rest slowly
         best.append(imitated[0])
     return [Model(effects, data, fit) for fit in best]
@@ -48,7 +48,7 @@ def first_fits(
 
 def continued(fits: Sequence[Model]) -> list[Model]:
     """First fits continued, best first."""
-    steps = settings.CHUNK_STEPS - settings.FIRST_STEPS
+    steps = settings.STEPS - settings.FIRST_STEPS
     return sorted((fit.descended(steps, coarse=True) for fit in fits), key=lambda end: end.cost)
 
 
@@ -63,7 +63,7 @@ def differ(effect: str, one: Model, other: Model) -> bool:
     """Whether two fits ended at different places, by the parameters of an effect."""
     names = one.data.catalogue[effect].parameter_names()
     a, b = (np.array([model.values[name] for name in names]) for model in (one, other))
-    return bool((np.abs(a - b) > settings.SAME_VALUES * np.maximum(np.abs(a), np.abs(b))).any())
+    return bool((np.abs(a - b) > settings.ALIKE_SHARE * np.maximum(np.abs(a), np.abs(b))).any())
 
 
 def _started(work: PathEstimator, starts: Sequence[Array]) -> list[Estimate]:

@@ -20,6 +20,9 @@ from identification.estimators.path_estimator import PathEstimator
 from identification.tracing import settings
 from simulator import Catalogue, Kernel, kernel
 
+MIN_PART_SAMPLES, CHUNK_NODES = 10, 20
+"""Samples that a part of a divided segment has more than, or its motion cannot be smoothed; nodes of a chunk at least,
+or the whole recording is fitted."""
 ChunkPlace = tuple[int, slice]
 """Where a chunk is: the number of its grid, and the nodes of it."""
 
@@ -154,9 +157,9 @@ def _divided(e: Experiment, share: float) -> tuple[Experiment, Experiment]:
     for s in e.segments:
         edge = int(np.searchsorted(np.cumsum(s.seen), wanted, side="right"))
         wanted -= int(s.seen.sum())
-        if edge > settings.MIN_PART_SAMPLES:
+        if edge > MIN_PART_SAMPLES:
             first.append(s.part(0, edge))
-        if len(s.t) - edge > settings.MIN_PART_SAMPLES:
+        if len(s.t) - edge > MIN_PART_SAMPLES:
             last.append(s.part(edge, len(s.t)))
     return e.with_segments(tuple(first)), e.with_segments(tuple(last))
 
@@ -165,6 +168,6 @@ def _chunks(grid: Grid) -> list[slice]:
     """Chunks spread over a grid; all of a short one."""
     dt = (grid.t[-1] - grid.t[0]) / (len(grid.t) - 1)
     length, distance = round(settings.CHUNK_LENGTH / dt), round(settings.CHUNK_DISTANCE / dt)
-    if len(grid.t) < 2 * distance or length < settings.CHUNK_NODES:
+    if len(grid.t) < 2 * distance or length < CHUNK_NODES:
         return [slice(0, len(grid.t))]
     return regular(len(grid.t), length, distance)

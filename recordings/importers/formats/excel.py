@@ -13,7 +13,7 @@ import numpy as np
 
 from recordings.arrays import Array
 from recordings.column_headers import named_columns
-from recordings.errors import BadInput
+from recordings.errors import BadInput, not_installed
 from recordings.importers.file_format import FileFormat, Match
 from recordings.importers.formats.text_dialect import looks_like_names, looks_like_units
 from recordings.importers.mapping import FileLayout
@@ -39,8 +39,7 @@ def read_excel(path: Path, layout: FileLayout, texts: Sequence[str | int] = ()) 
     try:
         import openpyxl
     except ImportError:
-        remedy = "install Bristle with its extra 'excel', or save the table as CSV"
-        raise BadInput(str(path), "reading Excel needs the package openpyxl, which is not installed", remedy) from None
+        raise not_installed(str(path), "reading Excel", "openpyxl", "excel", "save the table as CSV") from None
     _check_size(path)
     try:
         book = openpyxl.load_workbook(path, read_only=True, data_only=True, keep_links=False)

@@ -10,7 +10,7 @@ import numpy as np
 
 from recordings.arrays import Array
 from recordings.column_headers import named_columns
-from recordings.errors import BadInput
+from recordings.errors import BadInput, not_installed
 from recordings.importers.file_format import FileFormat, Match
 from recordings.importers.mapping import FileLayout
 from recordings.importers.table import BadCell, ForeignTable, check_expansion
@@ -28,8 +28,7 @@ def read_parquet(path: Path) -> ForeignTable:
         import pyarrow as pa
         import pyarrow.parquet as pq
     except ImportError:
-        remedy = "install Bristle with its extra 'parquet', or save the file as CSV"
-        raise BadInput(str(path), "reading Parquet needs the package pyarrow, which is not installed", remedy) from None
+        raise not_installed(str(path), "reading Parquet", "pyarrow", "parquet", "save the file as CSV") from None
     try:
         declared = pq.read_metadata(path)
         check_expansion(path, declared.num_rows * declared.num_columns, declared.num_columns)

@@ -7,29 +7,18 @@ import hashlib
 import json
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 
-import numpy as np
 import pytest
+from monitor_rig import broken_file
 
 from bristle.cli.app import run
 from detector import Measurements, Watch, learn
 from hil import LinkEvent, Monitor, MonitorEvent, Reading, Sample, load_state, open_source, save_state
-from recordings import BadInput, Recording, Signal, SignalSpec, read, write
+from recordings import BadInput, Recording, SignalSpec, read, write
 from simulator import ValveModel
-
-
-def broken_file(healthy: Path, path: Path, after_s: float = 30.0) -> Path:
-    """The healthy recording with a position sensor that reads 3 mm too much from some time on."""
-    recording = read(healthy)
-    wrong = np.where(recording.time - recording.time[0] > after_s, 3e-3, 0.0)
-    signals = [
-        Signal(one.name, one.values + wrong if one.name == "position" else one.values, one.unit, one.role)
-        for one in recording.signals.values()
-    ]
-    write(path, Recording.of(signals, plant=recording.plant))
-    return path
 
 
 def test_a_replay_tells_its_alarm_by_events_and_exit_code(model, healthy, tmp_path, capsys):
@@ -117,6 +106,15 @@ def test_events_on_a_full_disk_do_not_end_the_watching(model, healthy, tmp_path,
     assert "alarms were raised" in errors
 
 
+def test_what_fails_is_said_when_it_happens_and_not_at_the_end_alone(model, healthy, tmp_path, capsys):
+    broken = broken_file(healthy, tmp_path / "broken.h5")
+    known = ["--model", str(model), "--calibrate", str(healthy), "--events", "/dev/full"]
+    assert run(["replay", str(broken), *known, "--pace", "20"]) == 1
+    first, last = re.findall(r"^.*No space left.*$", capsys.readouterr().err, re.MULTILINE)
+    assert first.endswith("; the watching goes on")
+    assert re.match(r"\d+ x an event could not be written", last)
+
+
 def test_a_replay_without_anything_learned_or_with_too_little_is_refused(model, healthy, tmp_path, capsys):
     assert run(["replay", str(healthy), "--model", str(model)]) == 2
     assert "--learn" in capsys.readouterr().err
@@ -196,6 +194,22 @@ def test_several_valves_are_judged_each_by_its_own_and_link_events_are_passed_on
     known = load_state(tmp_path / "state.json", "m")
     check_that_no_number_can_blind_it(tmp_path / "state.json", stride)
     assert {name: isinstance(watch, Watch) for name, (watch, _) in known.items()} == {"A": True, "B": True}
+
+
+def test_a_valve_that_comes_too_seldom_is_told_once_and_with_its_count_when_that_is_over(healthy, learner):
+    played_once = [item for item in played(healthy, "A") if isinstance(item, Sample)]
+    learned, later = played_once[:1300], played_once[1300:]
+    at, items = learned[-1].time, list(learned)
+    for k, item in enumerate((later * 4)[:1740]):
+        at += 1.0 if k < 40 else 0.02  # one a second instead of fifty, and then as usual
+        items.append(replace(item, time=at, wall=at))
+    monitor = Monitor({"A": read(healthy).header.signals}, learner, 25.0, own_clock=True)
+    gaps = [event for event in taken(monitor, items) if event.kind == "gap"]
+    assert [gap.text for gap in gaps] == [
+        "no usable sample for 1 s; the detector starts its errors anew",
+        "samples come without gaps again; there were 40 in 39.0 s",
+    ]
+    assert 29.9 < gaps[1].t_s - (learned[-1].time + 40.0) < 30.2
 
 
 def test_a_valve_that_cannot_be_learned_is_named_and_so_is_one_without_a_position(healthy, learner):

@@ -6,11 +6,14 @@ import asyncio
 import os
 import signal
 import urllib.request
+from io import RawIOBase
 from pathlib import Path
 
 from page_rig import PATIENCE_S, Shown, valve
 
 from hil.page import Page, PageSettings
+from hil.page.exchange import answered
+from hil.page.feed import Feed
 from hil.testing import make_loopback_authority
 
 LISTENING = "0A"
@@ -95,5 +98,39 @@ def test_the_token_is_in_no_list_of_processes(tmp_path):
             assert b"secret" not in (about / "cmdline").read_bytes() + (about / "environ").read_bytes()
             task.cancel()
             await asyncio.gather(task, return_exceptions=True)
+
+    asyncio.run(story())
+
+
+class Answering(RawIOBase):
+    """A pipe to a monitor that answers every question at once."""
+
+    def __init__(self, answers: asyncio.StreamReader, watched: Shown) -> None:
+        self.questions, self._answers, self._watched = 0, answers, watched
+
+    def write(self, line: bytes) -> int:
+        self.questions += 1
+        self._answers.feed_data(answered(line, self._watched))
+        return len(line)
+
+
+def test_the_monitor_is_asked_seldom_while_nobody_looks_and_at_once_when_somebody_comes(monkeypatch):
+    monkeypatch.setattr("hil.page.feed.UNSEEN_S", 1e6)
+
+    async def story() -> None:
+        answers = asyncio.StreamReader()
+        pipe = Answering(answers, Shown(valve("LC74_20")))
+        feed = Feed(answers, pipe)
+        task = asyncio.create_task(feed.run())
+        await until(lambda: feed.status is not None)
+        for _ in range(100):
+            await asyncio.sleep(0.005)
+        assert pipe.questions == 1
+        monkeypatch.setattr("hil.page.feed.USUAL_S", 0.0)
+        assert feed.silence is None, "one that was not asked is not silent"
+        feed.open()
+        await until(lambda: pipe.questions >= 4)
+        task.cancel()
+        await asyncio.gather(task, return_exceptions=True)
 
     asyncio.run(story())

@@ -133,6 +133,14 @@ def test_samples_become_a_recording_with_its_own_clock(tmp_path):
     assert one.rate == pytest.approx(100.0)
 
 
+def test_times_do_not_depend_on_how_long_the_machine_has_been_up(tmp_path):
+    for name, up in (("short", 3.7), ("long", 4.1e6 + 1 / 3)):
+        ticks = [Sample(up + 0.0025 * k, 1.7e9, "V1", sample(k).readings) for k in range(50)]
+        recorded(Script(ticks), tmp_path / f"{name}.h5")
+    short, long = (read(tmp_path / f"{name}.h5").time for name in ("short", "long"))
+    assert short.tolist() == long.tolist() == [round(0.0025 * k, 9) for k in range(50)]
+
+
 def test_a_value_that_is_not_good_is_missing_and_the_event_says_why(tmp_path):
     bad = Reading(float("nan"), "mm", Quality.OUT_OF_RANGE, "77 outside 0 to 50 mm")
     stale = Reading(7.0, "mm", Quality.STALE, "the heartbeat stands still")

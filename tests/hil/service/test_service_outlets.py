@@ -27,6 +27,7 @@ from hil.service.outlets.notify import Notifier
 from hil.service.outlets.program import ProgramSink
 from hil.service.outlets.sink import SinkTask
 from hil.service.supervision import SupervisedTask
+from recordings import BadInput
 
 DEPLOY = Path(__file__).parents[3] / "deploy"
 EVENTS = [MonitorEvent(float(k), 100.0 + k, "LC/74+20", "alarm", f"number {k}", "friction") for k in range(3)]
@@ -121,6 +122,15 @@ def test_events_reach_a_broker_under_the_valves_topic(tmp_path):
     sink.close()
     assert [topic for topic, _ in broker.published] == ["plant/7/LC_74_20"] * 3
     assert json.loads(broker.published[2][1])["text"] == "number 2"
+
+
+def test_a_broker_needs_the_extra(tmp_path, monkeypatch):
+    for name in [one for one in sys.modules if one.split(".")[0] == "paho"]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "paho", None)
+    plant = PlantFile.read(plant_file(tmp_path, 1, more='[events.mqtt]\nhost = "127.0.0.1"\n'))
+    with pytest.raises(BadInput, match="install Bristle with its extra 'mqtt', or leave it out"):
+        MqttSink(plant.events.mqtt, plant)
 
 
 def test_systemd_hears_when_it_is_ready_alive_and_stopping(tmp_path):

@@ -61,6 +61,29 @@ def test_a_failing_task_is_reported_and_begun_anew_and_its_neighbour_does_not_no
     assert "task 'disk' failed: OSError" in caplog.text
 
 
+def test_a_task_that_fails_for_long_is_logged_when_it_begins_and_when_it_is_over(caplog):
+    caplog.set_level(logging.WARNING, "bristle.monitor")
+
+    async def story() -> None:
+        began = []
+
+        async def failing_ten_times() -> None:
+            began.append(1)
+            if len(began) <= 10:
+                raise OSError(28, "No space left on device")
+            await asyncio.Event().wait()
+
+        work = asyncio.create_task(SupervisedTask("disk", failing_ten_times, again=QUICK, steady_s=0.1).run())
+        await until(lambda: "runs again" in caplog.text, "it has recovered")
+        work.cancel()
+        await asyncio.gather(work, return_exceptions=True)
+
+    asyncio.run(story())
+    failed, over = [record.getMessage() for record in caplog.records]
+    assert failed.startswith("task 'disk' failed: OSError")
+    assert over == "task 'disk' runs again; it had failed 10 times"
+
+
 def test_a_task_that_returns_is_done():
     async def nothing() -> None:
         pass

@@ -21,9 +21,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from link_peers import TcpPeer
+from monitor_rig import broken_file
 from prometheus_client import generate_latest
 from service_rig import PATIENCE, Swinging, plan_of, plant_file, position_mm, running, until
-from test_monitor_command import broken_file
 
 from hil import Health, Service, ServiceOutlets
 from hil.service.outlets.metrics import registry_of
@@ -123,6 +123,69 @@ def test_a_disk_and_a_sink_that_fail_or_hang_do_not_hold_up_the_others(tmp_path)
                 await until(lambda: (service.recorded("V1") or 0) > 10, "recording is back")
 
     asyncio.run(story())
+
+
+def test_a_slow_disk_gets_the_time_it_takes_at_the_end_and_nothing_that_was_read_is_missing(
+    tmp_path, monkeypatch, caplog
+):
+    monkeypatch.setattr("hil.service.service.DRAIN_S", 0.6)
+    force, slow = os.fsync, threading.Event()
+
+    def fsync(descriptor: int) -> None:
+        if slow.is_set():
+            threading.Event().wait(0.1)  # one disk for five valves: longer than the patience in all
+        force(descriptor)
+
+    monkeypatch.setattr("os.fsync", fsync)
+
+    async def story() -> dict[str, int]:
+        peer = await TcpPeer(Swinging()).start()
+        async with running(plan_of(plant_file(tmp_path, peer.port, 5, more=RECORDED))) as service:
+            await until(lambda: all(service.recorded(one.tag) for one in service.status().valves), "files are open")
+            slow.set()
+            await until(lambda: all(one.link.samples > 30 for one in service.status().valves), "samples")
+        await peer.stop()
+        assert all(service.recorded(one.tag) == one.link.samples for one in service.status().valves)
+        return {one.tag: one.link.samples for one in service.status().valves}
+
+    for tag, n_samples in asyncio.run(story()).items():
+        ((counter, _),) = recorded(tmp_path / "rec", tag)
+        assert len(counter) == n_samples
+    assert "nothing went on" not in caplog.text
+
+
+def test_a_disk_that_takes_nothing_does_not_hold_up_the_end_and_what_was_acknowledged_stays(
+    tmp_path, monkeypatch, caplog
+):
+    monkeypatch.setattr("hil.service.service.DRAIN_S", 0.5)
+    force, hung, freed = os.fsync, threading.Event(), threading.Event()
+
+    def fsync(descriptor: int) -> None:
+        if hung.is_set():
+            freed.wait(PATIENCE)
+        force(descriptor)
+
+    monkeypatch.setattr("os.fsync", fsync)
+
+    async def story() -> int:
+        async with TcpPeer(Swinging()) as peer:
+            service, stop = Service(plan_of(plant_file(tmp_path, peer.port, more=RECORDED))), asyncio.Event()
+            task = asyncio.create_task(service.run(stop))
+            await until(lambda: (service.recorded("V1") or 0) > 20, "something is safe")
+            safe = service.recorded("V1")
+            hung.set()
+            n = valve(service).link.samples
+            await until(lambda: valve(service).link.samples > n + 60, "more is read")
+            stop.set()
+            await until(lambda: "nothing went on" in caplog.text, "it gives up")
+            freed.set()
+            await asyncio.wait_for(task, PATIENCE)
+            return safe
+
+    safe = asyncio.run(story())
+    assert "1 recordings are not closed" in caplog.text
+    ((counter, _),) = recorded(tmp_path / "rec", "V1")
+    assert len(counter) >= safe
 
 
 class Gathering:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import asyncio
+import re
+import time
 from collections.abc import Callable, Sequence
 from itertools import islice
 
@@ -159,6 +161,30 @@ def test_polling_at_a_rate_keeps_its_deadlines_and_counts_those_it_missed():
     period, n_deadlines = asyncio.run(story())
     assert period >= 0.0049  # never faster than asked for
     assert n_deadlines >= 41
+
+
+def test_a_lasting_overload_is_told_when_it_begins_and_with_its_count_when_it_is_over():
+    async def story() -> tuple[list[str], int]:
+        rig = Rig()
+
+        def answer(*request: int) -> Sequence[int] | int | None:
+            if source.statistics.missed < 60:
+                time.sleep(0.03)  # busy with something else, six periods long
+            return rig(*request)
+
+        async with TcpPeer(answer) as peer:
+            source = live(peer, Polling(200.0, quiet_s=0.3))
+            async with source:
+                begun = await event(source, "deadline_missed")
+                assert source.statistics.missed < 60
+                over = await event(source, "deadline_missed")
+                return [begun.text, over.text], source.statistics.missed
+
+    (begun, over), missed = asyncio.run(story())
+    assert re.match(r"\d+ deadlines? missed: a round began \S+ s late", begun)
+    n_missed, lasted_s = re.match(r"deadlines are kept again; (\d+) were missed in (\S+) s", over).groups()
+    assert 60 <= int(n_missed) <= missed
+    assert float(lasted_s) > 0.0
 
 
 def test_the_same_samples_come_over_a_serial_line():

@@ -39,7 +39,7 @@ def test_several_recordings_share_their_parameters_and_narrow_them(plain):
     assert together.outcome is Outcome.CONVERGED
     assert together.rms == pytest.approx(1.0, abs=0.05)
     assert max(abs(z) for z in scores(together, known, TRUTH).values()) < 4.5
-    narrower = [known.std[name] / alone.std[name] for name in known.names]
+    narrower = [known.spread[name] / alone.spread[name] for name in known.names]
     assert np.median(narrower) < 0.95
 
 

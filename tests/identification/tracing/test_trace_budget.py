@@ -7,12 +7,14 @@ from itertools import count
 
 import numpy as np
 import pytest
+from stiff_valves import stem_test
 from traced_valves import recorded, traced, traced_imposed
 
-from identification import trace
+from identification import Outcome, trace
 from identification.budget import Budget
 from identification.tracing import settings
-from identification.tracing.algorithm import candidates_of_round, forward_selection
+from identification.tracing.algorithm import forward_selection
+from identification.tracing.candidates import candidates_of_round
 from identification.tracing.judge import NO_TIME
 from recordings import BadParameter
 
@@ -53,6 +55,18 @@ def test_the_errors_are_reported_on_what_neither_fitted_nor_judged():
     seen = [int(s.seen.sum()) for s in (judged, reported)]
     assert seen[1] / sum(seen) == pytest.approx(settings.REPORT_SHARE, abs=0.01)
     assert not np.intersect1d(judged.y, reported.y).size
+
+
+@pytest.mark.slow
+def test_a_trace_of_a_budget_that_the_base_model_needs_ends_all_the_same():
+    *fitted, held_out = stem_test(100.0, ("staircase:12", "sine:12", "sine:10"))
+    found = trace(fitted, holdout=[held_out], budget=1.0)
+    assert not found.complete
+    assert found.selection.not_tried[0] == "the rest of the fit of the base model"
+    assert found.effects_added == ()
+    assert "what it lacks is not known" in " ".join(found.sentences())
+    assert found.base.fit.outcome is Outcome.OUT_OF_TIME
+    assert all(parameter.std is None for parameter in found.base.model.parameters.values())
 
 
 def test_less_than_a_second_is_no_budget():

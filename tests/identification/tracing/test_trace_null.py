@@ -11,7 +11,7 @@ from traced_valves import screened, traced
 from identification.budget import Budget
 from identification.tracing.null_bootstrap import null_probability, tail_probability
 from identification.tracing.refine import refit_on_base_paths
-from identification.tracing.settings import NULL_GAIN, NULL_LEVEL
+from identification.tracing.settings import CHANCE_GAIN, LEVEL
 
 TRIALS = 4000
 
@@ -31,7 +31,7 @@ def test_what_an_effect_gains_of_a_complete_model_is_gained_on_null_replicates()
     assert refit is not None
     p = null_probability(base, refit, "friction_drift", doubtful=True, budget=Budget())
     assert p is not None
-    assert p > NULL_LEVEL
+    assert p > LEVEL
 
 
 def test_a_gain_beyond_doubt_needs_no_null_replicates():
@@ -43,7 +43,7 @@ def test_a_gain_beyond_doubt_needs_no_null_replicates():
 def test_the_probability_of_a_gain_holds_for_gains_of_one_distribution():
     rng = np.random.default_rng(5)
     for replicates in (1, 3, 6):
-        gains = rng.exponential(3 * NULL_GAIN, (TRIALS, replicates + 1))
+        gains = rng.exponential(3 * CHANCE_GAIN, (TRIALS, replicates + 1))
         p = [tail_probability(row[0], row[1:].tolist()) for row in gains]
         for level in (0.5, 0.05):
             assert abs(np.mean(np.array(p) < level) - level) < 4 * np.sqrt(level * (1 - level) / TRIALS)

@@ -27,7 +27,7 @@ def found(trials: int) -> Identification:
 
 def test_the_scatter_of_replicates_is_that_of_the_linearised_model_where_the_force_is_exact():
     plain, scattered = found(0), found(TRIALS)
-    ratios = [scattered.uncertainty.std[n] / plain.uncertainty.std[n] for n in plain.uncertainty.names]
+    ratios = [scattered.uncertainty.spread[n] / plain.uncertainty.spread[n] for n in plain.uncertainty.names]
     assert 0.5 < np.median(ratios) < 1.7
     assert scattered.fit.values == plain.fit.values
     assert scattered.model.quality["bootstrap"] == {"trials": TRIALS, "failed": 0}
@@ -36,8 +36,8 @@ def test_the_scatter_of_replicates_is_that_of_the_linearised_model_where_the_for
 
 def test_intervals_of_replicates_hold_the_fit_and_differ_from_the_plain_ones():
     plain, scattered = found(0), found(TRIALS)
-    assert scattered.uncertainty.std != plain.uncertainty.std
-    assert all(s > 0 for s in scattered.uncertainty.std.values())
+    assert scattered.uncertainty.spread != plain.uncertainty.spread
+    assert all(s > 0 for s in scattered.uncertainty.spread.values())
 
 
 def test_too_few_trials_are_refused(capsys: pytest.CaptureFixture[str]):

@@ -22,9 +22,9 @@ def test_it_agrees_with_the_standard_deviation_of_a_well_known_parameter(name):
     assert p.lower is not None
     assert p.upper is not None
     assert p.lower < best < p.upper
-    assert (p.upper - p.lower) / 2 == pytest.approx(1.645 * known.std[name], rel=0.2)
-    assert abs((p.upper + p.lower) / 2 - best) < 0.3 * known.std[name]
-    assert p.lower - 2 * known.std[name] < random_valve(2)[0][name] < p.upper + 2 * known.std[name]
+    assert (p.upper - p.lower) / 2 == pytest.approx(1.645 * known.spread[name], rel=0.2)
+    assert abs((p.upper + p.lower) / 2 - best) < 0.3 * known.spread[name]
+    assert p.lower - 2 * known.spread[name] < random_valve(2)[0][name] < p.upper + 2 * known.spread[name]
 
 
 def test_it_is_a_curve_with_its_foot_at_the_best_value():
@@ -56,7 +56,7 @@ def test_a_parameter_at_its_bound_has_one_end():
 def test_parameters_that_trade_off_get_no_narrow_interval():
     """Mass and viscous friction, where 50 samples a second show only that the valve starts."""
     _, found, known = fitted(7, "ramp:20", 50.0)
-    assert known.std["mass.m"] > 0.3 * found.values["mass.m"]
+    assert known.spread["mass.m"] > 0.3 * found.values["mass.m"]
     p = profile(found, known, "mass.m", points=2)
     assert p.lower is None or p.lower < 0.6 * found.values["mass.m"]
     assert p.upper is None or p.upper > 1.4 * found.values["mass.m"]
@@ -74,7 +74,7 @@ def test_the_force_may_be_noisy():
     assert p.lower is not None
     assert p.upper is not None
     assert p.lower < found.values["lugre.fc"] < p.upper
-    assert (p.upper - p.lower) / 2 == pytest.approx(1.645 * known.std["lugre.fc"], rel=0.2)
+    assert (p.upper - p.lower) / 2 == pytest.approx(1.645 * known.spread["lugre.fc"], rel=0.2)
     assert np.all(np.diff(p.rise[int(np.argmin(p.rise)) :]) > 0)
 
 

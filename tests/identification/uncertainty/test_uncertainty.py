@@ -44,7 +44,7 @@ def test_a_poor_recording_says_what_it_does_not_know(poor):
     assert known.status["mass.m"] == "weak"
     assert known.condition > 1000
     for name in known.names:
-        relative = known.std[name] / abs(values[name])
+        relative = known.spread[name] / abs(values[name])
         if known.status[name] == "identified":
             assert relative <= 0.3
             assert abs(values[name] - truth[name]) < 5 * known.std[name]
@@ -52,7 +52,7 @@ def test_a_poor_recording_says_what_it_does_not_know(poor):
 
 
 def test_every_number_is_finite_however_little_is_known(poor):
-    assert all(np.isfinite(poor.uncertainty.std[name]) for name in poor.uncertainty.names)
+    assert all(np.isfinite(poor.uncertainty.spread[name]) for name in poor.uncertainty.names)
     assert np.isfinite(poor.uncertainty.condition)
     assert np.isfinite(poor.uncertainty.inflation)
     assert np.isfinite(poor.uncertainty.correlation).all()

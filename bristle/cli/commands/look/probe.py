@@ -8,7 +8,9 @@ from typer import Argument, Option
 
 
 def command(
-    source: Annotated[str, Argument(help="tcp://HOST:PORT, tls://HOST:PORT?ca=..&cert=..&key=.., rtu:DEVICE?baud=..")],
+    source: Annotated[
+        str, Argument(help="tcp://HOST:PORT, tls://HOST:PORT with ?ca=..&cert=..&key=.., rtu:DEVICE?baud=..")
+    ],
     map_: Annotated[str, Option("--map", help="Register map: a file, or a shipped one by name.")],
     unit: Annotated[str | None, Option(help="Device ids of equal valves on one line: 1,2,5-7.")] = None,
     valve: Annotated[str | None, Option(help="Names of the valves, one for each device id: A,B,C.")] = None,

@@ -13,7 +13,8 @@ def command(
         list[str], typer.Argument(help="A trace.json, or model.json; several models are rivals to be told apart.")
     ],
     limits: Annotated[
-        str | None, typer.Option(help="All limits at once: travel=10:90,rate=20,pressure=40:180,duration=60.")
+        str | None,
+        typer.Option(help="All at once: travel=10:90,rate=20,duration=60 (%, %/s, s); also pressure=40:180 (kPa)."),
     ] = None,
     travel: Annotated[
         str | None, typer.Option(help="LOW:HIGH, where the stem may go, % of the stroke [10:90].")

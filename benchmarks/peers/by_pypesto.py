@@ -1,0 +1,88 @@
+"""The work by pyPESTO with AMICI: the model as SBML, compiled, with CVODES and exact sensitivities.
+
+It needs ``pip install swig amici pypesto`` besides; AMICI is built where it is installed.
+"""
+
+import tempfile
+import time
+
+import amici.sim.sundials as amici
+import libsbml
+import numpy as np
+import pypesto
+from amici.importers.sbml import SbmlImporter
+from amici.importers.sbml.splines import CubicHermiteSpline, UniformGrid
+from amici.importers.utils import MeasurementChannel
+from pypesto.optimize import OptimizeOptions, ScipyOptimizer, minimize
+
+from benchmarks.peers.work import NAMES, Work, scored
+
+SMOOTH = 1e-6
+"""Rounding of abs(v) [m/s]."""
+RATES = {
+    "x": "v",
+    "z": "dz",
+    "v": "(u - K * x - F0 - sigma0 * z - sigma1 * dz - sigma2 * v) / m",
+}
+
+
+def sbml(work: Work) -> libsbml.SBMLDocument:
+    """The valve as a model of rates, its force as a spline through all samples."""
+    document = libsbml.SBMLDocument(3, 2)
+    model = document.createModel("valve")
+    free = dict(zip(NAMES, work.guess, strict=True))
+    for name, value in {**free, "x": work.y[0], "v": 0.0, "z": 0.0, "dz": 0.0}.items():
+        one = model.createParameter()
+        one.setId(name)
+        one.setConstant(name in free)
+        one.setValue(float(value))
+    rules = [(model.createRateRule, name, text) for name, text in RATES.items()]
+    level = "(fc + (fs - fc) * exp(-(v / vs)^2))"
+    rules.append((model.createAssignmentRule, "dz", f"v - sigma0 * sqrt(v^2 + {SMOOTH**2}) / {level} * z"))
+    for create, name, text in rules:
+        rule = create()
+        rule.setVariable(name)
+        rule.setMath(libsbml.parseL3Formula(text))
+    start = model.createInitialAssignment()
+    start.setSymbol("z")
+    start.setMath(libsbml.parseL3Formula(f"({work.u[0]} - K * {work.y[0]} - F0) / sigma0"))
+    grid = UniformGrid(0, float(work.t[-1] - work.t[0]), number_of_samples=len(work.t))
+    CubicHermiteSpline("u", grid, [float(u) for u in work.u], extrapolate=(None, "constant")).add_to_sbml_model(
+        model, auto_add="spline"
+    )
+    return document
+
+
+def objective(work: Work, folder: str) -> pypesto.AmiciObjective:
+    """Residuals in noise units over the logarithms of the parameters."""
+    document = sbml(work)
+    text = libsbml.writeSBMLToString(document)
+    seen = [MeasurementChannel(id_="seen", formula="x", sigma=str(work.noise))]
+    model = SbmlImporter(text, from_file=False).sbml2amici("peer_valve", folder, observation_model=seen)
+    model.set_timepoints(work.t - work.t[0])
+    model.set_parameter_scale(amici.ParameterScaling.log10)
+    solver = model.create_solver()
+    solver.set_sensitivity_method(amici.SensitivityMethod.forward)
+    solver.set_max_steps(200_000)
+    data = amici.ExpData(model)
+    data.set_measurements(work.y)
+    return pypesto.AmiciObjective(model, solver, [data])
+
+
+def solve(work: Work) -> tuple[np.ndarray, str]:
+    with tempfile.TemporaryDirectory() as folder:
+        found = objective(work, folder)
+        guess = np.log10(work.guess)
+        problem = pypesto.Problem(found, lb=guess - 2.0, ub=guess + 2.0, x_guesses=[guess], startpoint_method=False)
+        started = time.process_time()
+        result = minimize(
+            problem, ScipyOptimizer("ls_trf", options={"max_nfev": 100}), n_starts=1, progress_bar=False,
+            options=OptimizeOptions(allow_failed_starts=False),
+        )  # fmt: skip
+        best = result.optimize_result[0]
+        words = f"{best.message}; {best.n_res + best.n_sres} runs in {time.process_time() - started:.0f} s"
+        return 10.0 ** np.asarray(best.x), words
+
+
+if __name__ == "__main__":
+    scored("pyPESTO, AMICI", solve)

@@ -1,0 +1,141 @@
+"""The table of a release of `trace`: cases that a seed draws, run from one commit, and the page that tells of them.
+
+`python -m benchmarks.trace --release --seed S` runs what is left of it, `--minutes M` until so much processor time was
+spent. Cases are in an order drawn by the seed in which every kind has its turn, so that a table that was not finished
+is a fair sample of the whole. A further commit or seed begins a table of its own; the page keeps those of other seeds.
+"""
+
+from __future__ import annotations
+
+import datetime
+import itertools
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.machine import machine
+from benchmarks.plants.cases import Case
+from benchmarks.plants.effects import OUTSIDE, SAME
+from benchmarks.trace_report import Row, scored
+
+PAGE = Path("docs/studies/trace-release.md")
+STRENGTHS = (1.5, 3.0, 6.0, 12.0)
+VALVES, CONTROLS, OUTSIDERS, RIGS = 3, 200, 20, 20
+"""Valves of every effect and strength; sets without an effect, and with one that no catalogue has; complete rigs."""
+SLOW = ((100.0, "both"), (50.0, "both"), (100.0, "position"), (50.0, "position"))
+"""Rates [Hz], and whether both channels or the position alone are that slow."""
+HEAD = """# A table of tracing from one commit
+
+`python -m benchmarks.trace --release --seed S` draws valves that nothing was developed on, runs all cases from one
+commit and writes this page. It goes on where it stopped. In every row *n* says how many of the cases were run; their
+order is drawn, so that those that were run are a fair sample. *Right* is the verdict or its class, `none` without an
+effect, `unlisted` outside the catalogue. [The study](tracing.md) says how the plants are made.
+"""
+
+Work = tuple[str, Case]
+"""A part of the study and a case of it."""
+Kind = tuple[str, ...]
+"""What the cases of a row of the table have in common."""
+
+
+def drawn(seed: int, pairs: Sequence[tuple[str, str]]) -> list[Work]:
+    """All cases of a seed, in an order in which every kind has its turn. pairs : of effects."""
+    rng = np.random.default_rng([seed, 22])
+    kinds = defaultdict[Kind, list[Work]](list)
+    for part, case in _all(rng, pairs):
+        kinds[kind_of(part, case)].append((part, case))
+    queues = [[some[i] for i in rng.permutation(len(some))] for some in kinds.values()]
+    turns = [list(filter(None, turn)) for turn in itertools.zip_longest(*queues)]
+    return [turn[i] for turn in turns for i in rng.permutation(len(turn))]
+
+
+def kind_of(part: str, case: Case) -> Kind:
+    """The row of the table that a case belongs to."""
+    if part == "single":
+        return ("an effect" if case.form == "same" else "another form", f"{case.strength:g}")
+    if part == "slow":
+        return ("slow sampling", f"{case.rate:g} Hz {case.slow}")
+    if part == "controls":
+        return ("a rig, nothing missing" if case.rig else "nothing missing", "")
+    return ({"outside": "outside the catalogue", "pairs": "pairs"}[part], f"{case.strength:g}")
+
+
+def _all(rng: np.random.Generator, pairs: Sequence[tuple[str, str]]) -> Iterator[Work]:
+    def valve() -> int:
+        return int(rng.integers(10_000, 1_000_000))
+
+    valves = [valve() for _ in range(VALVES)]
+    yield from (("single", Case(v, (e,), s)) for v in valves for e in SAME for s in STRENGTHS)
+    yield from (("single", Case(valves[0], (e,), 6.0, "other")) for e in SAME)
+    yield from (("slow", Case(valves[1], (e,), 6.0, "same", *slow)) for e in SAME for slow in SLOW)
+    yield from (("pairs", Case(v, pair, 6.0)) for v in valves[:2] for pair in pairs)
+    outside = itertools.cycle(OUTSIDE)
+    yield from (("outside", Case(valves[i % VALVES], (next(outside),), 6.0)) for i in range(OUTSIDERS))
+    for i in range(CONTROLS + RIGS):
+        rate = float(rng.choice([500.0, 500.0, 250.0, 100.0]))
+        slow = "position" if rate < 500.0 and rng.random() < 0.5 and i < CONTROLS else "both"
+        noise = float(rng.choice([0.5, 1.0, 1.0, 2.0]))
+        yield "controls", Case(valve(), rate=rate, slow=slow, noise=noise, rig=i >= CONTROLS)
+
+
+def good(row: Row) -> bool:
+    """Whether a case came out as it should."""
+    return scored(row) == ("unlisted" if row["part"] == "outside" else "right")
+
+
+def table(rows: Sequence[Row], work: Sequence[Work]) -> list[str]:
+    """The rows of the page: what was run of each kind, and what came out."""
+    wanted, found = defaultdict[Kind, int](int), defaultdict[Kind, list[Row]](list)
+    cases = {(part, case.name): kind_of(part, case) for part, case in work}
+    for kind in cases.values():
+        wanted[kind] += 1
+    for row in rows:
+        found[cases[row["part"], row["name"]]].append(row)
+    lines = [
+        "| cases | strength or sampling | n of | right | wrong name | others |",
+        "| --- | --- | --- | --- | --- | --- |",
+    ]
+    for kind, many in wanted.items():
+        mine = found[kind]
+        said = [scored(row) for row in mine if not good(row)]
+        wrong = said.count("wrong")
+        counts = f"{len(mine)} of {many}", len(mine) - len(said), wrong, len(said) - wrong
+        lines.append("| " + " | ".join(map(str, (*kind, *counts))) + " |")
+    return lines
+
+
+def misses(rows: Sequence[Row]) -> list[str]:
+    """Every case that did not come out as it should, one by one."""
+    return [
+        f"- {row['part']} {row['name']}: {row['verdict']}" + (f" ({row['why']})" if row.get("why") else "")
+        for row in rows if not good(row)
+    ]  # fmt: skip
+
+
+def section(seed: int, head: str, rows: Sequence[Row], work: Sequence[Work]) -> str:
+    """The part of the page that one seed has."""
+    today, host = datetime.datetime.now(datetime.UTC).date(), machine("casadi", "numba", "numpy", "scipy")
+    about = f"Commit {head}, {today}; {host}."
+    if rows:
+        processor, peak = [row["processor"] for row in rows], max(row["peak_MB"] for row in rows)
+        about += (
+            f" Processor time of a case: median {np.median(processor):.0f} s, nine in ten"
+            f" {np.quantile(processor, 0.9):.0f} s, most {max(processor):.0f} s; memory up to {peak:.0f} MB."
+        )
+    missed = misses(rows)
+    listed = ["The misses:", "", *missed] if missed else ["No misses."]
+    return "\n".join([f"## Seed {seed}", "", about, "", *table(rows, work), "", *listed, ""])
+
+
+def written(page: str, seed: int, text: str) -> str:
+    """The page with the part of a seed in it, in the place of an earlier one of the same seed."""
+    head, *parts = (page or HEAD).split("\n## Seed ")
+    kept = [part for part in parts if not part.startswith(f"{seed}\n")]
+    return "\n## Seed ".join([head.rstrip() + "\n", *kept, text.removeprefix("## Seed ")])
+
+
+def results_of(folder: Path, seed: int, head: str) -> Path:
+    """Where the finished cases of a seed and a commit are kept."""
+    return folder / f"trace-release-{seed}-{head[:12].replace(' ', '-')}.jsonl"
