@@ -6,12 +6,12 @@ from identification.loops.calibration import CalibrationTable
 from identification.loops.evidence import of_search
 from identification.loops.forces import FrictionForces, known_of
 from identification.loops.joint import process_gain
-from identification.loops.kept import HOW, as_kept, compressed, interpolated, quantised
 from identification.loops.loop import LOOP_KINDS, ControlLoop, LoopKind, loop_of
 from identification.loops.procedure import LoopFindings, assess_loop, loop_findings, told_by_place
 from identification.loops.reading import read_loop
-from identification.loops.simulated import CAUSES, SimulatedLoop, simulated_loop
-from identification.loops.simulated_stem import STROKE
+from identification.loops.simulation.kept import HOW, as_kept, compressed, interpolated, quantised
+from identification.loops.simulation.simulated import CAUSES, SimulatedLoop, simulated_loop
+from identification.loops.simulation.stem import STROKE
 from identification.loops.verdict import table_of, weighed_by
 
 __all__ = [

@@ -12,7 +12,7 @@ import numpy as np
 
 from identification.loops.loop import ControlLoop, averaged, scale_of
 from identification.loops.methods.valve_regression import FIRST, PAST, ValveRegression
-from identification.loops.stiction_models import MOVES_DOWN, MOVES_UP, sticking
+from identification.loops.sticking.models import MOVES_DOWN, MOVES_UP, sticking
 from recordings import Array
 
 PER_CYCLE, LONGEST = 200, 6000

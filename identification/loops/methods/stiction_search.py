@@ -1,7 +1,7 @@
 """The search for S and J: a stiction element before a linear process, with the inner problem linear.
 
 Jelali (2008) and Lee, Ren and Huang (2008) search S and J globally; the elements are those of Kano and of He
-(`stiction_models`), and the process is that of `valve_regression`.
+(`sticking.models`), and the process is that of `valve_regression`.
 """
 
 from __future__ import annotations

@@ -12,8 +12,8 @@ from typing import Literal, Protocol, get_args
 import numpy as np
 
 from identification.loops.loop import LOOP_KINDS, ControlLoop, LoopKind, loop_of
-from identification.loops.simulated_stem import StickingStem
-from identification.loops.stiction_models import StickingValve
+from identification.loops.simulation.stem import StickingStem
+from identification.loops.sticking.models import StickingValve
 from recordings import Array
 
 Cause = Literal["stiction", "tuning", "disturbance", "backlash", "noise"]

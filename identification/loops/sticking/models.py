@@ -66,4 +66,4 @@ def sticking(op: Array, s: Array, j: Array, start: Array, rests: bool) -> Array:
 
 @cache
 def _loop() -> ModuleType:
-    return native_module("sticking", files(__package__).joinpath("sticking_loop.py").read_text(encoding="utf-8"))
+    return native_module("sticking", files(__package__).joinpath("loop.py").read_text(encoding="utf-8"))

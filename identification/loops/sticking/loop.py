@@ -1,4 +1,4 @@
-"""The places of many sticking valves, compiled by numba: `StickingValve` of `stiction_models`.
+"""The places of many sticking valves, compiled by numba: `StickingValve` of `sticking.models`.
 
 This file is compiled from its text (`simulator.native_module`), so it imports nothing of ours, and nothing imports it.
 """
