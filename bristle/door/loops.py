@@ -138,7 +138,7 @@ def assess(
 
     >>> import bristle as br
     >>> from identification.loops import simulated_loop
-    >>> known = simulated_loop(1, "stiction", "flow").loop
+    >>> known = simulated_loop(6001, "stiction", "flow", "kano").loop
     >>> t = [known.dt * k for k in range(len(known.pv))]
     >>> extra = {"SP": known.sp, "PV": known.pv, "OP": known.op}
     >>> recording = br.Recording.from_arrays(time=t, extra=extra, units=dict.fromkeys(extra, "%"))
