@@ -45,17 +45,16 @@ def fit_damped(
     if segment_grids and order == "damped":
         starts = [end.theta[: coordinates.n_free] for end in ends]
         found = _noise_aware(valve, coordinates, smooth, segment_grids, starts, progress)
-        if found is not None:
+        if found is not None and (found.outcome is Outcome.CONVERGED or _sees_slips(found)):
             return found
     found = fit_in_windows(search, ends, order, progress)
-    return _doubted(found) if segment_grids and order == "damped" else found
+    doubted = segment_grids and order == "damped" and found.outcome is Outcome.CONVERGED and _sees_slips(found)
+    return replace(found, outcome=Outcome.NOT_CONVERGED) if doubted else found
 
 
-def _doubted(found: Fit) -> Fit:
-    """A fit in windows to what the noise-aware estimate does not explain: it has not converged where slips are seen."""
-    if found.problem is None or not slip_is_seen(found.values, found.problem.spacing):
-        return found
-    return replace(found, outcome=Outcome.NOT_CONVERGED) if found.outcome is Outcome.CONVERGED else found
+def _sees_slips(found: Fit) -> bool:
+    """Whether the course of slips shows, so that the noise-aware estimate explains what is a valve of this kind."""
+    return found.problem is not None and slip_is_seen(found.values, found.problem.spacing)
 
 
 def _noise_aware(
