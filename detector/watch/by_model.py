@@ -27,11 +27,6 @@ LEAST_SAMPLES, STRETCHES = 800, 8
 PERIODS_S = (14.0, 5.3)
 """The stem is moved to and fro by two sines [s], over the middle of its stroke."""
 
-LOOSE = ("mass.m", "lugre.vs", "lugre.sigma0", "lugre.sigma1", "lugre.sigma2")
-"""What data at plant rates often do not tell, nor depend on then: drawn within a factor where it is unresolved."""
-
-_FACTOR = 2.0
-
 _ERROR_S = 2.0
 """The error of a model's free run stays for so long [s]."""
 
@@ -73,7 +68,7 @@ def _check(model: ValveModel) -> None:
     if model.values.get("spring.K", 0.0) <= 0.0:
         raise _refused("it has no spring, so that no force leads to a position")
     for name, value in model.parameters.items():
-        if value.status == "unresolved" and name not in LOOSE:
+        if value.status == "unresolved":
             raise _refused(f"its {name} is unresolved")
     if all(value.std is None for value in model.parameters.values()) or not _error(model):
         raise _refused("it has no standard deviations, or no error of a free run")
@@ -105,8 +100,6 @@ def _simulated(model: ValveModel, dt_s: float, stroke: float, catalogue: Catalog
 
 def _drawn(known: Value, random: np.random.Generator) -> float:
     """What a parameter may be as well."""
-    if known.status == "unresolved":
-        return known.value * _FACTOR ** float(random.normal())
     value = known.value + (known.std or 0.0) * float(random.normal())
     return value if value * known.value > 0 else known.value
 
