@@ -1,7 +1,7 @@
 """From recordings to a watch: a model that `fit` or `trace` finds, on a valve in service.
 
     python -m benchmarks.fit_then_watch --seed 1 --cases 2                     seeds of development
-    python -m benchmarks.fit_then_watch --seed 20000 --cases 4 --effect none --effect hardening_spring    as reported
+    python -m benchmarks.fit_then_watch --seed 20000 --cases 3     as reported
 
 A valve of the examination's plant is recorded twice for a minute at 100 Hz, and its model fitted, or traced where it
 has an effect beside the base ones. Then it is in service behind its positioner at 20 Hz: ten minutes are learned, half
