@@ -20,10 +20,12 @@ def machine(*libraries: str) -> str:
     return f"{model}, {os.cpu_count()} cores, Python {platform.python_version()}, {versions}"
 
 
-def commit() -> str:
-    """The commit that is measured; a tree with changes is said to be one."""
+def commit(*kept: str) -> str:
+    """The commit that is measured; a tree with changes is said to be one. kept : files that measuring itself writes."""
 
     def git(*words: str) -> str:
         return subprocess.run(["git", *words], capture_output=True, text=True, check=True).stdout.strip()
 
-    return git("rev-parse", "HEAD") + (" with changes" if git("status", "--porcelain", "-uno") else "")
+    return git("rev-parse", "HEAD") + (
+        " with changes" if git("status", "--porcelain", "-uno", "--", ":/", *(f":!/{name}" for name in kept)) else ""
+    )

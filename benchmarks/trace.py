@@ -6,6 +6,7 @@
     python -m benchmarks.trace --parts controls --controls 20 --rig       the same, as a rig would record it
     python -m benchmarks.trace --report                   the tables of what has been run
     python -m benchmarks.trace --release --seed 7 --minutes 30            a release's table: benchmarks/trace_release.py
+    python -m benchmarks.trace --ablation --valves 7001                   what each number does: trace_ablation.py
 
 The plant is that of `benchmarks.plants`; strengths are the root mean square of an effect that is left in the position
 when the base model is fitted again, in standard deviations of the position noise; force noise is 0.1 % of the span.
@@ -38,7 +39,7 @@ from typing import Any
 import numpy as np
 from scipy.signal import savgol_filter
 
-from benchmarks import trace_release
+from benchmarks import trace_ablation, trace_release
 from benchmarks.machine import commit, machine
 from benchmarks.plants.cases import COURSE, Case, force_course
 from benchmarks.plants.effects import HELD, KNOWN, OUTSIDE, SAME, Valve, fields_of
@@ -215,6 +216,7 @@ def options(words: Sequence[str] | None = None) -> argparse.Namespace:
     parser.add_argument("--results", type=Path, default=RESULTS, help="file to add to and to go on from")
     parser.add_argument("--jobs", type=int, default=1, help="number of processes")
     parser.add_argument("--rig", action="store_true", help="recordings of a rig that imposes the motion")
+    parser.add_argument("--ablation", action="store_true", help="each number doubled, halved, or its rule off")
     parser.add_argument(
         "--release", action="store_true", help="the table of a release, of the valves that --seed draws"
     )
@@ -240,7 +242,7 @@ def _numbers(kind: Callable[[str], Any]) -> Callable[[str], tuple[Any, ...]]:
 
 def release(asked: argparse.Namespace) -> None:
     """Run what is left of the table of a release, and write its page."""
-    head, work = commit(), trace_release.drawn(asked.seed, PAIRS)
+    head, work = commit(*trace_release.KEPT), trace_release.drawn(asked.seed, PAIRS)
     path = trace_release.results_of(asked.results.parent, asked.seed, head)
     rows = known_rows(path) if asked.report else study(work, path, asked.jobs, minutes=asked.minutes)
     page = trace_release.PAGE.read_text(encoding="utf-8") if trace_release.PAGE.exists() else ""
@@ -255,6 +257,10 @@ def main() -> None:
     print(machine("casadi", "numba", "numpy", "scipy"), f"load {os.getloadavg()[0]:.1f}")
     if asked.release:
         release(asked)
+        return
+    if asked.ablation:
+        some = list(trace_ablation.cases(asked.valves, asked.ids, rig=asked.rig))
+        print("", *trace_ablation.table(trace_ablation.ablation(some, asked.minutes)), sep="\n")
         return
     work = [] if asked.report else [
         (part, replace(case, rig=asked.rig)) for part in asked.parts for case in cases(part, asked)

@@ -21,6 +21,8 @@ from benchmarks.plants.effects import OUTSIDE, SAME
 from benchmarks.trace_report import Row, scored
 
 PAGE = Path("docs/studies/trace-release.md")
+KEPT = (str(PAGE), "benchmarks/plants/strengths.json")
+"""Files that a release itself writes: its page, and the strengths that it had to find."""
 STRENGTHS = (1.5, 3.0, 6.0, 12.0)
 VALVES, CONTROLS, OUTSIDERS, RIGS = 3, 200, 20, 20
 """Valves of every effect and strength; sets without an effect, and with one that no catalogue has; complete rigs."""

@@ -18,6 +18,7 @@ from identification.parallel import one_thread
 from identification.procedure import identify
 from identification.result import Trajectory
 from identification.sparse_regression.crosscheck import ComparedQuantity, Crosscheck, crosscheck
+from identification.tracing import settings as trace_settings
 from identification.tracing.judge import Candidate
 from identification.tracing_procedure import Trace, trace
 from identification.uncertainty.covariance import Uncertainty, uncertainty_of
@@ -58,6 +59,7 @@ __all__ = [
     "one_thread",
     "profile",
     "trace",
+    "trace_settings",
     "uncertainty_of",
     "with_area",
     "without_effects",

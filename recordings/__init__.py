@@ -26,7 +26,7 @@ from recordings.hdf5.live import RecordingWriter
 from recordings.hdf5.reader import RecordingFile, open_recording, read, validate
 from recordings.hdf5.recover import Recovery, recover
 from recordings.hdf5.writer import Truth, read_truth, write
-from recordings.library import bundled, bundled_names, bundled_path
+from recordings.library import BUNDLED, bundled, bundled_names, bundled_path, file_of
 from recordings.noise import white_noise
 from recordings.plant import Event, Plant
 from recordings.progress import Progress, silent, tracked
@@ -42,6 +42,7 @@ from recordings.views.pictures import envelope
 from recordings.views.report_opening import OpeningWord, ReportOpening
 
 __all__ = [
+    "BUNDLED",
     "LARGEST",
     "NOT_KNOWN",
     "QUALITIES",
@@ -85,6 +86,7 @@ __all__ = [
     "did_you_mean",
     "drawn",
     "envelope",
+    "file_of",
     "find_unit",
     "instances_of",
     "json_text",

@@ -39,17 +39,21 @@ def envelope(t: NDArray[np.float64], y: NDArray[np.float64], most: int = 600) ->
     return t[places], y[places]
 
 
+def rows_of(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    """The lines of a table."""
+    return ["| " + " | ".join(row) + " |" for row in (head, ["---"] * len(head), *rows)]
+
+
 def page(name: str, title: str, head: Sequence[str], rows: Sequence[Sequence[str]], note: str) -> None:
     """Write docs/studies/NAME.md: a note and a table, without a picture."""
-    lines = ["| " + " | ".join(row) + " |" for row in (head, ["---"] * len(head), *rows)]
+    lines = rows_of(head, rows)
     FOLDER.mkdir(exist_ok=True)
     (FOLDER / f"{name}.md").write_text("\n".join([f"# {title}", "", note, "", *lines, ""]), encoding="utf-8")
 
 
 def table(name: str, title: str, head: Sequence[str], rows: Sequence[Sequence[str]], note: str = "") -> str:
     """Write docs/studies/NAME.md and return it."""
-    lines = [f"# {title}", "", "| " + " | ".join(head) + " |", "| " + " | ".join("---" for _ in head) + " |"]
-    lines += ["| " + " | ".join(row) + " |" for row in rows]
+    lines = [f"# {title}", "", *rows_of(head, rows)]
     text = "\n".join([*lines, "", *([note, ""] if note else []), f"![{title}]({name}.svg)", ""])
     FOLDER.mkdir(exist_ok=True)
     (FOLDER / f"{name}.md").write_text(text, encoding="utf-8")

@@ -1,47 +1,55 @@
-"""Calibrates the answer of `bristle assess` on simulated loops, and judges it on others.
+"""Calibrates the answer of `bristle assess` on simulated loops: writes identification/loops/calibration.py.
 
-    python -m studies.loop_calibration --fit 1000 1400    prints the module identification/loops/calibration.py
-    python -m studies.loop_calibration --judge 5000 5200  prints how often the answers are right
+    python -m studies.loop_calibration --seeds 1000 1600
 
-With `--kept` two loops of five are kept by a historian that rounds or compresses them. The evidence is fitted by
-multinomial logistic regression with a ridge, for integrating and other processes apart.
+Loops are as historians keep them. The evidence is weighed by multinomial logistic regression with a ridge, for
+integrating and other processes apart, and for data that hide the shape of signals. From which probability on the answer
+is `stiction` or `no_stiction`, and how wide intervals are, is chosen by cross-validation on the same seeds.
 """
 
 from __future__ import annotations
 
 import argparse
-from collections import Counter
-from collections.abc import Callable
-from dataclasses import replace
+import textwrap
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from scipy.optimize import minimize
 
+import identification.loops
 from identification.loops import (
     CAUSES,
-    Assessment,
+    CalibrationTable,
+    LoopFindings,
     SimulatedLoop,
     as_kept,
-    assess_loop,
-    loop_evidence,
+    error_of,
+    loop_findings,
     of_search,
+    process_gain,
     simulated_loop,
     table_of,
+    weighed_by,
 )
-from recordings import Array
+from recordings import Array, Progress, silent
 
-RIDGE = 0.5
-HEAD = '''"""What the evidence weighs, fitted to simulated loops of known cause by `studies/loop_calibration.py`.
-
-Seeds {first} to {last} of `simulated_loop`; the answers are judged on seeds from 5000 on.
-"""
+RIDGE = 2.0
+FOLDS = 6
+FALSE_STICTION, FALSE_NO_STICTION = 0.015, 0.05
+"""Shares of other loops called `stiction`, and of sticky loops called `no_stiction`, that cross-validation may have."""
+HEAD = '''"""What the evidence weighs: written by `python -m studies.loop_calibration --seeds {first} {last}`."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import nan as NAN
 
 CAUSES_TOLD = {causes}
+CERTAIN, UNLIKELY = {certain:.2f}, {unlikely:.2f}
+"""Probabilities from which on the answer is `stiction`, and up to which it is `no_stiction`."""
 
 
 @dataclass(frozen=True)
@@ -53,13 +61,67 @@ class CalibrationTable:
     weights: tuple[tuple[float, ...], ...]
 
 
+# fmt: off
 TABLES: Mapping[str, CalibrationTable] = {{
 {tables}}}
+
+ERRORS: tuple[tuple[float, float, float, float], ...] = (
+{errors})
+"""What was off in sticky loops that were found, as of `amounts.error_of`."""
 '''
 
 
-def fitted(evidence: Array, cause: Array) -> tuple[Array, Array, Array]:
-    """Mean and spread (k,) of the evidence (n, k), and weights (causes, 1 + k) for causes given as numbers (n,)."""
+@dataclass(frozen=True)
+class Seen:
+    """A loop whose cause is known. evidence (k,); whole : whether the data show the shape of the signals; cause : its
+    place in `CAUSES`; error (4,) : as of `error_of`, for
+    sticky valves."""
+
+    seed: int
+    integrating: bool
+    evidence: Array
+    whole: bool
+    cause: int
+    error: Array | None
+
+    @property
+    def table(self) -> str:
+        """The table that judges it."""
+        return table_of(self.integrating, self.whole)
+
+
+def collected(first: int, last: int, progress: Progress = silent) -> list[Seen]:
+    """The evidence of the seeds from `first` to before `last`, as far as the data carry an answer."""
+    found = []
+    for seed in range(first, last):
+        known = simulated_loop(seed)
+        seen = loop_findings(as_kept(known.loop, seed)[0])
+        progress("loops", seed - first + 1, last - first)
+        if seen is not None:
+            cause = CAUSES.index(known.cause)
+            error = _error(known, seen) if known.cause == "stiction" else None
+            found.append(Seen(seed, known.loop.integrating, seen.weights, seen.whole, cause, error))
+    return found
+
+
+def _error(known: SimulatedLoop, seen: LoopFindings) -> Array:
+    """The error of S, J and the process gain of a sticky loop."""
+    gain = np.nan if known.loop.integrating else process_gain(seen.loop, seen.period, *seen.tried.best)
+    return error_of(seen.tried, known.s, known.j, known.gain / gain if gain > 0 else np.nan)
+
+
+def tables_of(seen: Sequence[Seen]) -> dict[str, CalibrationTable]:
+    """All tables, each from the loops that it judges; that of the search alone from all of them."""
+    rows: dict[str, list[tuple[Array, int]]] = {table_of(True, True): [], table_of(False, True): []}
+    for one in seen:
+        rows.setdefault(table_of(False, False), []).append((of_search(one.evidence), one.cause))
+        if one.whole:
+            rows[one.table].append((one.evidence, one.cause))
+    return {kind: fitted(*map(np.array, zip(*some, strict=True))) for kind, some in rows.items()}
+
+
+def fitted(evidence: Array, cause: Array) -> CalibrationTable:
+    """The table of evidence (n, k) whose causes are known, as numbers (n,)."""
     known = np.isfinite(evidence)
     count = np.maximum(known.sum(axis=0), 1)
     mean = np.where(known, evidence, 0.0).sum(axis=0) / count
@@ -78,93 +140,70 @@ def fitted(evidence: Array, cause: Array) -> tuple[Array, Array, Array]:
         return float(value), ((chance - truth).T @ design + ridge * weights).ravel()
 
     found = minimize(loss, np.zeros(len(CAUSES) * design.shape[1]), jac=True, method="L-BFGS-B")
-    return mean, spread, found.x.reshape(len(CAUSES), -1)
+    weights = found.x.reshape(len(CAUSES), -1)
+    return CalibrationTable(tuple(mean), tuple(spread), tuple(map(tuple, weights)))
 
 
-Loops = Callable[[int], SimulatedLoop]
-"""The loop of a seed."""
+def cross_validated(seen: Sequence[Seen]) -> Array:
+    """The probability of stiction (n,) of loops by tables that have not seen them."""
+    chance = np.empty(len(seen))
+    for fold in range(FOLDS):
+        tables = tables_of([one for i, one in enumerate(seen) if i % FOLDS != fold])
+        for i in range(fold, len(seen), FOLDS):
+            chance[i] = weighed_by(tables[seen[i].table], seen[i].evidence)[0]
+    return chance
 
 
-def kept(seed: int) -> SimulatedLoop:
-    """The simulated loop of a seed as its historian keeps it."""
-    known = simulated_loop(seed)
-    return replace(known, loop=as_kept(known.loop, seed))
+def limits_of(seen: Sequence[Seen], chance: Array) -> tuple[float, float]:
+    """From which probability on the answer is `stiction`, and up to which `no_stiction`: the least and the most that
+    keep the allowed shares of false answers."""
+    sticky, whole = np.array([one.cause == 0 for one in seen]), np.array([one.whole for one in seen])
+    steps = np.arange(0.05, 0.96, 0.01)
+    certain = [p for p in steps if p >= 0.5 and np.mean(chance[~sticky] >= p) <= FALSE_STICTION]
+    unlikely = [p for p in steps if p <= 0.5 and np.mean(chance[sticky & whole] <= p) <= FALSE_NO_STICTION]
+    return min(certain, default=0.95), max(unlikely, default=0.05)
 
 
-def module(first: int, last: int, loops: Loops = simulated_loop) -> str:
-    """The text of the calibration module for the seeds from `first` to before `last`."""
-    rows: dict[str, list[tuple[Array, int]]] = {"integrating": [], "self-regulating": [], "search alone": []}
-    for seed in range(first, last):
-        known = loops(seed)
-        found = loop_evidence(known.loop)
-        if found is None:
-            continue
-        weights, whole = found
-        cause = CAUSES.index(known.cause)
-        rows["search alone"].append((of_search(weights), cause))
-        if whole:
-            rows[table_of(known.loop.integrating, whole)].append((weights, cause))
+def errors(seen: Sequence[Seen], chance: Array, certain: float) -> list[Array]:
+    """The errors of the sticky loops that are found."""
+    return [one.error for one, p in zip(seen, chance, strict=True) if one.error is not None and p >= certain]
+
+
+def module(first: int, last: int, seen: Sequence[Seen]) -> str:
+    """The text of the calibration module."""
     tables = ""
-    for kind, some in rows.items():
-        mean, spread, weights = fitted(np.array([one for one, _ in some]), np.array([cause for _, cause in some]))
-        inner = "".join(f"            {_numbers(row)},\n" for row in weights)
-        tables += f'    "{kind}": CalibrationTable(\n        {_numbers(mean)},\n'
-        tables += f"        {_numbers(spread)},\n        (\n{inner}        ),\n    ),\n"
+    for kind, one in tables_of(seen).items():
+        rows = "\n".join(_numbers(row, 12) for row in one.weights)
+        tables += f'    "{kind}": CalibrationTable(\n{_numbers(one.mean, 8)}\n{_numbers(one.spread, 8)}\n'
+        tables += f"        (\n{rows}\n        ),\n    ),\n"
     causes = "(" + ", ".join(f'"{one}"' for one in CAUSES) + ")"
-    return HEAD.format(first=first, last=last - 1, causes=causes, tables=tables)
+    chance = cross_validated(seen)
+    certain, unlikely = limits_of(seen, chance)
+    return HEAD.format(
+        first=first, last=last, causes=causes, certain=certain, unlikely=unlikely, tables=tables,
+        errors="".join(f"{_numbers(row, 4)}\n" for row in errors(seen, chance, certain)),
+    )  # fmt: skip
 
 
-def _numbers(values: Array) -> str:
-    return "(" + ", ".join(f"{value:.4g}" for value in values) + ")"
-
-
-def judged(first: int, last: int, loops: Loops = simulated_loop) -> str:
-    """How often the answers for the seeds are right, in lines."""
-    pairs = [(known, assess_loop(known.loop)) for known in map(loops, range(first, last))]
-    table = Counter((known.cause, found.verdict) for known, found in pairs)
-    lines = [f"{cause:12} {verdict:12} {count}" for (cause, verdict), count in sorted(table.items())]
-    clear = [found for known, found in pairs if known.cause == "stiction" and known.j > 2 * known.noise]
-    lines.append(f"J above two noise sigmas: {_share(clear, 'stiction')} found")
-    for words, some in _by_data(clear).items():
-        lines.append(f"  {words}: {_share(some, 'stiction')} found")
-    others = [found for known, found in pairs if known.cause != "stiction"]
-    lines.append(f"no stiction: {_share(others, 'stiction')} called stiction")
-    return "\n".join([*lines, *_amounts(pairs)])
-
-
-def _by_data(found: list[Assessment]) -> dict[str, list[Assessment]]:
-    """Assessments by what the data hide."""
-    sorted_out: dict[str, list[Assessment]] = {"nothing hidden": [], "shape hidden": [], "everything hidden": []}
-    for one in found:
-        hidden = {problem.hides for problem in one.problems}
-        key = "everything" if "everything" in hidden else "shape" if "shape" in hidden else "nothing"
-        sorted_out[f"{key} hidden"].append(one)
-    return sorted_out
-
-
-def _share(found: list[Assessment], verdict: str) -> str:
-    return f"{sum(one.verdict == verdict for one in found)} of {len(found)}"
-
-
-def _amounts(pairs: list[tuple[SimulatedLoop, Assessment]]) -> list[str]:
-    right = [(known, found.amount) for known, found in pairs if found.amount and known.cause == "stiction"]
-    s = sum(amount.s.lower <= known.s <= amount.s.upper for known, amount in right)
-    j = sum(amount.j.lower <= known.j <= amount.j.upper for known, amount in right)
-    return [f"S within its interval in {s} of {len(right)}, J in {j}"]
+def _numbers(values: Sequence[float], indent: int) -> str:
+    text = "(" + ", ".join(f"{value:.4g}".replace("nan", "NAN") for value in values) + "),"
+    return textwrap.fill(text, 118, initial_indent=" " * indent, subsequent_indent=" " * (indent + 1))
 
 
 def main() -> None:
     """The command line."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--fit", nargs=2, type=int)
-    parser.add_argument("--judge", nargs=2, type=int)
-    parser.add_argument("--kept", action="store_true", help="loops as historians keep them")
-    given = parser.parse_args()
-    loops = kept if given.kept else simulated_loop
-    if given.fit:
-        print(module(given.fit[0], given.fit[1], loops), end="")
-    if given.judge:
-        print(judged(given.judge[0], given.judge[1], loops))
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seeds", nargs=2, type=int, default=(1000, 1600))
+    first, last = parser.parse_args().seeds
+
+    def told(_: str, done: int, total: int) -> None:
+        if done % 50 == 0:
+            print(f"{done} of {total} loops", flush=True)
+
+    seen = collected(first, last, told)
+    place = Path(identification.loops.__path__[0]) / "calibration.py"
+    place.write_text(module(first, last, seen), encoding="utf-8")
+    print(f"{len(seen)} of {last - first} loops carry an answer; written: {place}")
 
 
 if __name__ == "__main__":

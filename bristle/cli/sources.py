@@ -6,8 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bristle.door.sources import BUNDLED, file_of
-from recordings import BadInput
+from recordings import BUNDLED, BadInput, file_of
 
 if TYPE_CHECKING:  # whoever shows a recording needs no wire
     from hil import Valve

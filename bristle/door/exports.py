@@ -6,9 +6,9 @@ import os
 from pathlib import Path
 from typing import Literal, get_args
 
-from bristle.door.sources import BUNDLED, read
+from bristle.door.sources import read
 from identification import Identification, Trace
-from recordings import BadInput, BadParameter, Recording, write_table
+from recordings import BUNDLED, BadInput, BadParameter, Recording, write_table
 from simulator import CATALOGUE, FINE_STEP, Catalogue, ValveModel
 from simulator.export import ExportedStep, write_c, write_casadi, write_fmu
 

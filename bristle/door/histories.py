@@ -9,11 +9,11 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
-from bristle.door.sources import BUNDLED, RecordingLike, read
+from bristle.door.sources import RecordingLike, read
 from identification import with_area
 from identification.following import FollowedValve
 from identification.following import follow as followed
-from recordings import BadInput, Progress, Recording, silent
+from recordings import BUNDLED, BadInput, Progress, Recording, silent
 
 
 def follow(

@@ -7,11 +7,11 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import cast
 
-from bristle.door.sources import BUNDLED, RecordingLike, read, read_all
+from bristle.door.sources import RecordingLike, read, read_all
 from bristle.door.valves import valve_of
 from identification.loops import Assessment, assess_loop, known_of, read_loop
 from identification.standard_tests import TestKind, ValveTest, simulated_test, standard_test
-from recordings import Progress, Recording, silent
+from recordings import BUNDLED, Progress, Recording, silent
 from recordings.importers import is_recording
 from simulator import ValveModel
 
@@ -138,7 +138,7 @@ def assess(
 
     >>> import bristle as br
     >>> from identification.loops import simulated_loop
-    >>> known = simulated_loop(1, "stiction", "flow").loop
+    >>> known = simulated_loop(6001, "stiction", "flow", "kano").loop
     >>> t = [known.dt * k for k in range(len(known.pv))]
     >>> extra = {"SP": known.sp, "PV": known.pv, "OP": known.op}
     >>> recording = br.Recording.from_arrays(time=t, extra=extra, units=dict.fromkeys(extra, "%"))

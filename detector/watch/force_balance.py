@@ -20,16 +20,21 @@ from typing import NamedTuple
 
 import numpy as np
 
+from detector.arithmetic.native import native
 from detector.measurements import Measurement, Measurements
 from detector.watch.model.filter import DIRECTIONS, ModelFilter
 from recordings import Array
 
 N = len(DIRECTIONS)
 
-STEADY, STEP_NOISE = 2.0, 4.0
-"""The stem moves steadily when its last step is the usual one within this factor, and so many noise levels: where it
-has just started or stopped, the means of position and force are of two states, and their balance is of neither.
+QUICKER, STEADY, STEP_NOISE = 3.0, 1.5, 4.0
+"""The stem moves steadily when a mean that is so much quicker gives the same speed, within this factor and so many
+noise levels: where it has just started or stopped, the means of position and force are of two states, and their balance
+is of neither.
 """
+
+EVEN = 0.05
+"""Its force is even when it is within so much of the dry friction, and as many noise levels, of its mean."""
 
 MOVING, PRESLIDING = 5.0, 3.0
 """It slides when it is so many noise levels ahead of its mean, and has moved steadily by so many deflections of the
@@ -70,16 +75,16 @@ class SlidingMoment(NamedTuple):
 
 
 class Balance(NamedTuple):
-    """position [m], force [N] : means, the force being what the model's spring leaves; last [m] : position; began [m] :
-    mean position at which a steady motion began. Of sliding samples, which weight counts, sums of squares and products
-    of what each kind predicts: information (n, n), score (n,), energy [N2]. wrong [m] : mean of how far the position is
-    from that of the flow; sensor (3,) : where that is known, sums of squares of what it leaves of the force and of the
-    force itself [N2], and the weight; stood : samples since an alarm began.
+    """position [m], force [N] : means, the force being what the model's spring leaves; quick [m] : mean of a shorter
+    time; began [m] : position at which a steady motion began. Of sliding samples, which weight counts, sums of squares
+    and products of what each kind predicts: information (n, n), score (n,), energy [N2]. wrong [m] : mean of how far
+    the position is from that of the flow; sensor (3,) : where that is known, sums of squares of what it leaves of the
+    force and of the force itself [N2], and the weight; stood : samples since an alarm began.
     """
 
     position: float
     force: float
-    last: float
+    quick: float
     began: float
     information: Array
     score: Array
@@ -108,7 +113,7 @@ class BalanceTest:
     def resumed(self, before: Balance, filter: ModelFilter, moment: Measurement) -> Balance:
         """After a gap: the means start anew, the evidence for a kind stays."""
         x = moment.values["position"]
-        return before._replace(position=x, force=filter.unexplained(moment), last=x, began=x)
+        return before._replace(position=x, force=filter.unexplained(moment), quick=x, began=x)
 
     def step(
         self, before: Balance, filter: ModelFilter, moment: Measurement, alarmed: bool, wrong: float = nan
@@ -116,35 +121,59 @@ class BalanceTest:
         """The sums after one sample, and what it says of the forces where the stem slides steadily. wrong : how far the
         position is from that of the flow [m], NaN where unknown.
         """
+        unexplained = filter.unexplained(moment)
+        after, speed = self._followed(before, filter, moment, unexplained, wrong)
+        after = after._replace(stood=before.stood + 1.0 if alarmed else 0.0)
+        seen = self._slides(after, filter, moment.values["position"], unexplained, speed)
+        if seen is None:
+            return after, None
+        settled = after.stood * self.dt_s > SETTLING * self.smoothing_s
+        keep = 1.0 if settled else 1.0 - 1.0 / MEMORY
+        return self._summed(after, seen, filter.values, keep, isfinite(wrong)), seen
+
+    def _followed(
+        self, before: Balance, filter: ModelFilter, moment: Measurement, unexplained: float, wrong: float
+    ) -> tuple[Balance, float]:
+        """The means after one sample, and the speed of a steady motion [m/s]."""
         x, follow = moment.values["position"], self._follow
         position = before.position + follow * (x - before.position)
-        force = before.force + follow * (filter.unexplained(moment) - before.force)
-        known = isfinite(wrong)
-        wrong = before.wrong + follow * (wrong - before.wrong) if known else before.wrong
-        speed, values = self._speed(x - position, x - before.last, filter.position_noise), filter.values
-        slid = copysign(position - before.began, (position - before.began) * speed)
-        began = before.began if speed and slid >= 0 else position
-        stood = before.stood + 1.0 if alarmed else 0.0
-        after = before._replace(position=position, force=force, last=x, began=began, wrong=wrong, stood=stood)
-        if not speed or slid < PRESLIDING * values["lugre.fs"] / values["lugre.sigma0"]:
-            return after, None
-        way = copysign(1.0, speed)
-        level = filter.dry_friction(speed)
-        seen = SlidingMoment(way, position, speed, level, force - way * level - values["lugre.sigma2"] * speed)
-        settled = stood * self.dt_s > SETTLING * self.smoothing_s
-        return self._summed(after, seen, values, 1.0 if settled else 1.0 - 1.0 / MEMORY, known), seen
+        force = before.force + follow * (unexplained - before.force)
+        wrong = before.wrong + follow * (wrong - before.wrong) if isfinite(wrong) else before.wrong
+        quick = before.quick + self._follow_quickly * (x - before.quick)
+        speed = self._speed(x - position, x - quick, filter.position_noise)
+        began = before.began if speed * (x - before.began) > 0.0 else x
+        return before._replace(position=position, force=force, quick=quick, began=began, wrong=wrong), speed
+
+    def _slides(
+        self, after: Balance, filter: ModelFilter, x: float, unexplained: float, speed: float
+    ) -> SlidingMoment | None:
+        """The sample, where the stem slides by now and its force is even."""
+        values, way, level = filter.values, copysign(1.0, speed), filter.dry_friction(speed)
+        least = max(PRESLIDING * values["lugre.fs"] / values["lugre.sigma0"], MOVING * filter.position_noise)
+        if not speed or abs(x - after.began) < least:
+            return None
+        if abs(unexplained - after.force) > STEP_NOISE * filter.force_noise + EVEN * level:
+            return None
+        left = after.force - way * level - values["lugre.sigma2"] * speed
+        return SlidingMoment(way, after.position, speed, level, left)
 
     @cached_property
     def _follow(self) -> float:
         """How far the means follow in one sample."""
         return 1.0 - exp(-self.dt_s / self.smoothing_s)
 
-    def _speed(self, ahead: float, step: float, noise: float) -> float:
-        """Of a stem that moves steadily [m/s], 0 where it does not. ahead, step : of its mean, and of the last [m]."""
+    @cached_property
+    def _follow_quickly(self) -> float:
+        """The same of the quick mean."""
+        return 1.0 - exp(-QUICKER * self.dt_s / self.smoothing_s)
+
+    def _speed(self, ahead: float, quickly: float, noise: float) -> float:
+        """Of a stem that moves steadily [m/s], 0 where it does not. ahead, quickly : of its two means [m]."""
         if abs(ahead) < MOVING * noise:
             return 0.0
         usual = abs(ahead) * self._follow / (1.0 - self._follow)
-        slack, step = STEP_NOISE * noise, copysign(step, step * ahead)
+        per_step = self._follow_quickly / (1.0 - self._follow_quickly)
+        slack, step = per_step * STEP_NOISE * noise, per_step * copysign(quickly, quickly * ahead)
         steady = usual / STEADY - slack <= step <= STEADY * usual + slack
         return copysign(usual / self.dt_s, ahead) if steady else 0.0
 
@@ -152,14 +181,14 @@ class BalanceTest:
         self, before: Balance, seen: SlidingMoment, values: Mapping[str, float], keep: float, flow_known: bool
     ) -> Balance:
         """The sums with one more sample; what they have fades by `keep`."""
-        left = seen.left
-        kinds = np.array([seen.way * seen.level, values["spring.K"] * seen.position + values["spring.F0"], 1.0])
-        missed = left + values["spring.K"] * before.wrong
-        sensor = np.array([missed * missed, left * left, 1.0]) if flow_known else np.zeros(3)
+        spring = values["spring.K"] * seen.position + values["spring.F0"]
+        missed = seen.left + values["spring.K"] * before.wrong if flow_known else nan
+        information, score, sensor = _with_one_more(
+            before.information, before.score, before.sensor, keep, seen.way * seen.level, spring, seen.left, missed
+        )
         return before._replace(
-            information=keep * before.information + np.outer(kinds, kinds), score=keep * before.score + kinds * left,
-            energy=keep * before.energy + left * left, weight=keep * before.weight + 1.0,
-            sensor=keep * before.sensor + sensor,
+            information=information, score=score, energy=keep * before.energy + seen.left * seen.left,
+            weight=keep * before.weight + 1.0, sensor=sensor,
         )  # fmt: skip
 
     def kind(self, filter: ModelFilter, balance: Balance) -> str | None:
@@ -203,6 +232,26 @@ class BalanceTest:
     def _least(self, filter: ModelFilter) -> float:
         """Mean square of a force that is worth a name [N2]."""
         return max(2.0 * self.usual, (0.2 * min(filter.values["lugre.fc"], filter.values["lugre.fs"])) ** 2)
+
+
+@native
+def _with_one_more(
+    information: Array, score: Array, sensor: Array, keep: float, friction: float, spring: float, left: float,
+    missed: float,
+) -> tuple[Array, Array, Array]:  # fmt: skip
+    """Sums of a `Balance` with one more sample: what each kind predicts of a force, the force that is left, and what
+    a wrong position misses of it, NaN where that is not known.
+    """
+    kinds, added, scored, seen = (friction, spring, 1.0), np.empty((N, N)), np.empty(N), keep * sensor
+    for i in range(N):
+        scored[i] = keep * score[i] + kinds[i] * left
+        for j in range(N):
+            added[i, j] = keep * information[i, j] + kinds[i] * kinds[j]
+    if np.isfinite(missed):
+        seen[0] += missed * missed
+        seen[1] += left * left
+        seen[2] += 1.0
+    return added, scored, seen
 
 
 def shares(balance: Balance) -> Array:

@@ -13,9 +13,10 @@ from typing import Self
 
 from detector import Measurements, Watch, WatchState, learn, learn_model
 from hil.monitor.event import MonitorEvent
+from hil.monitor.link_news import LinkNews
 from hil.monitor.units import SampleConverter
 from hil.monitor.valve import Learner, ValveWatch, WatchStatus
-from hil.source.sample import LinkEvent, Sample, elapsed
+from hil.source.sample import EventKind, LinkEvent, Sample, elapsed
 from recordings import BadInput, SignalSpec
 from simulator import CATALOGUE, Catalogue, ValveModel
 
@@ -44,6 +45,7 @@ class Monitor:
     ) -> None:
         self.valves = {name: ValveWatch(name, learner, learn_s) for name in signals}
         self.alarms = 0
+        self._links = {name: LinkNews() for name in signals}
         self._converters = {name: SampleConverter(name, specs, stroke_m) for name, specs in signals.items()}
         self._own_clock, self._on_learned = own_clock, on_learned
         self._origin: float | None = None
@@ -100,10 +102,22 @@ class Monitor:
 
         Raises BadInput when what was gathered cannot be learned from, or there is nothing to judge by.
         """
+        news = self._links[item.valve]
         if isinstance(item, LinkEvent):
-            moment = 0.0 if self._origin is None else item.time - self._origin
-            wall = item.wall if self._origin is None else self._started + moment
-            return MonitorEvent(moment, wall, item.valve, item.kind, item.text)
+            return self._told(item, item.kind, item.text) if news.told(item) else None
+        event = await self._judged(item)
+        if event is not None:
+            self.alarms += event.kind == "alarm"
+            return event
+        holds = news.holds(item.time)
+        return None if holds is None else self._told(item, "link_up", holds)
+
+    def _told(self, item: Sample | LinkEvent, kind: EventKind, text: str) -> MonitorEvent:
+        moment = 0.0 if self._origin is None else item.time - self._origin
+        wall = item.wall if self._origin is None else self._started + moment
+        return MonitorEvent(moment, wall, item.valve, kind, text)
+
+    async def _judged(self, item: Sample) -> MonitorEvent | None:
         if self._origin is None:
             self._begin(item)
         moment, valve = elapsed(item.time, self._origin or 0.0), self.valves[item.valve]
@@ -114,9 +128,7 @@ class Monitor:
                 if self._on_learned:
                     self._on_learned(item.valve, watch)
             return None
-        event = valve.check(measured, self._started + moment)
-        self.alarms += event is not None and event.kind == "alarm"
-        return event
+        return valve.check(measured, self._started + moment)
 
     @property
     def status(self) -> tuple[WatchStatus, ...]:

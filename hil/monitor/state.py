@@ -15,7 +15,7 @@ from hil.monitor.valve import ValveWatch
 from recordings import BadInput, read_small_json, save_text
 from simulator import CATALOGUE, Catalogue
 
-FORMAT, VERSION = "monitor-state", 2
+FORMAT, VERSION = "monitor-state", 3
 LARGEST_FILE = 64_000_000
 LARGEST = 1e15
 """Numbers beyond it are no limits, levels or states of a valve: a detector with one would never raise an alarm."""

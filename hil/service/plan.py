@@ -107,7 +107,7 @@ def _source(plant: PlantFile, place: int, entry: SourceEntry) -> SourcePlan:
     try:
         parsed = parse_address(entry.address)
         ends = isinstance(parsed, ReplayAddress)
-        address = f"replay:{plant.path(str(parsed.path))}" if isinstance(parsed, ReplayAddress) else entry.address
+        address = f"replay:{plant.recording(str(parsed.path))}" if isinstance(parsed, ReplayAddress) else entry.address
         if isinstance(parsed, ReplayAddress) and parsed.pace is not None:
             address += f"?pace={parsed.pace:g}"
         if ends and len(entry.valve) > 1:
@@ -137,7 +137,7 @@ def _valve(
     plant: PlantFile, place: int, entry: ValveEntry, signals: Mapping[str, tuple[SignalSpec, ...]], ends: bool
 ) -> ValvePlan:
     file = plant.path(entry.model)
-    calibrate = tuple(plant.path(text) for text in entry.calibrate)
+    calibrate = tuple(plant.recording(text) for text in entry.calibrate)
     for path in calibrate:
         if not path.is_file():
             raise BadInput(f"valve[{place}] ({entry.tag}): calibrate", f"there is no file {path}", "check the path")

@@ -14,7 +14,7 @@ from typing import Annotated, Any, Self
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 from pydantic_core import ErrorDetails
 
-from recordings import BadInput, read_small_toml
+from recordings import BadInput, file_of, read_small_toml
 
 LARGEST_FILE = 1_000_000
 MOST_VALVES = 500
@@ -153,6 +153,10 @@ class PlantFile(_Entry):
     def path(self, text: str) -> Path:
         """A path of the file, from the file's own folder on."""
         return self.file.parent / text
+
+    def recording(self, text: str) -> Path:
+        """The same for a recording, which may also be ``bundled:NAME``. Raises BadInput for no such name."""
+        return file_of(text, self.file.parent)
 
 
 def _bad_input(errors: list[ErrorDetails], where: str) -> BadInput:

@@ -6,11 +6,12 @@ import math
 from collections import defaultdict
 from collections.abc import Mapping
 
-from hil.source.episode import Episode
+from hil.source.episode import QUIET_S, Episode
 from hil.source.sample import LinkEvent, Quality, Reading, Sample
 
 GOOD_AGAIN_AFTER_S = 1.0
-"""A value that comes and goes makes one event, not one a sample: it is good again after so long without a fault."""
+"""A value that comes and goes makes one event, not one a sample: it is good again after so long without a fault, and
+after twice as long each time that it was not good for long, up to `QUIET_S`."""
 
 
 class Heartbeat:
@@ -44,6 +45,7 @@ class Episodes:
 
     def __init__(self) -> None:
         self._open: dict[str, Episode] = {}
+        self._quiet_s, self._ended = dict[str, float](), dict[str, float]()
 
     def observe(self, sample: Sample) -> list[LinkEvent]:
         """The events that a sample causes."""
@@ -56,6 +58,8 @@ class Episodes:
             if name in self._open:
                 self._open[name].again(sample.time)
             else:
+                again = sample.time - self._ended.get(name, -math.inf) < QUIET_S
+                self._quiet_s[name] = min(2 * self._quiet_s[name], QUIET_S) if again else GOOD_AGAIN_AFTER_S
                 self._open[name] = Episode.begin(sample.time)
                 started[f"{reading.quality}: {reading.reason}"].append(name)
         texts = [f"{', '.join(names)}: {reason}" for reason, names in started.items()]
@@ -66,6 +70,7 @@ class Episodes:
     def _over(self, sample: Sample) -> list[str]:
         over: dict[int, list[str]] = defaultdict(list)
         for name, episode in list(self._open.items()):
-            if episode.over(sample.time, GOOD_AGAIN_AFTER_S):
+            if episode.over(sample.time, self._quiet_s[name]):
+                self._ended[name] = sample.time
                 over[self._open.pop(name).n].append(name)
         return [f"{', '.join(names)}: good again, {n} samples were not" for n, names in over.items()]

@@ -50,6 +50,10 @@ class Constraint:
         except ValueError:
             raise BadParameter("constraints", text, "it is no constraint", REMEDY) from None
 
+    def __str__(self) -> str:
+        """The text that `parse` reads."""
+        return f"{self.over}{'<=' if self.less else '>='}{self.factor!r}" + (f"*{self.under}" if self.under else "")
+
     @property
     def names(self) -> tuple[str, ...]:
         """The parameters that it speaks of."""

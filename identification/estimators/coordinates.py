@@ -89,6 +89,14 @@ class Coordinates:
         own = tuple(one for one in self.constraints if set(one.names) <= set(some))
         return Coordinates(some, **arrays, priors=priors, constraints=own)
 
+    def with_drawn_priors(self, theta: Array, rng: np.random.Generator) -> Coordinates:
+        """The same with the mean of every prior drawn anew about what theta has: to a replicate a prior is one more
+        measurement, with an error of its own.
+        """
+        values, least = self.values(theta), dict(zip(self.names, self.lower.tolist(), strict=True))
+        drawn = [(name, max(rng.normal(values[name], std), least[name]), std) for name, _, std in self.priors]
+        return replace(self, priors=tuple(drawn))
+
     def values(self, theta: Array) -> dict[str, float]:
         """All parameters by name at coordinates theta."""
         return dict(zip(self.names, self.p(theta).tolist(), strict=True))

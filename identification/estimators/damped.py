@@ -16,7 +16,7 @@ from identification.estimators.coordinates import Coordinates
 from identification.estimators.fitted import Fit, Outcome, fit_of, free_run_start
 from identification.estimators.noise_aware.damped import best_on_chunks, damped_for, on_whole_recordings
 from identification.estimators.noise_aware.search import RIGHT
-from identification.estimators.order import Order
+from identification.estimators.order import Order, slip_is_seen
 from identification.estimators.output_error.damped import fit_in_windows, search_for
 from identification.estimators.output_error.homotopy import Minimum
 from identification.estimators.output_error.problem import Problem, ResidualForm
@@ -45,9 +45,16 @@ def fit_damped(
     if segment_grids and order == "damped":
         starts = [end.theta[: coordinates.n_free] for end in ends]
         found = _noise_aware(valve, coordinates, smooth, segment_grids, starts, progress)
-        if found is not None and found.outcome is Outcome.CONVERGED:
+        if found is not None and (found.outcome is Outcome.CONVERGED or _sees_slips(found)):
             return found
-    return fit_in_windows(search, ends, order, progress)
+    found = fit_in_windows(search, ends, order, progress)
+    doubted = segment_grids and order == "damped" and found.outcome is Outcome.CONVERGED and _sees_slips(found)
+    return replace(found, outcome=Outcome.NOT_CONVERGED) if doubted else found
+
+
+def _sees_slips(found: Fit) -> bool:
+    """Whether the course of slips shows, so that the noise-aware estimate explains what is a valve of this kind."""
+    return found.problem is not None and slip_is_seen(found.values, found.problem.spacing)
 
 
 def _noise_aware(

@@ -1,22 +1,44 @@
-"""How much stiction: S and J with intervals, from the search of the Hammerstein model."""
+"""How much stiction: S and J with intervals, from the search of the Hammerstein model.
+
+The likelihood of so sharp a model says little of how far S and J are off: a stem is no stiction element, and a pair
+that is a little off sticks at other moments. So the truth is drawn about what was found by the errors of the simulated
+sticky loops of the calibration, and those in which the search gained as much count most.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.stats import chi2
 
+from identification.loops.calibration import ERRORS
 from identification.loops.methods import StictionSearch
-from identification.standard_tests import Interval
+from identification.standard_tests import LEVEL, Interval
 from recordings import Array
 
-WIDENED_S, WIDENED_J = 32.0, 100.0
-"""The likelihood region is wider by these factors than that of a perfect model with white noise, for S, and for what
-has J in it. With them the intervals covered S and J in nine of ten of the simulated sticky loops of the calibration
-seeds; without them S in three quarters and J in one quarter: the size of the jump and the gain of the process trade.
-"""
+ALIKE = 0.7
+"""Searches whose gains differ by this factor's exponential count as alike, standard deviation of the logarithm."""
+
+
+@dataclass(frozen=True)
+class PossibleValves:
+    """Valves that a loop may have. s, j (k,) : in the unit of OP; gain (k,) : of the process over what was found, NaN
+    where a level was calibrated; weight (k,) : they add to 1.
+    """
+
+    s: Array
+    j: Array
+    gain: Array
+    weight: Array
+
+    def interval(self, values: Array, best: float) -> Interval:
+        """The interval of one of their quantities (k,), about the best value."""
+        known = np.isfinite(values)
+        values, weight = values[known], self.weight[known]
+        order = np.argsort(values)
+        middle = np.cumsum(weight[order]) / weight.sum()
+        low, high = values[order][np.searchsorted(middle, ((1 - LEVEL) / 2, (1 + LEVEL) / 2))]
+        return Interval(best, min(float(low), best), max(float(high), best))
 
 
 @dataclass(frozen=True)
@@ -27,21 +49,26 @@ class StictionAmount:
     j: Interval
     total: Interval
     rest: Interval
+    possible: PossibleValves
 
 
 def amounts(found: StictionSearch) -> StictionAmount:
-    """S and J of the best pair, and the smallest and largest of the pairs that the data do not tell from it."""
-    worse = found.n * np.log(found.error / found.error.min()) / float(chi2.ppf(0.95, 2))
-    best, near, far = int(np.argmin(found.error)), worse <= WIDENED_S, worse <= WIDENED_J
+    """S and J of the best pair, with intervals."""
+    s, j = found.best
+    gain, off_s, off_j, off_gain = np.array(ERRORS).T
+    valves = np.maximum(s * (1 + off_s), 0.0)
+    jumps = np.clip(j + s * off_j, 0.0, valves)
+    weight = np.exp(-0.5 * ((np.log(max(found.gain, 1.0)) - gain) / ALIKE) ** 2) + 1e-3
+    possible = PossibleValves(valves, jumps, np.exp(off_gain), weight / weight.sum())
     return StictionAmount(
-        _interval(found.s, near, best, found.step),
-        _interval(found.j, far, best, found.step),
-        _interval(found.s + found.j, far, best, found.step),
-        _interval(found.s - found.j, far, best, found.step),
-    )
+        possible.interval(valves, s), possible.interval(jumps, j), possible.interval(valves + jumps, s + j),
+        possible.interval(valves - jumps, s - j), possible,
+    )  # fmt: skip
 
 
-def _interval(values: Array, inside: NDArray[np.bool_], best: int, step: float) -> Interval:
-    """No interval is narrower than the grid."""
-    low, high = float(values[inside].min()) - step, float(values[inside].max()) + step
-    return Interval(float(values[best]), max(0.0, low), high)
+def error_of(found: StictionSearch, s: float, j: float, gain_ratio: float) -> Array:
+    """A row (4,) of `ERRORS`: logarithm of the gain of the search, errors of S and J over the S that was found, and the
+    logarithm of the true process gain over the found one."""
+    best_s, best_j = found.best
+    offs = (np.log(max(found.gain, 1.0)), (s - best_s) / best_s, (j - best_j) / best_s)
+    return np.array([*offs, np.log(gain_ratio) if gain_ratio > 0 else np.nan])

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from identification.loops.amounts import StictionAmount
 from identification.loops.data_problems import DataProblem
 from identification.loops.forces import WITHOUT_POSITIONER, FrictionForces
+from identification.loops.joint import JointPosterior
 from identification.loops.loop import ControlLoop
 from identification.loops.methods import MethodAnswer
 from identification.loops.oscillation import Oscillation
@@ -28,7 +29,8 @@ class Assessment(ShownFindings):
 
     verdict; probability : of stiction, None where the data cannot carry one; why : in a sentence; amount : S
     and J where there is stiction; other_causes : by name, with probabilities; guesses : what was not said of the
-    columns; loop : what was assessed; forces : friction in N where there is stiction and the valve's data are known.
+    columns; loop : what was assessed; forces, joint : friction in N, and valve and process together, where there is
+    stiction and the valve's data are known.
     """
 
     verdict: LoopVerdict
@@ -42,6 +44,7 @@ class Assessment(ShownFindings):
     other_causes: Mapping[str, float]
     answers: tuple[MethodAnswer, ...]
     forces: FrictionForces | None = None
+    joint: JointPosterior | None = None
 
     def as_json(self) -> dict[str, Any]:
         """The content of `assessment.json`."""
@@ -49,9 +52,13 @@ class Assessment(ShownFindings):
         cycles = n * dt / self.oscillations[0].period_s if self.oscillations else 0.0
         problems = [*(one.words for one in self.problems), *self.guesses]
         amount = self.amount
-        stiction = {"S_percent": amount.s.as_json(), "J_percent": amount.j.as_json()} if amount else None
+        stiction: dict[str, Any] | None = (
+            {"S_percent": amount.s.as_json(), "J_percent": amount.j.as_json()} if amount else None
+        )
         if stiction and self.forces:
             stiction |= {"fs_N": self.forces.fs.as_json(), "fc_N": self.forces.fc.as_json()}
+        if stiction and self.joint:
+            stiction["joint"] = self.joint.as_json()
         return {
             "format": "loop-assessment", "version": 1, "verdict": self.verdict, "probability": self.probability,
             "why": self.why, "data": {"samples": n, "dt_s": dt, "cycles": cycles, "problems": problems},
@@ -75,6 +82,7 @@ class Assessment(ShownFindings):
             for name, one in (("fs", self.forces.fs), ("fc", self.forces.fc)):
                 found.append(f"{name} = {one.value:.3g} N ({one.lower:.3g} to {one.upper:.3g} N)")
             found.append(WITHOUT_POSITIONER)
+        found += self.joint.lines() if self.joint else []
         if self.other_causes:
             found.append("else: " + ", ".join(f"{name} {value:.2f}" for name, value in self.other_causes.items()))
         return [*found, *(one.words for one in self.problems), *self.guesses]

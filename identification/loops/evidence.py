@@ -10,26 +10,37 @@ from identification.loops.methods import MethodAnswer, StictionSearch
 from identification.loops.oscillation import Oscillation
 from recordings import Array
 
-NAMES = (
-    "cross-correlation", "yamashita", "curve-fit", "relay-fit", "area-ratio", "parallelogram",
-    "gain", "jump gain", "regularity", "gain squared", "jump gain squared",
-)  # fmt: skip
-"""Evidence by name; methods by their ids. The squares are there because a gain means little until it is large."""
-OF_SEARCH = np.array(["gain" in name for name in NAMES])
+SHAPES = ("cross-correlation", "yamashita", "curve-fit", "relay-fit", "area-ratio", "parallelogram")
+GAINS = ("gain", "jump gain", "beyond")
+SEARCHED = (*GAINS, "weakest", "width", "weakest squared", "width squared", "S")
+NAMES = (*SHAPES, "regularity", *SEARCHED)
+"""Evidence by name; methods by their ids, the others as of `StictionSearch`, and the weakest of its gains, as each of
+them speaks against another rival. The squares are there because a gain means little until it is large, and because the
+valve that makes a loop swing is neither narrow nor wide. Good valves have an S, too: a small one."""
+SLIGHT = (0.05, 0.4)
+"""S [% of OP] that good valves have, too: from the upper end on it is no evidence any more."""
+OF_SEARCH = np.array([name in SEARCHED for name in NAMES])
 """What is left where the data hide the shape of the signals."""
 
 
-def evidence(answers: Sequence[MethodAnswer], found: StictionSearch, oscillation: Oscillation | None) -> Array:
-    """The evidence (11,), NaN where a method does not apply; each clipped to where it is known to mean something."""
+def evidence(
+    answers: Sequence[MethodAnswer], found: StictionSearch, oscillation: Oscillation | None, op_percent: bool
+) -> Array:
+    """The evidence (k,), NaN where a method does not apply; each clipped to where it is known to mean something.
+
+    op_percent : whether OP, and so S, is in % of its range.
+    """
     by_name = {one.method: one.value for one in answers}
     limits = {"area-ratio": (0.5, 2.0), "relay-fit": (-1.0, 1.0)}
     values = []
-    for name in NAMES[:6]:
+    for name in SHAPES:
         value = by_name.get(name)
         values.append(np.nan if value is None else float(np.clip(value, *limits.get(name, (0.0, 1.0)))))
-    gains = [float(np.log1p(max(one, 0.0))) for one in (found.gain, found.jump_gain)]
     regularity = float(np.log(min(oscillation.regularity, 20.0))) if oscillation else np.nan
-    return np.array([*values, *gains, regularity, *(one**2 for one in gains)])
+    gains = [float(np.log1p(max(one, 0.0))) for one in (found.gain, found.jump_gain, found.beyond)]
+    squared = np.array([min(gains), np.log(max(found.width, 0.1))])
+    size = float(np.log(np.clip(found.best[0], *SLIGHT))) if op_percent else np.nan
+    return np.array([*values, regularity, *gains, *squared, *squared**2, size])
 
 
 def of_search(weights: Array) -> Array:

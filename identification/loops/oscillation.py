@@ -31,7 +31,10 @@ class Oscillation:
 
 
 def oscillations(loop: ControlLoop) -> tuple[Oscillation, ...]:
-    """The regular oscillations of the controller error, the strongest first; harmonics count with their fundamental."""
+    """The regular oscillations of the controller error, the strongest first.
+
+    Harmonics and neighbouring peaks count with them.
+    """
     error = loop.error - _trend(loop.error)
     n = len(error)
     spectrum = np.fft.rfft(error * np.hanning(n))
@@ -50,7 +53,7 @@ def oscillations(loop: ControlLoop) -> tuple[Oscillation, ...]:
         band = np.zeros(len(power))
         band[low:high] = 1.0
         period, regularity = _regularity(np.fft.irfft(np.fft.rfft(error) * band, n))
-        harmonic = any(abs(one.period_s / (period * loop.dt) - k) < 0.1 * k for one in found for k in (2, 3, 4, 5))
+        harmonic = any(abs(one.period_s / (period * loop.dt) - k) < 0.1 * k for one in found for k in (1, 2, 3, 4, 5))
         if share > LEAST and regularity > 1.0 and not harmonic:
             found.append(Oscillation(period * loop.dt, regularity, share))
     return tuple(found)

@@ -21,6 +21,7 @@ def prepared(loop: ControlLoop, period_s: float) -> Cycles:
     return Cycles(
         (pv - np.mean(pv)) / scale_of(pv), (op - np.mean(op)) / scale_of(loop.op), error / scale_of(error),
         period / every, loop.integrating, loop.kind == "flow",
+        loop.kind == "pressure",
     )  # fmt: skip
 
 

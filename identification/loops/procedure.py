@@ -10,8 +10,16 @@ from identification.loops.assessment import Assessment
 from identification.loops.data_problems import DataProblem, data_problems
 from identification.loops.evidence import evidence, of_search
 from identification.loops.forces import friction_forces, full_force
+from identification.loops.joint import joint_posterior
 from identification.loops.loop import ControlLoop
-from identification.loops.methods import METHODS, MethodAnswer, StictionSearch, hammerstein_answer, search
+from identification.loops.methods import (
+    METHODS,
+    HammersteinFit,
+    MethodAnswer,
+    StictionSearch,
+    hammerstein_answer,
+    search,
+)
 from identification.loops.oscillation import Oscillation, oscillations
 from identification.loops.preparation import prepared
 from identification.loops.verdict import table_of, verdict, weighed
@@ -22,9 +30,12 @@ from recordings import Array
 class LoopFindings:
     """What the methods and the search say of a loop with the strongest oscillation.
 
-    whole : whether the data show the shape of the signals; else only the search has an answer.
+    period : of that oscillation [samples]; whole : whether the data show the shape of the signals; else only the search
+    has an answer.
     """
 
+    loop: ControlLoop
+    period: float | None
     answers: tuple[MethodAnswer, ...]
     tried: StictionSearch
     weights: Array
@@ -34,21 +45,30 @@ class LoopFindings:
 def findings(loop: ControlLoop, found: tuple[Oscillation, ...], problems: tuple[DataProblem, ...]) -> LoopFindings:
     """Every method's answer for a loop."""
     oscillation = found[0] if found else None
-    tried = search(loop, oscillation.period_s / loop.dt if oscillation else None)
+    tried = search(loop, _period(loop, found))
     ready = prepared(loop, oscillation.period_s) if oscillation else None
     answers = (*(method(ready) for method in METHODS if ready), hammerstein_answer(tried))
-    weights, whole = evidence(answers, tried, oscillation), not any(one.hides == "shape" for one in problems)
-    return LoopFindings(answers, tried, weights if whole else of_search(weights), whole)
+    weights, whole = (
+        evidence(answers, tried, oscillation, loop.op_percent),
+        not any(one.hides == "shape" for one in problems),
+    )
+    return LoopFindings(loop, _period(loop, found), answers, tried, weights if whole else of_search(weights), whole)
 
 
-def loop_evidence(loop: ControlLoop) -> tuple[Array, bool] | None:
-    """The evidence of a loop, (k,), and whether it is whole; None where the data cannot carry an answer."""
+def loop_findings(loop: ControlLoop) -> LoopFindings | None:
+    """What the methods say of a loop; None where the data cannot carry an answer."""
     found = oscillations(loop)
     problems = data_problems(loop, found)
     if any(one.hides == "everything" for one in problems):
         return None
-    seen = findings(loop, found, problems)
-    return seen.weights, seen.whole
+    return findings(loop, found, problems)
+
+
+def told_by_place(loop: ControlLoop, place: Array) -> tuple[float, float]:
+    """How far a loop whose valve has known places (n,), in % of its travel, can be told from one without friction, and
+    from one with backlash: twice the logarithms of the likelihoods over those of the rivals."""
+    fit = HammersteinFit.of(loop, _period(loop, oscillations(loop)))
+    return fit.told_by(place - place.mean() + loop.op.mean())
 
 
 def assess_loop(
@@ -69,7 +89,7 @@ def assess_loop(
         return Assessment("cannot_tell", None, limits, loop, problems, guesses, found, None, saturation, seen.answers)
     causes = weighed(seen.weights, table_of(loop.integrating, seen.whole))
     probability = causes.pop("stiction")
-    answer = verdict(probability)
+    answer = verdict(probability, causes["backlash"])
     if not seen.whole and answer != "stiction":
         return Assessment("cannot_tell", None, limits, loop, problems, guesses, found, None, saturation, seen.answers)
     others = dict(sorted({**causes, **saturation}.items(), key=lambda one: -one[1]))
@@ -78,7 +98,15 @@ def assess_loop(
     why = why if seen.whole else f"by the search for S and J alone, as {limits}"
     amount = amounts(seen.tried) if answer == "stiction" and loop.op_percent else None
     forces = friction_forces(amount, full) if amount and full else None
-    return Assessment(answer, probability, why, loop, problems, guesses, found, amount, others, seen.answers, forces)
+    joint = joint_posterior(loop, _period(loop, found), amount, full) if amount and full else None
+    return Assessment(
+        answer, probability, why, loop, problems, guesses, found, amount, others, seen.answers, forces, joint
+    )
+
+
+def _period(loop: ControlLoop, found: tuple[Oscillation, ...]) -> float | None:
+    """Of the strongest oscillation [samples]."""
+    return found[0].period_s / loop.dt if found else None
 
 
 def _list(names: list[str]) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -93,16 +94,9 @@ def _from_file(path: Path, kind: LoopKind | None, named: Mapping[str, str]) -> t
             )
     signals = {role.lower(): {"column": name, "unit": "1"} for role, name in chosen.items() if name and role != "TIME"}
     clock, said = _clock(table, str(chosen["TIME"]), of_day, named.get("TIME", "").partition(":")[2])
-    about = {"signals": signals, "time": clock, "carry": False}
-    try:
-        recording = import_file(path, mapping_of(about, "columns")).recording
-    except BadInput as wrong:
-        if "time_repair" in wrong.parameters:
-            found = f"the clock runs backwards or stands still ({wrong.found})"
-            raise BadInput(
-                wrong.where, found, "sort the rows by time and leave out those that are there twice"
-            ) from None
-        raise
+    texts = _texts(table, [one["column"] for one in signals.values()])
+    about = {"signals": signals, "time": clock, "carry": False, "file": {"missing": texts}}
+    recording, newest_first = _imported(path, table, about)
     recording.check()
     unit = named.get("OP", "").partition(":")[2] or table.units.get(str(chosen["OP"]), "")
     op, percent, more = _op_in_percent(recording["op"].values, unit)
@@ -111,7 +105,30 @@ def _from_file(path: Path, kind: LoopKind | None, named: Mapping[str, str]) -> t
         kind, guess = _guessed_kind(" ".join((path.name, *(str(name) for name in chosen.values()))))
     sp = recording["sp"].values if "sp" in recording else None
     loop = loop_of(str(path), recording.time, sp, recording["pv"].values, op, percent, kind)
-    return loop, (*said, *guess, *more)
+    without = (f"samples without a number are missing: {', '.join(texts)}",) if texts else ()
+    turned = ("the newest row stands first: rows are read from the end",) if newest_first else ()
+    return loop, (*said, *guess, *more, *without, *turned)
+
+
+def _imported(path: Path, table: ForeignTable, about: dict[str, Any]) -> tuple[Recording, bool]:
+    """The recording of a file, and whether its newest row stood first."""
+    try:
+        return import_file(path, mapping_of(about, "columns")).recording, False
+    except BadInput as wrong:
+        if "time_repair" not in wrong.parameters:
+            raise
+        about = about | {"time": about["time"] | {"repair": "sort"}}
+        found = import_file(path, mapping_of(about, "columns")).recording
+        if np.array_equal(found["pv"].values, table.columns[about["signals"]["pv"]["column"]][::-1], equal_nan=True):
+            return found, True
+        words = f"the clock runs backwards or stands still ({wrong.found})"
+        raise BadInput(wrong.where, words, "sort the rows by time and leave out those that are there twice") from None
+
+
+def _texts(table: ForeignTable, names: Sequence[str]) -> list[str]:
+    """What a historian has in place of numbers: "Bad", "No Data"."""
+    cells = [table.bad_cells[name] for name in names if name in table.bad_cells]
+    return list(dict.fromkeys(text for one in cells for text in (one.text, *one.others)))
 
 
 def _column(table: ForeignTable, role: str, given: str | None) -> str | None:

@@ -6,7 +6,7 @@ from typing import Literal
 
 import numpy as np
 
-from identification.loops.calibration import CAUSES_TOLD, TABLES, CalibrationTable
+from identification.loops.calibration import CAUSES_TOLD, CERTAIN, TABLES, UNLIKELY, CalibrationTable
 from recordings import Array
 
 LoopVerdict = Literal["stiction", "no_stiction", "cannot_tell"]
@@ -22,10 +22,11 @@ def weighed(evidence: Array, table: str) -> dict[str, float]:
 
     Multinomial logistic regression on standardised evidence; what does not apply counts as average.
     """
-    return dict(zip(CAUSES_TOLD, map(float, _softmax(TABLES[table], evidence)), strict=True))
+    return dict(zip(CAUSES_TOLD, map(float, weighed_by(TABLES[table], evidence)), strict=True))
 
 
-def _softmax(table: CalibrationTable, evidence: Array) -> Array:
+def weighed_by(table: CalibrationTable, evidence: Array) -> Array:
+    """The probabilities (causes,) by a table."""
     mean, spread, weights = (np.array(part) for part in (table.mean, table.spread, table.weights))
     scaled = np.nan_to_num(np.clip((evidence - mean) / spread, -3.0, 3.0))
     scores = weights @ np.concatenate([[1.0], scaled])
@@ -33,12 +34,12 @@ def _softmax(table: CalibrationTable, evidence: Array) -> Array:
     return np.asarray(odds / odds.sum(), float)
 
 
-def verdict(probability: float) -> LoopVerdict:
-    """What may be said with a probability of stiction; the limits keep false `stiction` of fresh seeds below 2 %."""
+LIKELY = 0.5
+"""Probability of backlash from which on stiction is not excluded: it may have a jump that does not show."""
+
+
+def verdict(probability: float, backlash: float) -> LoopVerdict:
+    """What may be said with a probability of stiction and one of backlash."""
     if probability >= CERTAIN:
         return "stiction"
-    return "no_stiction" if probability <= UNLIKELY else "cannot_tell"
-
-
-CERTAIN, UNLIKELY = 0.7, 0.2
-"""Chosen on the calibration seeds, by cross-validation."""
+    return "no_stiction" if probability <= UNLIKELY and backlash < LIKELY else "cannot_tell"

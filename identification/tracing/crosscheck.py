@@ -19,7 +19,7 @@ from identification.data.grid import Grid
 from identification.sparse_regression.weak_form import WINDOW, weak
 from identification.tracing import settings
 from identification.tracing.models.model import MEMORY_STEP, Model
-from identification.tracing.scan import Rhythms, rhythms, shapes, strengths
+from identification.tracing.models.scan import Rhythms, rhythms, shapes, strengths
 from recordings import Array
 from simulator import Kernel, Site, kernel, shows_imposed
 

@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 from identification.estimators.estimate import Estimate, lean
 from identification.tracing import settings
 from identification.tracing.models.model import Model
+from identification.tracing.models.scan import strengths
 from identification.tracing.models.search import continued, differ, first_fits
-from identification.tracing.scan import strengths
 from identification.tracing.screen import Score, newton_step
 
 PROMISE_FACTOR = 4.0

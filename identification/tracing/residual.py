@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from identification.tracing.models.model import Model
-from identification.tracing.scan import slides
+from identification.tracing.models.scan import slides
 from identification.tracing.verdict import Selection
 from recordings import Array
 

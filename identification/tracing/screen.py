@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from identification.estimators.least_squares import Normal
 from identification.tracing import settings
 from identification.tracing.models.model import Model
-from identification.tracing.scan import Rhythms, rhythms, shapes, sizes, strengths
+from identification.tracing.models.scan import Rhythms, rhythms, shapes, sizes, strengths
 from recordings import Array, Progress, silent, tracked
 
 VISIBLE = 1e-12

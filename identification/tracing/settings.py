@@ -2,8 +2,8 @@
 
 Gains are falls of the cost (robust loss of the normalised innovations plus log variances), in units of one: a parameter
 that explains nothing gains about one by chance. Losses are means over the innovations of the position, 1 for a complete
-model. Shares are dimensionless. What the method does with these numbers is told in `algorithm.py`; what a factor of two
-on each does, in `docs/studies/tracing.md`. Constants of arithmetic stand where they are used.
+model. Shares are dimensionless. What the method does with these numbers is told in `algorithm.py`. What a factor of two
+on each does is measured by `python -m benchmarks.trace --ablation`. Constants of arithmetic stand where they are used.
 """
 
 from __future__ import annotations

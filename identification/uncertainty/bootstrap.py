@@ -57,7 +57,7 @@ def bootstrap_of(found: Fit, trials: int, seed: int = 0, progress: Progress = si
     rng = np.random.default_rng(seed)
     values = []
     for done in range(trials):
-        p = _refitted(found, replicate(found, rng, size=max(found.rms, 1.0)))
+        p = _refitted(found, replicate(found, rng, size=max(found.rms, 1.0)), rng)
         progress("bootstrap", done + 1, trials)
         if p is not None:
             values.append(p[free])
@@ -116,13 +116,14 @@ def _redrawn(
     return noisy(e, s, predicted, rng, size=size, force=found.estimate is not None)
 
 
-def _refitted(found: Fit, experiments: list[Experiment]) -> Array | None:
+def _refitted(found: Fit, experiments: list[Experiment], rng: np.random.Generator) -> Array | None:
     """The parameter vector of a replicate: a noise-aware fit goes on from the estimate, another starts from nothing."""
-    c = found.coordinates
+    c = found.coordinates.with_drawn_priors(found.coordinates.theta(found.p), rng)
     if found.estimate is None:
         again = fit(
             experiments, effects=found.kernel.effects, given=held(found), estimator="output-error",
-            catalogue=found.kernel.catalogue,
+            catalogue=found.kernel.catalogue, priors={name: (mean, std) for name, mean, std in c.priors},
+            constraints=[str(one) for one in c.constraints],
         )  # fmt: skip
         return again.p if again.outcome.usable else None
     theta, known = found.estimate.theta, grids(experiments)

@@ -216,7 +216,7 @@ def status_and_note(
             status[name], note[name] = "unresolved", "the fit did not converge"
         elif value <= parameter.lower + AT_BOUND * scale[name] or value >= parameter.upper - AT_BOUND * scale[name]:
             status[name] = "at_bound"
-        elif why := "" if proven else _unresolved(fit, name, std[name] > WEAK * size):
+        elif why := _too_quick(fit, name) or ("" if proven else _unresolved(fit, name, std[name] > WEAK * size)):
             status[name], note[name] = "unresolved", why
         elif std[name] > WEAK * size:
             status[name] = "weak"
@@ -235,18 +235,27 @@ def _hidden(fit: Fit) -> tuple[str, ...]:
     return ("lugre.sigma1", "lugre.sigma0", "lugre.vs") if stiff else ("lugre.sigma1",)
 
 
+def _too_quick(fit: Fit, name: str) -> str:
+    """Why a fit of damped order does not tell a parameter, where a slip is a jump between two samples; empty when it
+    does. No replicate shows it: what a controller makes of the force meanwhile is unknown.
+    """
+    if fit.order == "full" or fit.problem is None or name not in SLIPPING:
+        return ""
+    if slip_is_seen(fit.values, fit.problem.spacing):
+        return ""
+    return (
+        f"a slip takes about {1000 * np.pi / slip(fit.values):.0f} ms, too quick for {1 / fit.problem.spacing:.0f} "
+        f"samples a second; {np.ceil(slip(fit.values) / SEEN / 10) * 10:.0f} would show it"
+    )
+
+
 def _unresolved(fit: Fit, name: str, wide: bool) -> str:
-    """Why the sampling does not tell a parameter: it shows in a swing of the mass, on its spring in a slip or on its
-    bristles, that the samples do not follow; empty when it does. wide : whether the interval is.
+    """Why the sampling does not tell a parameter: it shows in a swing of the mass on its bristles that the samples do
+    not follow; empty when it does. wide : whether the interval is.
     """
     if fit.problem is None or fit.kernel.causality != "force":
         return ""
     spacing = fit.problem.spacing
-    if fit.order != "full" and name in SLIPPING and not slip_is_seen(fit.values, spacing):
-        return (
-            f"a slip takes about {1000 * np.pi / slip(fit.values):.0f} ms, too quick for {1 / spacing:.0f} samples a "
-            f"second; {np.ceil(slip(fit.values) / SEEN / 10) * 10:.0f} would show it"
-        )
     limit = RESOLVED_EXACT if fit.estimate is None else RESOLVED
     hidden = wide or name in _hidden(fit) if fit.order != "full" else name in QUICK
     if not hidden or (fit.order == "full" and turn(fit.values, spacing) < limit):

@@ -31,6 +31,8 @@ from recordings.sample_checks import TIME_REMEDY, codes_problem, time_fault
 from recordings.signal import SignalSpec
 
 CHUNK_ROWS = 4096
+MOST_HELD = 512
+"""Rows that may wait in the journal alone: more save little, and take memory."""
 _CACHE_BYTES, _CACHE_BYTES_A_COLUMN = 1 << 16, 3 << 10
 """Of the file's structure: for the end of each column's index, and its header."""
 
@@ -60,8 +62,8 @@ class RecordingWriter:
     chunk_rows : int
         Rows after which the HDF5 file itself is forced onto the disk.
     hold : float
-        How long samples may wait in the journal alone, by the recording's own clock and in its unit: the HDF5 file
-        costs by the write, and the journal next to nothing.
+        How long samples may wait in the journal alone, by the recording's own clock and in its unit, and `MOST_HELD`
+        rows at most: the HDF5 file costs by the write, and the journal next to nothing.
 
     Raises
     ------
@@ -172,7 +174,7 @@ class RecordingWriter:
             self._held.append(columns)
             self._n_rows += columns.shape[1]
             self._last_time = float(columns[self._names.index("time"), -1])
-            if self._last_time - self._stored_until >= self._hold:
+            if self._last_time - self._stored_until >= self._hold or sum(map(_length, self._held)) >= MOST_HELD:
                 self._store()
             self._check_files()
             if self._n_rows // self._chunk_rows > self._n_chunks:
@@ -334,6 +336,10 @@ def _hold_little(file: h5py.File, n_columns: int) -> None:
     cache.set_initial_size = True
     cache.initial_size = cache.max_size = cache.min_size = max(_CACHE_BYTES, _CACHE_BYTES_A_COLUMN * n_columns)
     file.id.set_mdc_config(cache)
+
+
+def _length(rows: Array) -> int:
+    return rows.shape[1]
 
 
 def _sum(checksums: Iterable[int]) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import subprocess
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -11,13 +12,15 @@ import numpy as np
 import pytest
 
 from benchmarks import trace as study
-from benchmarks import trace_release
+from benchmarks import trace_ablation, trace_release
+from benchmarks.machine import commit
 from benchmarks.plants import cases, strengths
 from benchmarks.plants.cases import Case
 from benchmarks.plants.effects import SAME
 from benchmarks.plants.recordings import recordings
 from benchmarks.trace_report import ABSENT
 from identification import noise_std
+from identification import trace_settings as settings
 
 
 @pytest.fixture(autouse=True)
@@ -109,6 +112,14 @@ def _absent(fitted: Any, *, holdout: Any) -> Any:
     return answer("none")
 
 
+@pytest.mark.parametrize("effects", [(), ("hardening_spring",)])
+def test_a_plant_with_an_integrator_of_its_own_is_traced(effects: tuple[str, ...], monkeypatch: pytest.MonkeyPatch):
+    """In a short form: as a rig records it, 8 s of staircase and of sine, 6 s of multisine held out."""
+    monkeypatch.setattr(cases, "SECONDS", {"staircase": 8.0, "sine": 8.0, "multisine": 6.0})
+    row = study.examine("single" if effects else "controls", Case(3, effects, 6.0, rate=250.0, rig=True))
+    assert (row["verdict"], row["added"]) == ("".join(effects) or "none", list(effects))
+
+
 def test_a_release_is_drawn_by_its_seed_and_every_kind_has_its_turn() -> None:
     work, other = (trace_release.drawn(seed, study.PAIRS) for seed in (1, 2))
     assert work == trace_release.drawn(1, study.PAIRS)
@@ -135,6 +146,26 @@ def test_a_release_stops_in_time_and_its_page_tells_the_misses(tmp_path: Path) -
     assert (again.count("## Seed 4"), again.count("## Seed 5")) == (1, 1)
     assert "second" in again
     assert "first" not in again
+
+
+def test_an_ablation_varies_only_what_a_trace_read_and_goes_on(tmp_path: Path) -> None:
+    calls = []
+
+    def reading(fitted: Any, *, holdout: Any) -> Any:
+        calls.append((settings.MAX_LOSS_ONE, settings.PEAKS))
+        return answer("none" if settings.MAX_LOSS_ONE < 2 else "backlash")
+
+    (work,) = (case for case in trace_ablation.cases([7001], ["backlash"]) if case.rig)
+    path, plain = tmp_path / "rows.jsonl", (settings.MAX_LOSS_ONE, settings.PEAKS)
+    rows = trace_ablation.ablation([work], np.inf, path, reading, head="abc")
+    assert plain == (settings.MAX_LOSS_ONE, settings.PEAKS)
+    assert {row["number"] for row in rows} == {"", "MAX_LOSS_ONE", "PEAKS"}
+    assert len(calls) == len(rows) == 1 + 3 + 2
+    assert trace_ablation.ablation([work], np.inf, path, reading, head="abc") == rows
+    assert len(calls) == len(rows)
+    lines = "\n".join(trace_ablation.table(rows))
+    assert f"| MAX_LOSS_ONE | {plain[0]} | off | 1 | 1 | 1 | 0 | 1 |" in lines
+    assert f"| PEAKS | {plain[1]} | x 2 | 1 | 1 | 0 | 0 | 0 |" in lines
 
 
 def test_a_failing_trace_is_an_answer() -> None:
@@ -208,3 +239,17 @@ def test_report_says_what_chance_gains_where_nothing_is_missing(capsys: pytest.C
     assert "fitted gain: 12.5, 16.1, 17.0" in shown
     assert "held-out gain: 5.0, 8.2, 9.0" in shown
     assert "-log10 p: 2.5, 2.9, 3.0" in shown
+
+
+def test_what_measuring_itself_writes_is_no_change_of_the_tree(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in ("method.py", "page.md"):
+        (tmp_path / name).write_text("first\n")
+    author = ("-c", "user.name=test", "-c", "user.email=test@localhost")
+    for words in (("init", "-q"), ("add", "."), (*author, "commit", "-q", "-m", "first")):
+        subprocess.run(["git", *words], check=True)
+    (tmp_path / "page.md").write_text("second\n")
+    assert commit().endswith("with changes")
+    assert not commit("page.md").endswith("with changes")
+    (tmp_path / "method.py").write_text("second\n")
+    assert commit("page.md").endswith("with changes")

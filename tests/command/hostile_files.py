@@ -454,7 +454,7 @@ def traces(folder: Path) -> Named:
     yield from cut("a trace", json.dumps(TRACE).encode(), 10)
 
 
-STATE = {"format": "monitor-state", "version": 2, "model": "m", "sha256": "0" * 64, "valves": {}}
+STATE = {"format": "monitor-state", "version": 3, "model": "m", "sha256": "0" * 64, "valves": {}}
 
 
 def states(folder: Path) -> Named:

@@ -8,7 +8,7 @@ from identification.loops import simulated_loop
 
 
 def test_a_file_is_assessed(console, tmp_path):
-    loop = simulated_loop(6001, "stiction", "flow").loop
+    loop = simulated_loop(6001, "stiction", "flow", "kano").loop
     rows = [f"{k},{sp},{pv},{op}" for k, (sp, pv, op) in enumerate(zip(loop.sp, loop.pv, loop.op, strict=True))]
     (tmp_path / "loop.csv").write_text("\n".join(["clock,a,b,c", *rows]))
     columns = "SP=a,PV=b,OP=c:%,TIME=clock:s"

@@ -126,6 +126,14 @@ def test_learning_goes_on_in_service_towards_the_wish_and_limits_only_come_down(
     assert first_alarm(evidence, late, state) < first_alarm(evidence, late)
 
 
+def test_an_hour_in_service_is_no_day_however_long_was_learned_before():
+    """Limits wait for a day of service: an hour does not show how a size wanders."""
+    evidence = learn_evidence({"residual": gaussian(8640, 574)}, 10.0, MONTH_S)
+    state, _ = evidence.run(evidence.initial(), gaussian(3 * 360, 575)[:, None])
+    assert state.trusted_s == 86_400.0 + 2 * 3600.0
+    assert np.array_equal(state.limits[0], evidence.healthy[0].limits)
+
+
 def test_a_slow_fault_is_not_learned_away():
     """A bias that grows by a size in two days alarms, though learning goes on, at a size that is still small."""
     evidence, n = learned(gaussian(36_000, 581)), 2 * 864_000

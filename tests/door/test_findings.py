@@ -9,7 +9,7 @@ from identification.loops import simulated_loop
 
 
 def _loop():
-    loop = simulated_loop(6001, "stiction", "flow").loop
+    loop = simulated_loop(6001, "stiction", "flow", "kano").loop
     signals = {"SP": loop.sp, "PV": loop.pv, "OP": loop.op}
     time = [loop.dt * k for k in range(len(loop.pv))]
     return br.Recording.from_arrays(time=time, extra=signals, units=dict.fromkeys(signals, "%"))

@@ -75,7 +75,7 @@ def command(
     from bristle.cli.output.manner import answer, note, say
     from bristle.cli.output.working import working
     from bristle.cli.shown.preview import show_preview
-    from recordings import BadInput, open_recording
+    from recordings import BadInput, file_of, open_recording
     from recordings.importers import import_to
 
     file_layout: dict[str, Any] = {"separator": separator, "decimal": decimal, "thousands": thousands, "header": header}
@@ -91,14 +91,14 @@ def command(
     changes = {"title": title, "source": source, "file": file_layout, "time": clock}
     changes |= {"signals": signals_of(column or ()), "plant": plant_of(plant or ())}
     if preview:
-        show_preview(file, mapping, changes)
+        show_preview(file_of(file), mapping, changes)
         return
     if to is None:
         raise BadInput(
             "Missing option '--to'", "no recording to make is named", "give --to REC.h5, or --preview to look"
         )
     with working("importing"):
-        notes = import_to(file, to, mapping, changes, overwrite=force)
+        notes = import_to(file_of(file), to, mapping, changes, overwrite=force)
     note(*(f"bristle: {sentence}" for sentence in notes))
     with open_recording(to) as made:
         labels = ", ".join(spec.label for spec in made.header.signals)

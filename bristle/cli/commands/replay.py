@@ -27,8 +27,8 @@ def command(
     Example: bristle replay runs/LC74_20-001.h5 --model model.json --learn 300
     """
     from bristle.cli.watching import monitoring
-    from bristle.door.sources import file_of
     from hil import open_source
+    from recordings import file_of
 
     address = f"replay:{file_of(recording)}" + (f"?pace={pace:g}" if pace else "")
     options = monitoring.MonitorOptions(

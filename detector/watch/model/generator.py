@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from math import nan
+from math import nan, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -69,8 +69,10 @@ class ModelWatch:
         balance, slides = self.balance.step(before.balance, self.filter, moment, alarmed, wrong)
         said = _SILENT.copy()
         if count > SKIPPED and not seen.resting:
-            said[:_ALONE] = evidence_of(np.array(seen.value), np.array(seen.variance), seen.slope)
-        said[_ALONE:] = forces([slides])[0]
+            away, scale = seen.value / sqrt(seen.variance), sqrt(seen.variance)
+            said[: _ALONE - 1], said[_ALONE - 1] = seen.slope / scale * away, away
+        if slides is not None:
+            said[_ALONE:] = slides.way * slides.left, slides.left
         return ModelState(inner, balance, count), said
 
     def kind(self, state: ModelState) -> str | None:

@@ -69,7 +69,8 @@ def replicates(
     bounds = problem.coordinates.bounds.padded(len(unknowns))
     moves, levels = [], []
     for _ in range(trials):
-        drawn = Problem(problem.kernel, problem.coordinates, _drawn(problem.experiments, predicted, rng))
+        coordinates = problem.coordinates.with_drawn_priors(theta, rng)
+        drawn = Problem(problem.kernel, coordinates, _drawn(problem.experiments, predicted, rng))
         evaluate = functools.partial(in_windows, drawn, form)
         end = minimise(evaluate, drawn.start(theta), bounds=bounds, iterations=steps, tolerance=0.0)
         if end is not None:

@@ -6,6 +6,7 @@ from identification.loops.methods.contract import Cycles, Method, MethodAnswer
 from identification.loops.methods.cross_correlation import cross_correlation
 from identification.loops.methods.curve_fit import curve_fit
 from identification.loops.methods.hammerstein import hammerstein_answer
+from identification.loops.methods.hammerstein_fit import HammersteinFit
 from identification.loops.methods.parallelogram import parallelogram
 from identification.loops.methods.relay_fit import relay_fit
 from identification.loops.methods.shape import shape
@@ -16,4 +17,13 @@ METHODS: tuple[Method, ...] = (
 )  # fmt: skip
 """Every method that has its answer from the data at once; the search of `hammerstein` is the last in the answer."""
 
-__all__ = ["METHODS", "Cycles", "Method", "MethodAnswer", "StictionSearch", "hammerstein_answer", "search"]
+__all__ = [
+    "METHODS",
+    "Cycles",
+    "HammersteinFit",
+    "Method",
+    "MethodAnswer",
+    "StictionSearch",
+    "hammerstein_answer",
+    "search",
+]

@@ -15,8 +15,8 @@ Says = Literal["stiction", "no_stiction", "undecided", "not applicable"]
 class Cycles:
     """A loop made ready: evenly sampled so that a cycle has about thirty samples, arrays (n,) without mean and trend.
 
-    pv, op : scaled to a standard deviation of 1; period : samples a cycle; integrating, flow : what is known of the
-    process.
+    pv, op : scaled to a standard deviation of 1; period : samples a cycle; integrating, flow, gas : what is known of
+    the process, of the last one that it may be compressible.
     """
 
     pv: Array
@@ -25,6 +25,7 @@ class Cycles:
     period: float
     integrating: bool
     flow: bool
+    gas: bool = False
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,8 @@ integrating processes, nor for compressible media without a second method.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from identification.loops.methods.contract import Cycles, MethodAnswer, inapplicable, judged
@@ -25,4 +27,5 @@ def cross_correlation(loop: Cycles) -> MethodAnswer:
     near = np.concatenate([lagged[-most:], lagged[: most + 1]])
     best = float(np.max(np.abs(near[most - int(loop.period / 2) : most + int(loop.period / 2) + 1])))
     zero = abs(float(lagged[0]))
-    return judged(NAME, (best - zero) / (best + zero), 1 / 3, 0.5, "1 - relative correlation at lag zero")
+    found = judged(NAME, (best - zero) / (best + zero), 1 / 3, 0.5, "1 - relative correlation at lag zero")
+    return replace(found, why=f"{found.why}; no proof where the pressure is that of a gas") if loop.gas else found

@@ -10,7 +10,7 @@ from service_rig import Swinging, plan_of, plant_file
 
 from bristle.cli.app import run
 from hil import PlantFile, http_address
-from recordings import BadInput
+from recordings import BadInput, bundled_path
 
 
 def test_the_check_says_what_would_be_polled_and_sends_nothing(tmp_path, capsys):
@@ -86,3 +86,17 @@ def test_paths_are_relative_to_the_file_and_options_are_not_shown(tmp_path):
     plan = plan_of(plant_file(tmp_path / "a", 1))
     assert plan.valves[0].model_file == tmp_path / "a" / "model.json"
     assert "?" not in plan.sources[0].shown
+
+
+def test_a_bundled_recording_is_named_as_everywhere(tmp_path, capsys):
+    plant_file(tmp_path, 1)
+    lines = ['name = "Played"', "[[source]]", 'address = "replay:bundled:step"', "[[source.valve]]", 'tag = "X"']
+    path = tmp_path / "plant.toml"
+    path.write_text("\n".join([*lines, 'model = "model.json"', 'calibrate = ["bundled:mixed"]']))
+    plan = plan_of(path)
+    assert plan.sources[0].address == f"replay:{bundled_path('step')}"
+    assert plan.valves[0].calibrate == (bundled_path("mixed"),)
+    path.write_text(path.read_text().replace("bundled:mixed", "bundled:mixt"))
+    assert run(["monitor", "--check", str(path)]) == 2
+    assert "bundled:mixt: there is no such bundled recording; there are mixed" in capsys.readouterr().err
+    assert run(["import", "bundled:step", "--to", str(tmp_path / "step.h5")]) == 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import errno
 import gc
 import json
 import logging
@@ -140,7 +141,7 @@ def test_a_slow_disk_gets_the_time_it_takes_at_the_end_and_nothing_that_was_read
 
     async def story() -> dict[str, int]:
         peer = await TcpPeer(Swinging()).start()
-        async with running(plan_of(plant_file(tmp_path, peer.port, 5, more=RECORDED))) as service:
+        async with running(plan_of(plant_file(tmp_path, peer.port, 5, 50.0, RECORDED))) as service:
             await until(lambda: all(service.recorded(one.tag) for one in service.status().valves), "files are open")
             slow.set()
             await until(lambda: all(one.link.samples > 30 for one in service.status().valves), "samples")
@@ -169,7 +170,7 @@ def test_a_disk_that_takes_nothing_does_not_hold_up_the_end_and_what_was_acknowl
 
     async def story() -> int:
         async with TcpPeer(Swinging()) as peer:
-            service, stop = Service(plan_of(plant_file(tmp_path, peer.port, more=RECORDED))), asyncio.Event()
+            service, stop = Service(plan_of(plant_file(tmp_path, peer.port, 1, 50.0, RECORDED))), asyncio.Event()
             task = asyncio.create_task(service.run(stop))
             await until(lambda: (service.recorded("V1") or 0) > 20, "something is safe")
             safe = service.recorded("V1")
@@ -186,6 +187,38 @@ def test_a_disk_that_takes_nothing_does_not_hold_up_the_end_and_what_was_acknowl
     assert "1 recordings are not closed" in caplog.text
     ((counter, _),) = recorded(tmp_path / "rec", "V1")
     assert len(counter) >= safe
+
+
+def test_samples_that_the_disk_refused_are_counted_and_no_other_is_missing(tmp_path, monkeypatch):
+    force, refusing = os.fsync, threading.Event()
+
+    def fsync(descriptor: int) -> None:
+        if refusing.is_set():
+            raise OSError(errno.EIO, os.strerror(errno.EIO))
+        force(descriptor)
+
+    monkeypatch.setattr("os.fsync", fsync)
+
+    async def story() -> tuple[int, int, int]:
+        peer = await TcpPeer(Swinging()).start()
+        async with running(plan_of(plant_file(tmp_path, peer.port, 1, 50.0, RECORDED))) as service:
+
+            def recording():
+                return next(one for one in service.status().tasks if one.name == "recording V1")
+
+            await until(lambda: (service.recorded("V1") or 0) > 20, "something is safe")
+            refusing.set()
+            await until(lambda: recording().restarts >= 1, "the disk refuses")
+            refusing.clear()
+            safe = service.recorded("V1")
+            await until(lambda: service.recorded("V1") > safe + 20, "recording is back")
+        await peer.stop()
+        return service.recorded("V1"), recording().dropped, valve(service).link.samples
+
+    safe, dropped, read_ = asyncio.run(story())
+    assert dropped > 0
+    assert safe + dropped == read_
+    assert sum(len(counter) for counter, _ in recorded(tmp_path / "rec", "V1")) >= safe
 
 
 class Gathering:

@@ -12,25 +12,29 @@ import pytest
 import bristle as br
 from benchmarks.measured_data import DATA
 from identification.loops import (
+    HOW,
+    STROKE,
     Assessment,
     SimulatedLoop,
     as_kept,
     assess_loop,
     compressed,
+    interpolated,
     loop_of,
     quantised,
     read_loop,
     simulated_loop,
+    told_by_place,
 )
 
-STICKY = [(6001, "flow"), (6002, "level"), (6003, "temperature"), (6004, "flow"), (6005, "pressure")]
+STICKY = [(6001, "flow"), (6003, "level"), (6003, "temperature"), (6004, "flow"), (6005, "pressure")]
 OTHERS = [(6011, "tuning"), (6012, "disturbance"), (6013, "disturbance"), (6014, "tuning"), (6015, "noise")]
 REFINERY = DATA / "loops" / "refinery"
 
 
 @cache
 def assessed(seed: int, cause: str | None = None, kind: str | None = None) -> tuple[SimulatedLoop, Assessment]:
-    known = simulated_loop(seed, cause, kind)
+    known = simulated_loop(seed, cause, kind, "kano")
     return known, assess_loop(known.loop)
 
 
@@ -72,7 +76,7 @@ def test_interpolated_data_are_seen():
 
 
 def test_a_level_that_runs_straight_while_the_valve_sticks_is_not_called_compressed():
-    known, _ = assessed(6002, "stiction", "level")
+    known, _ = assessed(6003, "stiction", "level")
     t = np.arange(3000.0)
     pv = np.abs((t / 100) % 2 - 1)  # the level between two positions of the valve
     op = -2.0 * pv - np.cumsum(pv - 0.5) / 30
@@ -123,7 +127,7 @@ def test_oscillations_have_their_periods_and_noise_has_none():
 
 
 def test_methods_say_where_they_do_not_apply():
-    level = {one.method: one.says for one in assessed(6002, "stiction", "level")[1].answers}
+    level = {one.method: one.says for one in assessed(6003, "stiction", "level")[1].answers}
     assert {name for name, says in level.items() if says == "not applicable"} == {
         "cross-correlation", "yamashita", "relay-fit", "area-ratio", "parallelogram",
     }  # fmt: skip
@@ -247,11 +251,94 @@ def test_valve_data_that_give_no_force_are_refused(valve, said):
         assess_loop(known.loop, valve=valve)
 
 
-def test_a_historian_keeps_a_loop_whole_rounded_or_compressed():
+def test_a_historian_keeps_a_loop_whole_rounded_compressed_or_interpolated():
     known, _ = assessed(6001, "stiction", "flow")
-    kept = [as_kept(known.loop, seed) for seed in range(20)]
-    assert 0 < sum(loop is known.loop for loop in kept) < 20
-    assert np.array_equal(as_kept(known.loop, 7).pv, kept[7].pv)
+    kept = [as_kept(known.loop, seed) for seed in range(40)]
+    assert {how for _, how in kept} == set(HOW)
+    assert all((loop is known.loop) == (how == "whole") for loop, how in kept)
+    assert np.array_equal(as_kept(known.loop, 7)[0].pv, kept[7][0].pv)
     rounded = quantised(known.loop, 0.25).pv
     assert np.array_equal(rounded * 4, np.round(rounded * 4))
-    assert np.abs(rounded - known.loop.pv).max() <= 0.125 + 1e-9
+    straight = interpolated(known.loop, 0.5)
+    assert np.mean(np.abs(np.diff(straight.pv, 2)) < 1e-9) > 0.3
+    assert np.abs(straight.pv - known.loop.pv).max() < 3.0
+
+
+@pytest.mark.parametrize("keep", [compressed, interpolated])
+def test_a_dead_band_of_one_noise_sigma_cannot_tell(keep):
+    """It makes sticky loops look like tuning to methods that look at shapes."""
+    for kind in ("flow", "temperature"):
+        known, _ = assessed(6004, "stiction", kind)
+        answer = assess_loop(keep(known.loop, known.noise))
+        assert answer.verdict == "cannot_tell"
+        assert "compressed" in answer.why
+
+
+@pytest.mark.parametrize("valve", ["kano", "he", "stem"])
+def test_simulated_valves_have_the_dead_band_that_they_say(valve):
+    known = simulated_loop(6001, "stiction", "flow", valve)
+    lag = known.loop.op - 50 - known.place
+    assert np.quantile(np.abs(lag), 0.98) == pytest.approx((known.s + known.j) / 2, rel=0.25)
+    assert known.moves > 5
+    assert min(told_by_place(known.loop, known.place)) > 20
+
+
+def test_a_valve_without_friction_is_not_told_from_one():
+    known = simulated_loop(6015, "noise")
+    assert min(told_by_place(known.loop, known.place)) < 20
+
+
+def test_valve_and_process_have_a_joint_posterior_where_the_data_carry_one():
+    known = simulated_loop(6006, "stiction", "flow", "stem")
+    values = known.stem.values
+    answer = assess_loop(known.loop, valve={"stroke": STROKE, "K": values["spring.K"]})
+    joint = answer.joint
+    assert joint.refused is None
+    assert {*joint.values, *joint.open} == {"fs_N", "fc_N", "process_gain"}
+    for name, truth in (("fs_N", values["lugre.fs"]), ("fc_N", values["lugre.fc"])):
+        assert joint.values[name].lower <= truth <= joint.values[name].upper
+        assert joint.values[name].upper < 2.5 * truth
+    assert -1.0 <= joint.correlation["fs_N", "fc_N"] <= 1.0
+    assert "mass" in answer.as_json()["stiction"]["joint"]["not_told"]
+    assert any("valve and process together: fs_N" in line for line in answer.lines())
+
+
+def test_a_joint_posterior_is_refused_in_words_for_a_level():
+    known, _ = assessed(6003, "stiction", "level")
+    answer = assess_loop(known.loop, valve={"stroke": 0.02, "K": 5e4})
+    assert answer.forces is not None
+    assert "a level has no gain at rest" in answer.joint.refused
+    assert any("no joint posterior" in line for line in answer.lines())
+
+
+def test_texts_in_the_place_of_numbers_are_missing_samples(tmp_path):
+    known, _ = assessed(6001, "stiction", "flow")
+    file = csv(tmp_path, "time,SP,PV,OP [%]", known.loop)
+    rows = file.read_text().splitlines()
+    time, sp, _, op = rows[700].split(",")
+    rows[700] = f"{time},{sp},No Data,{op}"
+    file.write_text("\n".join(rows) + "\n")
+    loop, said = read_loop(file)
+    assert loop.gaps == 1
+    assert any("without a number are missing: No Data" in words for words in said)
+
+
+def test_a_file_whose_newest_row_stands_first_is_read_from_its_end(tmp_path):
+    known, _ = assessed(6001, "stiction", "flow")
+    file = csv(tmp_path, "time,SP,PV,OP [%]", known.loop)
+    head, *rows = file.read_text().splitlines()
+    file.write_text("\n".join([head, *reversed(rows)]) + "\n")
+    loop, said = read_loop(file)
+    assert np.array_equal(loop.pv, known.loop.pv)
+    assert any("newest row stands first" in words for words in said)
+    file.write_text("\n".join([head, *rows[50:], *rows[:50]]) + "\n")
+    with pytest.raises(br.BadInput, match="runs backwards"):
+        read_loop(file)
+
+
+def test_one_oscillation_counts_once():
+    t, rng = np.arange(3000.0), np.random.default_rng(8)
+    slow = np.sin(2 * np.pi * t / 700) + 0.3 * rng.normal(0, 0.3, 3000).cumsum() / 10
+    found = assess_loop(loop_of("slow", t, None, slow, rng.normal(0, 1, 3000), True, "flow")).oscillations
+    periods = [one.period_s for one in found]
+    assert all(abs(a / b - 1) > 0.1 for i, a in enumerate(periods) for b in periods[i + 1 :])

@@ -50,7 +50,7 @@ def test_how_much_friction_grew_decides_about_work(compared, factor, word):
 
 
 def test_pages_open_with_tag_date_verdict_confidence_and_action(compared, stepped, tmp_path):
-    loop = br.assess(_recorded(simulated_loop(1, "stiction", "flow").loop), loop="flow")
+    loop = br.assess(_recorded(simulated_loop(6001, "stiction", "flow", "kano").loop), loop="flow")
     for found, heading, word in (
         (compared, "Valve example: before and after", "Good"),
         (stepped, "Valve example: step test", "Good"),
@@ -76,7 +76,7 @@ def test_a_failed_partial_stroke_asks_for_repair(stepped, tmp_path):
 
 @pytest.mark.browser
 def test_pages_print_on_a4_with_nothing_cut(compared, stepped, browser, tmp_path):
-    loop = br.assess(_recorded(simulated_loop(1, "stiction", "flow").loop), loop="flow")
+    loop = br.assess(_recorded(simulated_loop(6001, "stiction", "flow", "kano").loop), loop="flow")
     for name, found in (("compared", compared), ("stepped", stepped), ("loop", loop)):
         found.report(tmp_path / f"{name}.html")
         assert browser.lost_on_a4(tmp_path / f"{name}.html") == [], name

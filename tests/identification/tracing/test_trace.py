@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from traced_valves import imposed, recorded, traced, traced_imposed
+from traced_valves import recorded, traced, traced_imposed
 
 from bristle.cli.app import run
 from identification import trace
@@ -17,7 +17,7 @@ from identification.tracing.models.comparison import Whiteness
 from identification.tracing.models.trial_data import divided
 from identification.tracing.residual import describe_residual
 from recordings import Recording, write
-from simulator import BASE, CATALOGUE, Excitation, Sensors, ValveModel, random_valve, simulate
+from simulator import BASE, CATALOGUE, ValveModel
 
 
 def test_a_complete_model_lacks_nothing():
@@ -211,17 +211,3 @@ def test_an_imposed_motion_is_traced_by_its_force(
     assert found.verdict == (added[0] if added else "none")
     assert found.unit == "N"
     assert ("rmse_m" in found.error["before"]["holdout"]) is False
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", [41, 43])
-@pytest.mark.parametrize(("rate", "noise"), [(250.0, 2e-4), (500.0, 2e-5)])
-def test_a_rig_that_lacks_nothing_is_told_so_for_stiff_bristles_too(seed: int, rate: float, noise: float):
-    """The noise of the position is many times that of the force, once the bristles have answered to it."""
-    valve, stroke = random_valve(seed)
-    sensors = Sensors(rate, position_noise=noise * stroke, force_noise=1e-3 * valve["spring.K"] * stroke)
-    made = [
-        imposed(simulate(valve, Excitation.parse(course), sensors, stroke=stroke, seed=i)[0])
-        for i, course in enumerate(("staircase:14", "sine:14", "multisine:12"))
-    ]
-    assert trace(made[:2], holdout=made[2:]).verdict == "none"

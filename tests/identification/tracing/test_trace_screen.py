@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 from traced_valves import traced
 
-from identification.tracing.scan import rhythms, shapes, sizes
+from identification.tracing.models.scan import rhythms, shapes, sizes
 from identification.tracing.screen import screen
 from simulator import CATALOGUE, Effect, Memory, Parameter, Site, TriedAt
 

@@ -9,8 +9,10 @@ import pytest
 from seeded_valves import recorded
 
 from bristle.cli.app import run
-from identification import Identification, identify
+from identification import Identification, experiment, fit, identify
+from identification.uncertainty.bootstrap import bootstrap_of
 from recordings import BadInput
+from simulator import random_valve
 
 TRIALS = 6
 
@@ -45,3 +47,20 @@ def test_too_few_trials_are_refused(capsys: pytest.CaptureFixture[str]):
         identify([recorded(2)], bootstrap=3)
     assert run(["fit", "bundled:step", "--bootstrap", "-1"]) == 2
     assert "--bootstrap -1" in capsys.readouterr().err
+
+
+def test_replicates_are_fitted_under_priors_and_constraints_too():
+    """A prior far tighter than the data leaves the parameter its own scatter; a constraint at which the fit ends holds
+    in every replicate.
+    """
+    truth = random_valve(2)[0]
+    std, least = 1e-5 * truth["spring.K"], 1.02 * truth["lugre.fs"]
+    given = {name: value for name, value in truth.items() if name not in ("spring.K", "spring.F0", "lugre.fs")}
+    fitted = fit(
+        [experiment(recorded(2))], given=given, priors={"spring.K": (truth["spring.K"], std)},
+        constraints=[f"lugre.fs>={least!r}"],
+    )  # fmt: skip
+    scatter = bootstrap_of(fitted, 8, seed=1)
+    values = dict(zip(scatter.names, scatter.values.T, strict=True))
+    assert 0.4 * std < np.std(values["spring.K"]) < 1.6 * std
+    assert values["lugre.fs"].min() == pytest.approx(least, rel=1e-6)  # half of them would be below

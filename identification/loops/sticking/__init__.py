@@ -1,0 +1,1 @@
+"""Models of a sticking valve in two parameters, S and J."""
