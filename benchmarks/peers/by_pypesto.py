@@ -1,6 +1,6 @@
 """The work by pyPESTO with AMICI: the model as SBML, compiled, with CVODES and exact sensitivities.
 
-It needs ``pip install swig amici pypesto`` besides; AMICI is built where it is installed.
+It needs ``pip install swig amici pypesto petab`` besides, and SWIG on the path; AMICI is built where it is installed.
 """
 
 import tempfile
@@ -72,8 +72,9 @@ def objective(work: Work, folder: str) -> pypesto.AmiciObjective:
 def solve(work: Work) -> tuple[np.ndarray, str]:
     with tempfile.TemporaryDirectory() as folder:
         found = objective(work, folder)
-        guess = np.log10(work.guess)
-        problem = pypesto.Problem(found, lb=guess - 2.0, ub=guess + 2.0, x_guesses=[guess], startpoint_method=False)
+        names = list(found.x_names)
+        guess = np.log10([work.guess[NAMES.index(name)] for name in names])
+        problem = pypesto.Problem(found, lb=guess - 2.0, ub=guess + 2.0, x_guesses=[guess])
         started = time.process_time()
         result = minimize(
             problem, ScipyOptimizer("ls_trf", options={"max_nfev": 40}), n_starts=1, progress_bar=False,
@@ -81,7 +82,7 @@ def solve(work: Work) -> tuple[np.ndarray, str]:
         )  # fmt: skip
         best = result.optimize_result[0]
         words = f"{best.message}; {best.n_res + best.n_sres} runs in {time.process_time() - started:.0f} s"
-        return 10.0 ** np.asarray(best.x), words
+        return np.array([10.0 ** best.x[names.index(name)] for name in NAMES]), words
 
 
 if __name__ == "__main__":
