@@ -12,7 +12,7 @@ import identification
 ROOM = Path(identification.__file__).parent
 LAYERS = ("data", "estimators", "uncertainty", "tracing", "report")
 """Each may import from those before it."""
-SHARED = {"parallel"}
+SHARED = {"parallel", "budget"}
 """Modules of the room itself that every layer may import from."""
 
 
