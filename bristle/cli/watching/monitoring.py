@@ -263,7 +263,7 @@ def _finish(end: MonitorEnd, monitor: Monitor) -> None:
     failed = f", {end.failures.total()} failures" if end.failures else ""
     note(f"{samples} samples in {end.seconds:.1f} s, {end.alarms} alarms{failed}")
     if end.alarms:
-        raise NegativeAnswer(f"{end.alarms} alarms were raised")
+        raise NegativeAnswer(f"alarms raised: {end.alarms}")
     if end.unsaved is not None:
         raise end.unsaved
     if end.stopped_by is signal.SIGINT:

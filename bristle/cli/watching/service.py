@@ -59,7 +59,7 @@ def plant_service(
     if end.stopped_by is signal.SIGINT:
         raise KeyboardInterrupt
     if end.alarms:
-        raise NegativeAnswer(f"{end.alarms} alarms were raised")
+        raise NegativeAnswer(f"alarms raised: {end.alarms}")
 
 
 def _started(service: Service) -> None:
