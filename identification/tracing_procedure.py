@@ -40,7 +40,7 @@ class Trace(TraceResult):
 
     >>> import bristle as br
     >>> drag = {"effects": ["quadratic_drag"], "given": {"quadratic_drag.c": 2e4}}
-    >>> run = br.simulate("sine:10", **drag, position_noise=1e-6, force_noise=0.5, seed=3)
+    >>> run = br.simulate("sine:30", **drag, position_noise=1e-6, force_noise=0.5, seed=3)
     >>> arrays = {name: run[name].values for name in ("time", "position", "force")}
     >>> rig = br.Recording.from_arrays(**arrays, roles={"position": "input", "force": "output"})
     >>> found = br.trace(rig)

@@ -45,8 +45,8 @@ class Certificates:
     def _check(self, *, signs: bool) -> None:
         """All that can be wrong with the files by themselves. signs : the authority is one of other certificates."""
         files = _certificate_files(self.certificate)
-        files.check_authority(self.authority, signs=signs)
         files.check_own(self.certificate, self.key)
+        files.check_authority(self.authority, signs=signs)
 
 
 def own_certificate(certificate: Path, key: Path) -> ssl.SSLContext:

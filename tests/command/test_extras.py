@@ -31,6 +31,8 @@ def without(monkeypatch):
         library = LIBRARIES[extra]
         for name in [one for one in sys.modules if one in OWN or one.split(".")[0] == library]:
             monkeypatch.delitem(sys.modules, name)
+        for package, _, name in (one.rpartition(".") for one in OWN):  # a package keeps what was loaded of it
+            monkeypatch.delattr(sys.modules.get(package), name, raising=False)
         monkeypatch.setitem(sys.modules, library, None)
 
     return hide

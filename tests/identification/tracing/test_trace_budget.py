@@ -13,9 +13,11 @@ from traced_valves import recorded, traced, traced_imposed
 from identification import Outcome, trace
 from identification.budget import Budget
 from identification.tracing import settings
-from identification.tracing.algorithm import forward_selection
+from identification.tracing.algorithm import forward_selection, select
+from identification.tracing.answer import sentences
 from identification.tracing.candidates import candidates_of_round
 from identification.tracing.judge import NO_TIME
+from identification.tracing.verdict import BASE_MODEL
 from recordings import BadParameter
 
 
@@ -57,16 +59,15 @@ def test_the_errors_are_reported_on_what_neither_fitted_nor_judged():
     assert not np.intersect1d(judged.y, reported.y).size
 
 
-@pytest.mark.slow
-def test_a_trace_of_a_budget_that_the_base_model_needs_ends_all_the_same():
+def test_a_trace_whose_time_is_over_in_the_base_model_ends_all_the_same():
     *fitted, held_out = stem_test(100.0, ("staircase:12", "sine:12", "sine:10"))
-    found = trace(fitted, holdout=[held_out], budget=1.0)
-    assert not found.complete
-    assert found.selection.not_tried[0] == "the rest of the fit of the base model"
-    assert found.effects_added == ()
-    assert "what it lacks is not known" in " ".join(found.sentences())
+    short = budget_of(4)
+    with short.in_force():
+        found = select(fitted, holdout=[held_out], budget=short)
+    assert found.not_tried[0] == BASE_MODEL
+    assert (found.added, found.verdict) == ((), "unlisted")
     assert found.base.fit.outcome is Outcome.OUT_OF_TIME
-    assert all(parameter.std is None for parameter in found.base.model.parameters.values())
+    assert "what it lacks is not known" in sentences(found, None, None, 0.0)[0]
 
 
 def test_less_than_a_second_is_no_budget():
