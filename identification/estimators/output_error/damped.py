@@ -35,7 +35,7 @@ FEWEST = 5
 """Samples between two settings back."""
 TUNINGS = (100.0, 20.0, 3.0)
 """Tunings of the Cauchy loss, in sigmas, one after the other: to the first, a slip that is missed is a small error."""
-STARTS, FOLLOWED, TRADED, CHANGED = 64, 4, 3, 3
+STARTS, FOLLOWED, TRADED, CHANGED = 128, 6, 3, 3
 """Starts that are compared, those of them that are followed, `_trades` of the best end, and in every round changes of
 it. A wide loss does not tell which end will be the best in the narrow one, so all are followed to it.
 """
