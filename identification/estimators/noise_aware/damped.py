@@ -203,7 +203,8 @@ def damped_for(
 ) -> DampedNoiseAware:
     """The estimator for the grids of some experiments, with nodes and sub-steps that resolve a slip of theta (m,)."""
     with_error = kernel(valve.effects, "force with error", valve.catalogue, damped=True)
-    return DampedNoiseAware(with_error, coordinates, close(segment_grids), freedom_for(coordinates.values(theta)))
+    smooth = each(lambda grid: grid.with_local_smoothing(), segment_grids)  # longest where least happens
+    return DampedNoiseAware(with_error, coordinates, close(smooth), freedom_for(coordinates.values(theta)))
 
 
 def freedom_for(values: Mapping[str, float]) -> PathFreedom:
@@ -212,12 +213,8 @@ def freedom_for(values: Mapping[str, float]) -> PathFreedom:
 
 
 def close(segment_grids: Sequence[Grid]) -> list[Grid]:
-    """Grids with nodes close enough for a slip, and a motion that is smoothed longest where least happens."""
-
-    def closer(grid: Grid) -> Grid:
-        return grid.with_local_smoothing().divided(max(1, round(float(np.median(np.diff(grid.t))) / WIDEST)))
-
-    return each(closer, segment_grids)
+    """Grids with nodes close enough for a slip."""
+    return [grid.divided(max(1, round(float(np.median(np.diff(grid.t))) / WIDEST))) for grid in segment_grids]
 
 
 def best_on_chunks(whole: DampedNoiseAware, starts: Sequence[Array], progress: Progress = silent) -> Estimate | None:
