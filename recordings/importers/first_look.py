@@ -78,6 +78,8 @@ def preview(path: str | Path, mapping: ImportMapping | None = None) -> ImportPre
             notes += import_file(path, mapping).notes
         except BadInput as problem:
             missing = str(problem)
+    if missing is not None:
+        notes = (*table.notes, *notes)
     columns = tuple(_column(table, name, mapping, signals) for name in table.columns)
     n_rows = max((len(values) for values in table.columns.values()), default=0)
     return ImportPreview(path, n_rows, columns, options, notes, missing)
