@@ -1,7 +1,7 @@
 """The work by pyPESTO with AMICI: the model as SBML, compiled, with CVODES and exact sensitivities.
 
 It needs ``pip install swig amici pypesto petab fides`` besides, and SWIG on the path; AMICI is built where it is
-installed. Generating and compiling the model takes some minutes, which the row does not count.
+installed. Compiling the model takes a minute of other processes, which the row does not count.
 """
 
 import tempfile
