@@ -8,7 +8,7 @@ from simulator.compile.scan import Scan, Scanner
 from simulator.effect import Catalogue, Effect, Memory, Parameter, Quantities, Site, TriedAt
 from simulator.effects import BASE, CATALOGUE
 from simulator.excitation import Excitation
-from simulator.positioner import positioned
+from simulator.positioner import PERIOD, Positioner, positioned
 from simulator.relaxation import Lag, Relaxation
 from simulator.simulation import FINE_STEP, Sensors, random_valve, simulate
 from simulator.valve_model import FittedTo, Status, Value, ValveModel
@@ -17,6 +17,7 @@ __all__ = [
     "BASE",
     "CATALOGUE",
     "FINE_STEP",
+    "PERIOD",
     "Catalogue",
     "Causality",
     "Effect",
@@ -26,6 +27,7 @@ __all__ = [
     "Lag",
     "Memory",
     "Parameter",
+    "Positioner",
     "Quantities",
     "Recurrence",
     "Relaxation",
