@@ -177,6 +177,12 @@ class Healthy:
         """Whether the data were fewer than `LEAST_BLOCKS` independent blocks."""
         return self.seconds < self.needed_s
 
+    def grossly(self) -> Healthy:
+        """The same with gross residuals judged alone: where the data are not those of one valve, an error that lasts on
+        each may be healthy, and blocks and signs would take it for evidence. What is learned in service adds them.
+        """
+        return replace(self, fair=1.0, far_fair=1.0, shares=np.ones_like(self.shares))
+
     def is_gross(self, residual: float) -> bool:
         """Whether a residual is beyond what no margin explains."""
         return abs(residual - self.centre) > self.gross * self.size
