@@ -177,11 +177,20 @@ class Healthy:
         """Whether the data were fewer than `LEAST_BLOCKS` independent blocks."""
         return self.seconds < self.needed_s
 
-    def grossly(self) -> Healthy:
-        """The same with gross residuals judged alone: where the data are not those of one valve, an error that lasts on
-        each may be healthy, and blocks and signs would take it for evidence. What is learned in service adds them.
+    def allowing(self, bias: float) -> Healthy:
+        """The same where each valve may have an error that lasts, of so many sizes at most.
+
+        At that bound every other sign of a healthy residual is beyond the zone. What is relative to a block's own size
+        is not judged, for an error that lasts is most of it.
         """
-        return replace(self, fair=1.0, far_fair=1.0, shares=np.ones_like(self.shares))
+        limits, shares = self.limits.copy(), self.shares.copy()
+        limits[:, [SIZE, BURST]] += bias
+        shares[:, [MEAN, PEAKED]] = 1.0
+        return replace(
+            self, dead=self.dead + bias, far=self.far + bias, fair=max(self.fair, 0.5),
+            far_fair=max(self.far_fair, 0.5), gross=self.gross + bias, sharp=self.sharp + bias, limits=limits,
+            shares=shares, edges=limits * STEP ** (1.0 - N_BINS),
+        )  # fmt: skip
 
     def is_gross(self, residual: float) -> bool:
         """Whether a residual is beyond what no margin explains."""

@@ -5,8 +5,8 @@ other forces within the error of the model's free run, the noise of the sensors 
 widens every limit. A model does not say how its valve will be moved: half of the stretches have sines, the others
 steps, between whose samples the force bends as it does behind a positioner.
 
-On one valve an error of the model lasts, and evidence that adds up would take it for a fault: only what no stretch came
-near is judged. The data stand for the shortest learning time whose promise was measured and for no more, however much
+On one valve an error of the model lasts, and evidence that adds up would take it for a fault. So what lasts is told from
+what comes and goes: the means of the stretches say how far a healthy valve may be from the model. The data stand for the shortest learning time whose promise was measured and for no more, however much
 were simulated.
 """
 
@@ -18,17 +18,19 @@ from math import ceil, exp
 
 import numpy as np
 
+from detector.alarms import MONTH_S, Evidence, learn_evidence
 from detector.measurements import Measurements
-from detector.watch.learning import learn
+from detector.observer.calibration_fit import calibrate
 from detector.watch.model.filter import SUBSTEP
-from detector.watch.watch import OBSERVER, Watch
+from detector.watch.model.generator import TESTS, learned_model
+from detector.watch.watch import Watch
 from recordings import Array, BadInput
 from simulator import CATALOGUE, Catalogue, Value, ValveModel, kernel
 
 STANDS_FOR_S = 80.0
 """The learning time that a model alone stands for [s]."""
 
-LEAST_SAMPLES, STRETCHES = 6000, 30
+LEAST_SAMPLES, STRETCHES = 9000, 30
 """How much is simulated at least, and in how many stretches, each with other parameters."""
 
 PERIODS_S = (14.0, 5.3)
@@ -41,6 +43,9 @@ LOOSE = ("mass.m", "lugre.vs", "lugre.sigma0", "lugre.sigma1", "lugre.sigma2")
 """What data at plant rates often do not tell. They do not depend on it then, and the error of the free run, which has
 its own distance from the truth in it, is all that is known of it.
 """
+
+LASTING = 4.0
+"""So many standard deviations a valve may be from its model."""
 
 LEAST_FRICTION = 0.8
 """What the model does not know takes at most so much of the friction away."""
@@ -69,13 +74,34 @@ def learn_model(
     _check(model)
     data = _simulated(model, dt_s, float(stroke), catalogue)
     values = {"position": data.values["position"], name: per_newton * data.values["force"]}
+    data = Measurements(data.time_s, values)
+    learned = learned_model(model, data, catalogue)
+    if learned is None:
+        raise _refused("neither a force is measured, nor a pressure whose diaphragm_area_m2 its plant has")
+    evidence = _evidence(learned[1], dt_s, MONTH_S / per_month)
     # The observer is a line through how the valve is moved, and a model does not say how it will be.
-    watch = learn(Measurements(data.time_s, values), model, per_month, without=(OBSERVER,), catalogue=catalogue)
-    evidence = watch.evidence
-    note = "started from the model alone: gross changes of its forces are judged; learn from the valve for all others"
+    return Watch(calibrate(data), None, learned[0], None, (), evidence)
+
+
+def _evidence(residuals: Array, dt_s: float, wish_s: float) -> Evidence:
+    """What is healthy of residuals (n_samples, n_tests) of the stretches: around the mean of each, what each valve
+    does; the means, by how much the model may be wrong on a valve, for as long as it is watched.
+    """
+    stretches = residuals.reshape(STRETCHES, -1, len(TESTS))
+    counts = np.sum(np.isfinite(stretches), axis=1)
+    means = np.nansum(stretches, axis=1) / np.maximum(counts, 1)
+    middle = np.average(means, axis=0, weights=counts)
+    spread = np.sqrt(np.average((means - middle) ** 2, axis=0, weights=counts))
+    around = (stretches - means[:, None]).reshape(-1, len(TESTS))
+    evidence = learn_evidence(dict(zip(TESTS, around.T, strict=True)), dt_s, wish_s)
+    healthy = []
+    for name, one in zip(evidence.names, evidence.healthy, strict=True):
+        test = TESTS.index(name)
+        bias = LASTING * float(spread[test]) / one.size
+        healthy.append(replace(one, centre=one.centre + float(middle[test])).allowing(bias))
     promise = evidence.promise.after(min(STANDS_FOR_S, evidence.promise.seconds))
-    healthy = tuple(one.grossly() for one in evidence.healthy)
-    return replace(watch, evidence=replace(evidence, healthy=healthy, promise=promise, notes=(note,)))
+    note = "started from the model alone: its forces are judged; learn from the valve for all else"
+    return replace(evidence, healthy=tuple(healthy), promise=promise, notes=(*evidence.notes, note))
 
 
 def _check(model: ValveModel) -> None:

@@ -88,8 +88,8 @@ def fitted() -> ValveModel:
     return MODEL.model_copy(update={"parameters": parameters} | told)
 
 
-def test_from_the_model_alone_steps_are_no_fault_and_threefold_friction_is():
+def test_from_the_model_alone_steps_are_no_fault_and_friction_grown_by_half_is():
     watch = learn_model(fitted(), 1.0 / RATE, {"position", "force"})
-    for worn, seen in ((1.0, False), (3.0, True)):
+    for worn, seen in ((1.0, False), (1.5, True)):
         judgements = watch.run(watch.initial(), stepped(200.0, seed=2, worn=worn))[1]
         assert any(one.alarm for one in judgements) is seen
