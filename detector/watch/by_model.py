@@ -5,9 +5,9 @@ other forces within the error of the model's free run, the noise of the sensors 
 widens every limit. A model does not say how its valve will be moved: half of the stretches have sines, the others
 steps, between whose samples the force bends as it does behind a positioner.
 
-On one valve an error of the model lasts, and evidence that adds up would take it for a fault. So what lasts is told from
-what comes and goes: the means of the stretches say how far a healthy valve may be from the model. The data stand for the shortest learning time whose promise was measured and for no more, however much
-were simulated.
+On one valve an error of the model lasts, and evidence that adds up would take it for a fault. So what lasts is told
+from what comes and goes: the means of the stretches say how far a healthy valve may be from the model. The data stand
+for the shortest learning time whose promise was measured and for no more, however much were simulated.
 """
 
 from __future__ import annotations
