@@ -27,7 +27,7 @@ FIRST_STEPS: Final = 4
 PATH_STEPS: Final = 2
 """Steps of the paths before the cost of a model and that of a trial of another are compared: memory has to settle."""
 REPEATS: Final = 4
-"""Descents of one model at most, from other starts or from where the last one ended: plays come to rest slowly."""
+"""Descents of one model at most, each from where the last one ended: plays come to rest slowly."""
 IDLE_GAIN: Final = 2.0
 """Gain below which two steps in a row are the last of a descent: it is what noise gives."""
 CHUNK_LENGTH: Final = 2.0
@@ -42,15 +42,11 @@ HELD_OUT_SHARE: Final = 0.25
 REPORT_SHARE: Final = 0.3
 """Share of what is held out that judges nothing either, and gives the errors before and after: what chose an effect
 makes it look better than it is."""
-BASE_BOUND: Final = 4.0
-"""A base model is at most so many times as heavy, and its bristles so many times as stiff, as a regression of the force
-on the smoothed motion says: what lacks an effect may have tons of mass or a rigid stem swallow it, and then nothing
-looks like what is missing."""
 STIFFNESS_GROWTH: Final = 2.0
 """Bristles may become so many times as stiff with an effect added: what lacks an effect may have softened them, but one
 that no node resolves explains anything."""
 POOR_LOSS: Final = 1.4
-"""Loss from which a model lacks so much that its scores are not to be trusted, and its bounds not to be given up."""
+"""Loss from which a model lacks so much that its scores are not to be trusted."""
 
 # Screening: the values at which effects are tried.
 
