@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 
 from identification.estimators.estimate import Estimate, lean
 from identification.tracing import settings
+from identification.tracing.models.guesses import strengths
 from identification.tracing.models.model import Model
-from identification.tracing.models.scan import strengths
 from identification.tracing.models.search import continued, differ, first_fits
 from identification.tracing.screen import Score, newton_step
 
@@ -46,7 +46,7 @@ def fit_on_chunks(base: Model, base_on_chunks: Model | None, score: Score, from_
     """A candidate fitted to chunks, against the base model fitted to them. from_here : whether it also starts from the
     parameters of the base model.
     """
-    ends = continued(first_fits(base, score.effect, values=score.values, from_here=from_here))
+    ends = continued(first_fits(base, score.effect, values=score.values, guesses=score.guesses, from_here=from_here))
     if base_on_chunks is None or not ends:
         return CandidateFit(score, (), score.gain)
     gains = [gain_of(base_on_chunks, end) for end in ends]

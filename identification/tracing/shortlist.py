@@ -9,7 +9,7 @@ from identification.budget import Budget
 from identification.tracing import settings
 from identification.tracing.models.comparison import fitted_whiteness, is_white
 from identification.tracing.models.model import Model
-from identification.tracing.models.search import best_model_on_chunks, imitations
+from identification.tracing.models.search import best_model_on_chunks
 from identification.tracing.refine import CandidateFit, fit_on_chunks, gain_of, refit_on_base_paths
 from identification.tracing.screen import Score
 from recordings import Progress, silent
@@ -38,7 +38,7 @@ def shortlisted_fits(
 
 def is_imitated(base: Model, score: Score) -> bool:
     """Whether a model imitates an effect so well that its score says little and its own paths do not lead to it."""
-    return bool(imitations(base, score.effect))
+    return not base.data.imposed and base.data.catalogue[score.effect].imitated
 
 
 def _effect(score: Score) -> str:

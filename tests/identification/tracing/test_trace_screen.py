@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
+from identification.tracing.models.scan import rhythms, shapes, sizes
 from traced_valves import traced
 
-from identification.tracing.models.scan import rhythms, shapes, sizes
 from identification.tracing.screen import screen
 from simulator import CATALOGUE, Effect, Memory, Parameter, Site, TriedAt
 

@@ -1,0 +1,65 @@
+"""First guesses of effects beside a model: where their shapes and sizes are tried, and where their fits start."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from identification.data.grid import Grid
+from identification.tracing.models.model import Model
+from identification.tracing.models.trial_data import TrialData
+from recordings import Array
+from simulator import FirstLook, Parameter
+
+SMALL = 0.1
+"""Share of its scale at which a strength is tried that can only grow, where no guess says more."""
+Guesses = Sequence[Mapping[str, float]]
+"""Guesses of one effect, likeliest first, as parameter values by full name."""
+
+
+def looks(model: Model) -> list[FirstLook]:
+    """The fitted recordings of a model at a first look."""
+    return [
+        _look(model, grid, path, force)
+        for grid, path, force in zip(model.data.fitted, model.estimate.paths, model.residual_force, strict=True)
+    ]
+
+
+def guesses(model: Model, seen: Sequence[FirstLook], effect: str) -> Guesses:
+    """What an effect reads off recordings; empty where they do not show it."""
+    found = model.data.catalogue[effect].first_guess(seen, model.values)
+    return [values for values in found if np.isfinite([*values.values()]).all()]
+
+
+def strengths(data: TrialData, effect: str) -> dict[str, Parameter]:
+    """The parameters that vanish with an effect, by full name."""
+    one = data.catalogue[effect]
+    return {one.parameter_name(p.symbol): p for p in one.parameters if p.neutral is not None}
+
+
+def shapes(data: TrialData, effect: str, found: Guesses) -> list[dict[str, float]]:
+    """The shapes at which an effect is tried, as parameter values by full name: as guessed, else as is typical."""
+    one = data.catalogue[effect]
+    typical = {one.parameter_name(p.symbol): p.scale for p in one.parameters if p.neutral is None and not p.known}
+    tried = [{name: guess.get(name, value) for name, value in typical.items()} for guess in found or [{}]]
+    return [shape for i, shape in enumerate(tried) if shape not in tried[:i]]
+
+
+def sizes(data: TrialData, effect: str, found: Guesses) -> list[dict[str, float]]:
+    """The sizes beside zero at which strengths are tried that can only grow and work through memory: a play operator at
+    rest on noise shows nothing to first order.
+    """
+    if not data.catalogue[effect].memory:
+        return []
+    tried = [
+        {name: value}
+        for name, p in strengths(data, effect).items() if p.lower == p.neutral
+        for value in (*(guess[name] for guess in found if guess.get(name, p.lower) > p.lower), SMALL * p.scale)
+    ]  # fmt: skip
+    return [size for i, size in enumerate(tried) if size not in tried[:i]]
+
+
+def _look(model: Model, grid: Grid, path: Array, error: Array) -> FirstLook:
+    held = frozenset(name for name in model.coordinates.names if name not in model.coordinates.free_names)
+    return FirstLook(grid.t, path[:, 0], path[:, 1], grid.force.u, -error, grid.noise_y, held)
