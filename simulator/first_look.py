@@ -18,10 +18,10 @@ from recordings import Array
 
 MOST_SAMPLES = 6000
 """Samples that a regression uses at most: enough for a guess."""
-SLIDING = 0.05
-"""Share of its root mean square speed above which a valve slides, whatever noise and bristles do."""
 COLLINEAR = 1e-6
 """Share of the power of a force that a change of the base does not imitate, below which it is nothing of its own."""
+BENT = 0.9
+"""Share of its deflection when sliding from which a bristle is bent all the way."""
 LEAST = 0.1
 """Share of a parameter of the base that is left to it, whatever an effect takes."""
 HALF_WIDTHS = (0.04, 0.08, 0.15, 0.3)
@@ -32,28 +32,38 @@ LINEAR = ("mass.m", "spring.K", "spring.F0", "lugre.fc", "lugre.fs", "lugre.sigm
 
 @dataclass(frozen=True)
 class FirstLook:
-    """A recording at a first look, arrays (n,) at its samples. t time [s]; x, v position [m] and velocity [m/s] of the
-    reading, smoothed; u force [N]; missing : force against the motion that a base model does not have [N]; noise of the
-    position, a standard deviation [m]; held : parameters of the base that are known, by full name.
+    """A recording at a first look, arrays (n,) at its samples. t time [s]; x, v, a position [m], velocity [m/s] and
+    acceleration [m/s2] of the reading, smoothed; u force [N]; bent : deflection of the bristles as a share of that when
+    sliding, with its sign; otherwise_bent (n, 2) : that of stiffer and of softer ones; moves : where the reading moves,
+    whatever its noise does; held : known parameters of the base, by full name.
     """
 
     t: Array
     x: Array
     v: Array
+    a: Array
     u: Array
-    missing: Array
-    noise: float
+    bent: Array
+    otherwise_bent: Array
+    moves: NDArray[np.bool_]
     held: frozenset[str] = frozenset()
 
-    @functools.cached_property
-    def a(self) -> Array:
-        """Acceleration [m/s2]."""
-        return np.gradient(self.v, self.t)
+    @classmethod
+    def of(
+        cls, t: Array, motion: Array, u: Array, base: Mapping[str, float], held: Iterable[str] = ()
+    ) -> FirstLook:  # fmt: skip
+        """From a motion (n, 3): smoothed x and v, and v behind a dead zone at the level of the noise. The bristles of a
+        base model say how far they are bent, by the way that the reading has gone.
+        """
+        x, v, crept = motion.T
+        deflection = base["lugre.fs"] / base["lugre.sigma0"]
+        bent, *others = (_bent(x, v, share * deflection) for share in (1.0, 0.5, 2.0))
+        return cls(t, x, v, np.gradient(v, t), u, bent, np.column_stack(others), crept != 0, frozenset(held))
 
     @functools.cached_property
     def slides(self) -> NDArray[np.bool_]:
-        """Where the valve slides: at rest friction holds any force."""
-        return np.asarray(np.abs(self.v) > SLIDING * float(np.sqrt(np.mean(self.v**2))))
+        """Where it moves and the bristles are bent all the way."""
+        return np.asarray(self.moves & (self.bent * np.sign(self.v) > BENT))
 
     def falling(self, base: Mapping[str, float]) -> Array:
         """The share of Stribeck's fall of friction that is left at the speed of each sample."""
@@ -62,18 +72,34 @@ class FirstLook:
     def friction(self, base: Mapping[str, float]) -> Array:
         """Friction by Stribeck's curve, without its viscous part [N]."""
         fc, fs = base["lugre.fc"], base["lugre.fs"]
-        return np.asarray(np.sign(self.v) * (fc + (fs - fc) * self.falling(base)))
+        return np.asarray(self.bent * (fc + (fs - fc) * self.falling(base)))
 
-    def by_base(self, base: Mapping[str, float]) -> dict[str, Array]:
-        """What one more of each parameter in `LINEAR` that is not known adds to the force against the motion."""
-        way, falling = np.sign(self.v), self.falling(base)
+    def by_base(self, base: Mapping[str, float], presliding: bool) -> dict[str, Array]:
+        """What one more of each parameter in `LINEAR` that is not known adds to the force against the motion.
+
+        presliding : and what stiffer and softer bristles add.
+        """
+        way, falling = self.bent, self.falling(base)
         forces = self.a, self.x, np.ones(len(self.t)), way * (1 - falling), way * falling, self.v
-        return {name: f for name, f in zip(LINEAR, forces, strict=True) if name not in self.held}
+        found = {name: f for name, f in zip(LINEAR, forces, strict=True) if name not in self.held}
+        if presliding:
+            found |= {f"bristles {i}": other - way for i, other in enumerate(self.otherwise_bent.T)}
+        return found
+
+    def missing(self, base: Mapping[str, float]) -> Array:
+        """What a base model lacks of the force against the motion, while the valve slides [N]."""
+        linear = base["mass.m"] * self.a + base["spring.K"] * self.x + base["spring.F0"] + base["lugre.sigma2"] * self.v
+        return np.asarray(self.u - linear - self.friction(base))
 
     def thinned(self, every: int) -> FirstLook:
         """Every so-manieth sample."""
-        arrays = {name: getattr(self, name)[::every] for name in ("t", "x", "v", "u", "missing")}
-        return replace(self, **arrays)
+        return replace(
+            self,
+            **{
+                name: getattr(self, name)[::every]
+                for name in ("t", "x", "v", "a", "u", "bent", "otherwise_bent", "moves")
+            },
+        )
 
 
 Force = Callable[[FirstLook], Array]
@@ -107,7 +133,7 @@ class Guess:
 @dataclass(frozen=True)
 class Missing:
     """What is missing while the valve slides. looks, base : of which recordings and model; columns (n, m) : what
-    changes of the base add; force (n,) [N]; names (m,) of the parameters that are changed.
+    changes of the base add; force (n,) [N]; names (m,) of the parameters that are changed; presliding : of `of`.
     """
 
     looks: Sequence[FirstLook]
@@ -115,18 +141,22 @@ class Missing:
     names: tuple[str, ...]
     columns: Array
     force: Array
+    presliding: bool = False
 
     @classmethod
-    def of(cls, looks: Sequence[FirstLook], base: Mapping[str, float]) -> Missing:
-        """From some recordings and the values of a base model."""
+    def of(cls, looks: Sequence[FirstLook], base: Mapping[str, float], presliding: bool = False) -> Missing:
+        """From some recordings and the values of a base model. presliding : also while the bristles bend."""
         some = [look.thinned(1 + sum(len(one.t) for one in looks) // MOST_SAMPLES) for look in looks]
-        names = tuple(some[0].by_base(base))
-        columns = [np.column_stack([*look.by_base(base).values()])[look.slides] for look in some]
-        return cls(some, base, names, np.vstack(columns), _sliding(some, lambda look: look.missing))
+        names = tuple(some[0].by_base(base, presliding))
+        columns = [
+            np.column_stack([*look.by_base(base, presliding).values()])[_mask(look, presliding)] for look in some
+        ]
+        force = [look.missing(base)[_mask(look, presliding)] for look in some]
+        return cls(some, base, names, np.vstack(columns), np.concatenate(force), presliding)
 
     def explained(self, *forces: Force) -> Explained | None:
         """What some forces explain; None where a change of the base does the same, and where nothing slides."""
-        all_columns = np.column_stack([self.columns, *(_sliding(self.looks, one) for one in forces)])
+        all_columns = np.column_stack([self.columns, *(self._masked(one) for one in forces)])
         scale = np.linalg.norm(all_columns, axis=0)
         if len(all_columns) <= all_columns.shape[1] or not (scale[-len(forces) :] > 0).all():
             return None
@@ -143,12 +173,21 @@ class Missing:
         found /= scale
         return Explained(found[m:].tolist(), share, self._changed(found[:m]))
 
+    @functools.cached_property
+    def _moves(self) -> Array:
+        scale = np.linalg.norm(self.columns, axis=0)
+        scale[scale == 0] = 1.0
+        return np.asarray(np.linalg.lstsq(self.columns / scale, self.force, rcond=1e-10)[0] / scale)
+
     @property
     def unexplained(self) -> float:
         """Mean square of what no change of the base explains [N2]."""
-        scale = np.linalg.norm(self.columns, axis=0)
-        left = self.force - self.columns @ (np.linalg.lstsq(self.columns / scale, self.force, rcond=1e-10)[0] / scale)
-        return float(np.mean(left**2))
+        return float(np.mean((self.force - self.columns @ self._moves) ** 2))
+
+    @property
+    def alone(self) -> Mapping[str, float]:
+        """The base that explains most without any effect, by full name."""
+        return self._changed(self._moves)
 
     def best(self, trials: Iterable[Trial]) -> Guess | None:
         """Of several shapes, with their strengths, the one that explains most; None where none explains anything."""
@@ -159,10 +198,13 @@ class Missing:
         ]  # fmt: skip
         return max(known, key=lambda guess: guess.share, default=None)
 
+    def _masked(self, force: Force) -> Array:
+        return np.concatenate([force(look)[_mask(look, self.presliding)] for look in self.looks])
+
     def _changed(self, moves: Array) -> dict[str, float]:
         """The base with some parameters changed, each as far as it may be."""
         found = dict(self.base)
-        for name, move in zip(self.names, moves, strict=True):
+        for name, move in ((n, m) for n, m in zip(self.names, moves, strict=True) if n in found):
             moved = found[name] + float(move)
             found[name] = moved if name == "spring.F0" else max(moved, LEAST * found[name])
         found["lugre.fs"] = max(found["lugre.fs"], found["lugre.fc"])
@@ -201,8 +243,18 @@ def dragged(drive: Array, halves: Sequence[float]) -> Array:
     return found
 
 
-def _sliding(looks: Sequence[FirstLook], force: Force) -> Array:
-    return np.concatenate([force(look)[look.slides] for look in looks])
+def _bent(x: Array, v: Array, deflection: float) -> Array:
+    """Deflection of bristles along a motion, as a share of that when sliding."""
+    parts = np.exp(-np.abs(np.diff(x)) / deflection)
+    bent, found = 0.0, [0.0]
+    for way, part in zip(np.sign(v[1:]).tolist(), parts.tolist(), strict=True):
+        bent = way + (bent - way) * part
+        found.append(bent)
+    return np.array(found)
+
+
+def _mask(look: FirstLook, presliding: bool) -> NDArray[np.bool_]:
+    return look.moves if presliding else look.slides
 
 
 def _solved(matrix: Array, right: Array) -> Array:

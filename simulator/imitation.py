@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 
 from recordings import Array
-from simulator.first_look import LEAST, FirstLook, Guess, Missing
+from simulator.first_look import LEAST, FirstLook, Missing
 
 DELAYS = tuple(float(tau) for tau in np.geomspace(5e-4, 0.3, 15))
 """Delays that are tried [s]."""
-MOST = 0.9
-"""Share of viscous friction that a delay has put there at most."""
+HIDDEN = 0.3
+"""Share of Coulomb friction that hides a hysteresis at most: bristles that are bent otherwise look like more of it."""
 Delayed = Callable[[FirstLook, float], Array]
 """The force of a recording, so many seconds late."""
 
@@ -41,25 +41,21 @@ def late(name: str, looks: Sequence[FirstLook], base: Mapping[str, float], delay
     """
     if base["spring.K"] <= 0:
         return []
-    left = [_left([delayed(look, tau) for look in looks], looks, base) for tau in DELAYS]
-    best = DELAYS[int(np.argmin(left))]
-    K, sigma2, m = base["spring.K"], base["lugre.sigma2"], base["mass.m"]
-    tau = min(best, MOST * sigma2 / K)
-    own = sigma2 - tau * K
-    return [{
-        name: tau, "lugre.sigma2": own, "mass.m": max(m - tau * own, LEAST * m),
-        "lugre.sigma1": max(base["lugre.sigma1"] - tau * base["lugre.sigma0"], LEAST * base["lugre.sigma1"]),
-    }]  # fmt: skip
+    left = [_beside(delayed, tau, looks, base).unexplained for tau in DELAYS]
+    tau = DELAYS[int(np.argmin(left))]
+    own = _beside(delayed, tau, looks, base).alone
+    sigma1 = max(base["lugre.sigma1"] - tau * base["lugre.sigma0"], LEAST * base["lugre.sigma1"])
+    return [{name: tau, "lugre.sigma2": own["lugre.sigma2"], "mass.m": own["mass.m"], "lugre.sigma1": sigma1}]
 
 
-def hidden_in_friction(name: str, guess: Guess, base: Mapping[str, float]) -> dict[str, float]:
-    """Friction beside a hysteresis of the force that is `name` [N] wide: once its branches are run through it is a
-    constant friction, so a model without it has that much more of fc and fs.
+def hidden_in_friction(name: str, force: float, base: Mapping[str, float]) -> dict[str, float]:
+    """A hysteresis of the force that is `name` wide, and the friction beside it [N]: once its branches are run through
+    it is a constant friction, so a model without it has that much more of fc and fs. force : as it seems [N].
     """
-    part = min(max(guess.values[name], 0.0), (1 - LEAST) * base["lugre.fc"])
-    return {"lugre.fc": base["lugre.fc"] - part, "lugre.fs": base["lugre.fs"] - part}
+    part = min(force, HIDDEN * base["lugre.fc"])
+    return {name: part, "lugre.fc": base["lugre.fc"] - part, "lugre.fs": base["lugre.fs"] - part}
 
 
-def _left(forces: Sequence[Array], looks: Sequence[FirstLook], base: Mapping[str, float]) -> float:
-    """Mean square of forces beside a linear model of the motion [N2]."""
-    return Missing.of([replace(look, missing=u) for look, u in zip(looks, forces, strict=True)], base).unexplained
+def _beside(delayed: Delayed, tau: float, looks: Sequence[FirstLook], base: Mapping[str, float]) -> Missing:
+    """What is missing when the force is so late."""
+    return Missing.of([replace(look, u=delayed(look, tau)) for look in looks], base)

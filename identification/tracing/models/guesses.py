@@ -6,10 +6,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from identification.data.grid import Grid
 from identification.tracing.models.model import Model
 from identification.tracing.models.trial_data import TrialData
-from recordings import Array
 from simulator import FirstLook, Parameter
 
 SMALL = 0.1
@@ -20,16 +18,16 @@ Guesses = Sequence[Mapping[str, float]]
 
 def looks(model: Model) -> list[FirstLook]:
     """The fitted recordings of a model at a first look."""
-    return [
-        _look(model, grid, path, force)
-        for grid, path, force in zip(model.data.fitted, model.estimate.paths, model.residual_force, strict=True)
-    ]
+    held = set(model.coordinates.names) - set(model.coordinates.free_names)
+    return [FirstLook.of(grid.t, grid.motion, grid.force.u, model.values, held) for grid in model.data.fitted]
 
 
 def guesses(model: Model, seen: Sequence[FirstLook], effect: str) -> Guesses:
     """What an effect reads off recordings; empty where they do not show it."""
+    off = {name: p.neutral for name, p in strengths(model.data, effect).items()}
     found = model.data.catalogue[effect].first_guess(seen, model.values)
-    return [values for values in found if np.isfinite([*values.values()]).all()]
+    finite = [values for values in found if np.isfinite([*values.values()]).all()]
+    return [values for values in finite if any(values.get(name, value) != value for name, value in off.items())]
 
 
 def strengths(data: TrialData, effect: str) -> dict[str, Parameter]:
@@ -58,8 +56,3 @@ def sizes(data: TrialData, effect: str, found: Guesses) -> list[dict[str, float]
         for value in (*(guess[name] for guess in found if guess.get(name, p.lower) > p.lower), SMALL * p.scale)
     ]  # fmt: skip
     return [size for i, size in enumerate(tried) if size not in tried[:i]]
-
-
-def _look(model: Model, grid: Grid, path: Array, error: Array) -> FirstLook:
-    held = frozenset(name for name in model.coordinates.names if name not in model.coordinates.free_names)
-    return FirstLook(grid.t, path[:, 0], path[:, 1], grid.force.u, -error, grid.noise_y, held)

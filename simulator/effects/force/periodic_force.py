@@ -45,15 +45,15 @@ class PeriodicForce(Effect):
                 "a": lambda r: np.sin(2 * math.pi * f * r.t), "b": lambda r: np.cos(2 * math.pi * f * r.t)
             }  # fmt: skip
 
-        guess = Missing.of(recordings, base).best(map(trial, _frequencies(recordings)))
+        guess = Missing.of(recordings, base).best(map(trial, _frequencies(recordings, base)))
         return [] if guess is None else [self.named(**guess.values)]
 
 
-def _frequencies(looks: Sequence[FirstLook]) -> list[float]:
+def _frequencies(looks: Sequence[FirstLook], base: Mapping[str, float]) -> list[float]:
     """Frequencies [Hz] about the strongest peaks of the missing force in the longest recording."""
     look = max(looks, key=lambda one: one.t[-1] - one.t[0])
     even = np.linspace(look.t[0], look.t[-1], len(look.t))
-    signal = np.interp(even, look.t, look.missing)
+    signal = np.interp(even, look.t, np.where(look.slides, look.missing(base), 0.0))
     power = np.abs(np.fft.rfft((signal - signal.mean()) * np.hanning(len(signal)))) ** 2
     f, span = np.fft.rfftfreq(len(even), even[1] - even[0]), float(even[-1] - even[0])
     power = np.where((f * span > FEWEST_PERIODS) & (f < HIGHEST), power, 0.0)

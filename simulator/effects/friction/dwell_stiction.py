@@ -12,6 +12,8 @@ from simulator.effect import Effect, Expression, Memory, Parameter, Quantities, 
 from simulator.first_look import FirstLook, Missing, Trial
 from simulator.relaxation import Relaxation
 
+MOST = 1.0
+"""Rise of friction of a first guess at most: bristles that are bent otherwise look like more of it."""
 RESTS = (0.3, 1.0, 3.0)
 """Times at rest [s] that may bring most of the rise, for a first guess."""
 
@@ -48,8 +50,8 @@ class DwellStiction(Effect):
             d = self.parameters[-1].scale
             return {"gamma": gamma, "d": d}, {"a": lambda r: r.friction(base) * _rested(r, gamma, d)}
 
-        guess = Missing.of(recordings, base).best(map(trial, RESTS))
-        return [] if guess is None else [self.named(**guess.values)]
+        guess = Missing.of(recordings, base, presliding=True).best(map(trial, RESTS))
+        return [] if guess is None else [self.named(**guess.values | {"a": min(guess.values["a"], MOST)})]
 
 
 def _rested(look: FirstLook, gamma: float, d: float) -> Array:

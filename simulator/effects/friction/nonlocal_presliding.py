@@ -54,7 +54,9 @@ class NonlocalPresliding(Effect):
             return {"d": d}, {"f": lambda r: ((r.x[:, None] - dragged(r.x, halves)) / parts).sum(axis=1) / d}
 
         deflection = base["lugre.fs"] / base["lugre.sigma0"]
-        guess = Missing.of(recordings, base).best(trial(multiple * deflection) for multiple in DEFLECTIONS)
+        guess = Missing.of(recordings, base, presliding=True).best(
+            trial(multiple * deflection) for multiple in DEFLECTIONS
+        )
         if guess is None or guess.values["f"] <= 0:
             return []
-        return [self.named(**guess.values) | hidden_in_friction("f", guess, base)]
+        return [self.named(**guess.values) | hidden_in_friction(self.parameter_name("f"), guess.values["f"], base)]

@@ -52,7 +52,7 @@ class ActuatorHysteresis(Effect):
             halves, parts = [r * i / ELEMENTS for i in range(1, ELEMENTS + 1)], np.arange(1, ELEMENTS + 1)
             return {"r": r}, {"h": lambda look: ((look.u[:, None] - dragged(look.u, halves)) / parts).sum(axis=1) / r}
 
-        guess = Missing.of(recordings, base).best(trial(way * base["lugre.fc"]) for way in WAYS)
+        guess = Missing.of(recordings, base, presliding=True).best(trial(way * base["lugre.fc"]) for way in WAYS)
         if guess is None or guess.values["h"] <= 0:
             return []
-        return [self.named(**guess.values) | hidden_in_friction("h", guess, base)]
+        return [self.named(**guess.values) | hidden_in_friction(self.parameter_name("h"), guess.values["h"], base)]

@@ -57,13 +57,12 @@ class PositionBacklash(Effect):
         width = float(widths[np.argmin(off)])
         if width == 0.0:
             return []
-        own = fc - width * K / 2
         return [
-            self.named(width=width) | {
-                "lugre.fc": own, "lugre.fs": 1.4 * own, "lugre.vs": 3e-3, "lugre.sigma0": softer * sigma0,
-                "lugre.sigma1": 0.6 * (softer * sigma0 * base["mass.m"]) ** 0.5,
+            self.named(width=share * width) | {
+                "lugre.fc": fc - share * width * K / 2, "lugre.fs": 1.4 * fc, "lugre.vs": 3e-3,
+                "lugre.sigma0": softer * sigma0, "lugre.sigma1": 0.6 * (softer * sigma0 * base["mass.m"]) ** 0.5,
             }
-            for softer in (1.0, 0.1)
+            for share in (1.0, 0.4) for softer in (1.0, 0.1)
         ]  # fmt: skip
 
 
@@ -80,7 +79,7 @@ class Silence(NamedTuple):
 
 def _silences(look: FirstLook) -> Iterator[Silence]:
     """The reversals of a recording, each until shortly after the reading moves again."""
-    moving = np.flatnonzero(look.slides)
+    moving = np.flatnonzero(look.moves)
     turns = np.flatnonzero(np.sign(look.v[moving[1:]]) != np.sign(look.v[moving[:-1]]))
     dt = float(np.median(np.diff(look.t)))
     for before, after in zip(moving[turns], moving[turns + 1], strict=True):
@@ -92,13 +91,14 @@ def _silences(look: FirstLook) -> Iterator[Silence]:
 def _off(silence: Silence, widths: Array, base: Mapping[str, float]) -> Array:
     """How far a reading behind each width of a play (k,) is off in a reversal, the mean over it [m]."""
     K, fc, m, h = base["spring.K"], base["lugre.fc"], base["mass.m"], silence.dt
-    hidden, carried = K * widths / 2, 1 + h * base["lugre.sigma2"] / m
     x, v = silence.x[0] + silence.way * widths / 2, np.full(len(widths), silence.v)
-    y, off = np.full(len(widths), silence.x[0]), np.zeros(len(widths))
+    y, off, bent = np.full(len(widths), silence.x[0]), np.zeros(len(widths)), np.full(len(widths), silence.way)
     for force, seen in zip(silence.u, silence.x, strict=True):
-        level = fc - hidden + (base["lugre.fs"] - fc) * np.exp(-((v / base["lugre.vs"]) ** 2))
-        free = (v + h / m * (force - K * x - base["spring.F0"])) / carried
-        v = np.sign(free) * np.maximum(np.abs(free) - h / m * level / carried, 0.0)
+        level = fc - K * widths / 2 + (base["lugre.fs"] - fc) * np.exp(-((v / base["lugre.vs"]) ** 2))
+        left = 1 - bent * np.sign(force - K * x - base["spring.F0"] - level * bent)
+        damping = base["lugre.sigma2"] + left * (base["lugre.sigma1"] + h * base["lugre.sigma0"])
+        v = (m * v + h * (force - K * x - base["spring.F0"] - level * bent)) / (m + h * damping)
+        bent = np.clip(bent + left * base["lugre.sigma0"] / level * h * v, -1.0, 1.0)
         x = x + h * v
         y = np.clip(y, x - widths / 2, x + widths / 2)
         off += np.abs(y - seen)

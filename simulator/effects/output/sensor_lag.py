@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from simulator.effect import Effect, Expression, Memory, Parameter, Quantities, Site, Values
 from simulator.first_look import FirstLook
-from simulator.imitation import filtered, late
+from simulator.imitation import late, shifted
 from simulator.relaxation import Lag
 
 
@@ -29,4 +29,4 @@ class SensorLag(Effect):
 
     def first_guess(self, recordings: Sequence[FirstLook], base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
         """The lag of the force with which the loop of force over reading is closest: what it moves is read late."""
-        return late(self.parameter_name("tau"), recordings, base, filtered)
+        return late(self.parameter_name("tau"), recordings, base, shifted)
