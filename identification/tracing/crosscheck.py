@@ -96,7 +96,7 @@ def second_opinion(base: Model) -> SecondOpinion | None:
     weights = np.linalg.lstsq(terms[effect], residual, rcond=SINGULAR)[0]
     error = residual - terms[effect] @ weights
     share = 1.0 - float(error @ error) / float(residual @ residual)
-    return SecondOpinion(effect if share > settings.LEAST_SHARE else "none", share)
+    return SecondOpinion(effect if share > settings.SMALL_SHARE else "none", share)
 
 
 def _windows(model: Model, distance: float) -> Windows | None:

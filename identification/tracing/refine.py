@@ -83,12 +83,12 @@ def _on_base_paths(base: Model, effect: str, values: Mapping[str, float], best_g
     def hopeless(now: Estimate) -> bool:
         promise, gain = newton_step(now.normal)[1], base.cost - now.cost
         return (
-            promise < settings.IDLE_GAIN
-            or gain + promise < settings.HALF_GAIN
+            promise < settings.CHANCE_GAIN
+            or gain + promise < settings.MIN_GAIN / 2
             or gain + PROMISE_FACTOR * promise < settings.GAIN_SHARE * best_gain
         )
 
-    work = found.data.estimator(found.effects, worth=settings.IDLE_GAIN)
+    work = found.data.estimator(found.effects, worth=settings.CHANCE_GAIN)
     end = work.refit(found.estimate.theta, found.estimate.paths, settings.STEPS, hopeless)
     return None if end is None else replace(found, estimate=lean(end))
 
@@ -101,7 +101,7 @@ def worth_refitting(base: Model, fits: Sequence[CandidateFit]) -> dict[str, Cand
     share = settings.FAR_SHARE if imposed else settings.GAIN_SHARE
     count = settings.CANDIDATES if imposed else settings.CANDIDATES // 2
     on_chunks = [fit for fit in fits if fit.chunk_fits][:count]
-    likely = settings.HALF_GAIN * base.data.chunk_share
+    likely = settings.MIN_GAIN / 2 * base.data.chunk_share
     least = max(share * on_chunks[0].gain, likely) if on_chunks else 0.0
     best = max((gain_of(base, fit.base_path_refit) for fit in fits), default=0.0)
     enough = max(settings.MIN_GAIN, share * best)

@@ -49,7 +49,7 @@ def first_fits(
 
 def continued(fits: Sequence[Model]) -> list[Model]:
     """First fits continued, best first."""
-    steps = settings.STEPS - settings.FIRST_STEPS
+    steps = settings.STEPS - settings.STEPS // 3
     return sorted((fit.descended(steps, coarse=True) for fit in fits), key=lambda end: end.cost)
 
 
@@ -57,10 +57,10 @@ def differ(effect: str, one: Model, other: Model) -> bool:
     """Whether two fits ended at different places, by the parameters of an effect."""
     names = one.data.catalogue[effect].parameter_names()
     a, b = (np.array([model.values[name] for name in names]) for model in (one, other))
-    return bool((np.abs(a - b) > settings.ALIKE_SHARE * np.maximum(np.abs(a), np.abs(b))).any())
+    return bool((np.abs(a - b) > settings.SMALL_SHARE * np.maximum(np.abs(a), np.abs(b))).any())
 
 
 def _started(work: PathEstimator, starts: Sequence[Array]) -> list[Estimate]:
     """First fits from some starting values, best first."""
-    fits = [work.fit(start, settings.FIRST_STEPS) for start in starts]
+    fits = [work.fit(start, settings.STEPS // 3) for start in starts]
     return sorted((lean(fit) for fit in fits if fit is not None), key=lambda fit: fit.cost)
