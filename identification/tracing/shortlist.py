@@ -26,8 +26,12 @@ def shortlisted_fits(
     few = [] if base.data.imposed else few
     refits, complete = _refits_on_base_paths(base, few, budget, progress)
     shortlist = _shortlist(base, scores, refits, complete)
+    base_on_chunks = best_model_on_chunks(base) if shortlist else None
     usual = [s.effect for s in scores[: settings.CANDIDATES]]
-    fits = _fits_on_chunks(base, shortlist, usual, budget, progress)
+    fits = [
+        fit_on_chunks(base, base_on_chunks, s, from_here=s.effect in usual or is_imitated(base, s))
+        for s in budget.within(shortlist, "fits to chunks", progress, _effect)
+    ]
     fits += [CandidateFit(s, (), s.gain) for s in few if s not in shortlist]
     return [replace(fit, base_path_refit=refits.get(fit.effect)) for fit in fits]
 
@@ -60,32 +64,6 @@ def _refits_on_base_paths(
         refits[s.effect] = refit = refit if is_white(refit) else refit.refitted()
         complete = refit if is_white(refit) else complete
     return refits, complete
-
-
-def _fits_on_chunks(
-    base: Model, shortlist: Sequence[Score], usual: Sequence[str], budget: Budget, progress: Progress
-) -> list[CandidateFit]:
-    """The shortlist fitted to chunks. Once one of them is complete there, only those follow that promise about as much:
-    what it should not have explained shows in the next round. usual : effects that also start from the base model.
-    """
-    base_on_chunks = best_model_on_chunks(base) if shortlist else None
-    fits, enough = list[CandidateFit](), 0.0
-    for s in budget.within(shortlist, "fits to chunks", progress, _effect):
-        if s.gain * base.data.chunk_share < settings.GAIN_SHARE * enough:
-            continue
-        fits.append(fit_on_chunks(base, base_on_chunks, s, from_here=s.effect in usual or is_imitated(base, s)))
-        if _completes(base, base_on_chunks, fits[-1]):
-            enough = max(enough, fits[-1].gain)
-    return fits
-
-
-def _completes(base: Model, base_on_chunks: Model | None, fit: CandidateFit) -> bool:
-    """Whether a candidate explains beyond doubt all that a base model lacks on chunks, and is no imitated effect."""
-    if base_on_chunks is None or not fit.chunk_fits or is_imitated(base, fit.score):
-        return False
-    clear = fit.gain > settings.CLEAR_GAIN * base.data.chunk_share
-    fall = base_on_chunks.estimate.loss - fit.chunk_fits[0].estimate.loss
-    return clear and fall > settings.COMPLETE_LOSS - 1 and fitted_whiteness(fit.chunk_fits[0]).white
 
 
 def _shortlist(base: Model, scores: Sequence[Score], refits: Refits, complete: Model | None) -> list[Score]:
