@@ -182,6 +182,8 @@ class Missing:
     @property
     def unexplained(self) -> float:
         """Mean square of what no change of the base explains [N2]."""
+        if not len(self.force):
+            return 0.0
         return float(np.mean((self.force - self.columns @ self._moves) ** 2))
 
     @property

@@ -78,3 +78,17 @@ def test_a_guess_of_a_strong_cubic_spring_has_the_straight_spring_beside_it():
     found = guessed("hardening_spring")
     assert found["spring.K"] == pytest.approx(K, rel=0.1)
     assert found["k3"] == pytest.approx(K / STROKE**2, rel=0.1)
+
+
+@pytest.mark.slow
+def test_a_play_of_a_fiftieth_of_the_stroke_is_named_with_its_width():
+    found = traced_valves.traced("backlash", width=0.02 * STROKE)
+    assert found.verdict == "backlash"
+    assert found.values["backlash.width"] == pytest.approx(0.02 * STROKE, rel=0.1)
+
+
+@pytest.mark.slow
+def test_a_strong_cubic_spring_is_named_with_its_stiffness():
+    found = traced_valves.traced("hardening_spring", k3=K / STROKE**2)
+    assert found.verdict == "hardening_spring"
+    assert found.values["hardening_spring.k3"] == pytest.approx(K / STROKE**2, rel=0.05)
