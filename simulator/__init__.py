@@ -5,9 +5,10 @@ from simulator.compile.kernel import Causality, Kernel, kernel, shows_imposed
 from simulator.compile.numba_loop import native_module
 from simulator.compile.recurrence import Recurrence
 from simulator.compile.scan import Scan, Scanner
-from simulator.effect import Catalogue, Effect, Memory, Parameter, Quantities, Site, TriedAt
+from simulator.effect import Catalogue, Effect, Memory, Parameter, Quantities, Site
 from simulator.effects import BASE, CATALOGUE
 from simulator.excitation import Excitation
+from simulator.first_look import FirstLook, Force, Missing
 from simulator.positioner import PERIOD, Positioner, positioned
 from simulator.relaxation import Lag, Relaxation
 from simulator.simulation import FINE_STEP, Sensors, random_valve, simulate
@@ -22,10 +23,13 @@ __all__ = [
     "Causality",
     "Effect",
     "Excitation",
+    "FirstLook",
     "FittedTo",
+    "Force",
     "Kernel",
     "Lag",
     "Memory",
+    "Missing",
     "Parameter",
     "Positioner",
     "Quantities",
@@ -36,7 +40,6 @@ __all__ = [
     "Sensors",
     "Site",
     "Status",
-    "TriedAt",
     "Value",
     "ValveModel",
     "artefact",

@@ -20,6 +20,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import ClassVar, Literal
 
+from simulator.first_look import FirstLook
 from simulator.relaxation import Expression as Expression
 from simulator.relaxation import Law
 
@@ -40,28 +41,6 @@ class Site(Enum):
     OUTPUT = "output"
 
 
-class TriedAt(Enum):
-    """At which values tracing tries a parameter before it is fitted, where the derivatives at one value do not tell.
-
-    At a strength of zero nothing shows where a tight spot is or how often a disturbance repeats, so such shapes are
-    tried at several values, or at those that stand out in the residual. A play operator below the noise shows nothing
-    to first order, so a strength that works through memory is tried at several sizes.
-    """
-
-    SCALE = "at its scale only, a strength at zero only"
-    POSITIONS = "positions along the travel"
-    WIDTHS = "shares of the travel"
-    FREQUENCIES = "strongest frequencies of the residual force"
-    PITCHES = "strongest pitches of the residual force along the travel"
-    NOISE = "multiples of the position noise, beside zero"
-    SHARES = "shares of its scale, beside zero"
-
-    @property
-    def of_strength(self) -> bool:
-        """Whether it is a strength that is tried so, not a shape."""
-        return self in (TriedAt.NOISE, TriedAt.SHARES)
-
-
 @dataclass(frozen=True)
 class Parameter:
     """A physical constant of an effect.
@@ -71,7 +50,7 @@ class Parameter:
     and for what only shapes an effect (the place of a tight spot) while another parameter sets its strength;
     positive : whether its logarithm is the natural coordinate (it spans decades); known : what of the
     valve it is to be held at (``stroke``), because a change of it looks like one of the base effects, empty where it is
-    free; tried_at : values at which tracing tries it; meaning : one line in words.
+    free; meaning : one line in words.
 
     >>> rate = Parameter("K", "N/m", "spring rate", scale=5e4, lower=0.0)
     >>> rate.allows(-1.0), rate.bounds
@@ -87,7 +66,6 @@ class Parameter:
     neutral: float | None = None
     positive: bool = False
     known: Literal["", "stroke"] = ""
-    tried_at: TriedAt = TriedAt.SCALE
 
     def allows(self, value: float) -> bool:
         """Whether a value, in `unit`, lies within the physical bounds."""
@@ -167,6 +145,8 @@ class Effect(ABC):
     """Prefix of the parameter names when it is not the id."""
     delay: ClassVar[str] = ""
     """Symbol of the parameter [s] by which the kernel looks back in the recorded force for `q.late`. Site INPUT."""
+    imitated: ClassVar[bool] = False
+    """Whether a base model imitates the effect by bending its own parameters, so that little of it seems missing."""
     passive: ClassVar[bool] = False
     """Whether, started at rest at x = 0, the effect never delivers more energy than it took up, at any values."""
 
@@ -204,10 +184,13 @@ class Effect(ABC):
         """The position [m] behind this effect, given the one before it, `q.y`. Site OUTPUT."""
         return q.y
 
-    def imitated(self, base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
-        """Values from which a fit of this effect is to start as well, SI units by full parameter name, given those of a
-        fitted model without it. For what such a model imitates by bending its own parameters: once they are bent, a
-        little of the effect improves nothing, and the way back is barred.
+    def first_guess(self, recordings: Sequence[FirstLook], base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
+        """Values from which a fit of this effect is to start, likeliest first, SI units by full parameter name, given
+        the values of a fitted model without it: what an engineer reads off the loop, the friction-velocity map or the
+        force that the model lacks. Without any, tracing starts at the scales of its parameters.
+
+        It may name base parameters, too. Those it has to where the model `imitates` it: once they are bent, a little of
+        the effect improves nothing, and the way back is barred.
         """
         return ()
 
@@ -218,6 +201,11 @@ class Effect(ABC):
     def parameter_names(self) -> tuple[str, ...]:
         """The full names of all parameters, in order."""
         return tuple(self.parameter_name(p.symbol) for p in self.parameters)
+
+    def named(self, **values: float) -> dict[str, float]:
+        """Values by symbol as values by full name, each within its bounds."""
+        known = {p.symbol: p for p in self.parameters}
+        return {self.parameter_name(s): min(max(v, known[s].lower), known[s].upper) for s, v in values.items()}
 
     def __eq__(self, other: object) -> bool:
         """Effects are values: one that was copied or sent to another process finds the kernels of the first."""

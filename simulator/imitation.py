@@ -1,38 +1,61 @@
-"""How a model without an effect imitates it, for effects that do it alike: what their fits have to start from."""
+"""First guesses of effects that a base model imitates by bending its own parameters."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
-SHARES = (0.3, 0.6, 0.9)
-"""Shares of what a model can have bent that are tried."""
-LEAST = 0.1
-"""Share of a parameter that is left to it whatever an effect takes."""
+import numpy as np
+
+from recordings import Array
+from simulator.first_look import LEAST, FirstLook, Missing
+
+DELAYS = tuple(float(tau) for tau in np.geomspace(5e-4, 0.3, 15))
+"""Delays that are tried [s]."""
+HIDDEN = 0.3
+"""Share of Coulomb friction that hides a hysteresis at most: bristles that are bent otherwise look like more of it."""
+Delayed = Callable[[FirstLook, float], Array]
+"""The force of a recording, so many seconds late."""
 
 
-def late(name: str, base: Mapping[str, float]) -> list[dict[str, float]]:
-    """Starts for a lag `name` [s] between force and position.
+def shifted(look: FirstLook, tau: float) -> Array:
+    """The force tau [s] ago."""
+    return np.asarray(np.interp(look.t - tau, look.t, look.u))
+
+
+def filtered(look: FirstLook, tau: float) -> Array:
+    """The force behind a first-order lag tau [s]."""
+    from scipy.signal import lfilter  # half of what a command's start would take, for two effects
+
+    keep = float(np.exp(-np.median(np.diff(look.t)) / tau))
+    return np.asarray(lfilter([1 - keep], [1, -keep], look.u - look.u[0])) + look.u[0]
+
+
+def late(name: str, looks: Sequence[FirstLook], base: Mapping[str, float], delayed: Delayed) -> list[dict[str, float]]:
+    """A guess of a lag `name` [s] between force and position: the one that leaves least of the force when that is
+    regressed on the motion; and what the base model then has without it.
 
     To first order a lag tau is the operator 1 + tau d/dt on all forces: K x becomes K x + tau K v, and likewise up the
     orders. So a model without it has sigma2 + tau K for viscous friction, m + tau sigma2 for mass and
     sigma1 + tau sigma0 for the damping of the bristle, and only the third order is left over.
     """
-    K, sigma2, m = base["spring.K"], base["lugre.sigma2"], base["mass.m"]
-    sigma0, sigma1 = base["lugre.sigma0"], base["lugre.sigma1"]
-    found = []
-    for share in SHARES if K > 0 else ():
-        tau = share * sigma2 / K
-        own = (1 - share) * sigma2
-        found.append({
-            name: tau, "lugre.sigma2": own, "mass.m": max(m - tau * own, LEAST * m),
-            "lugre.sigma1": max(sigma1 - tau * sigma0, LEAST * sigma1),
-        })  # fmt: skip
-    return found
+    if base["spring.K"] <= 0:
+        return []
+    left = [_beside(delayed, tau, looks, base).unexplained for tau in DELAYS]
+    tau = DELAYS[int(np.argmin(left))]
+    own = _beside(delayed, tau, looks, base).alone
+    sigma1 = max(base["lugre.sigma1"] - tau * base["lugre.sigma0"], LEAST * base["lugre.sigma1"])
+    return [{name: tau, "lugre.sigma2": own["lugre.sigma2"], "mass.m": own["mass.m"], "lugre.sigma1": sigma1}]
 
 
-def hidden_in_friction(name: str, base: Mapping[str, float], share: float) -> dict[str, float]:
-    """A start for a hysteresis of the force `name` [N] that is a share of Coulomb friction: once its branches are run
-    through it is a constant friction, so a model without it has that much more of fc and fs.
+def hidden_in_friction(name: str, force: float, base: Mapping[str, float]) -> dict[str, float]:
+    """A hysteresis of the force that is `name` wide, and the friction beside it [N]: once its branches are run through
+    it is a constant friction, so a model without it has that much more of fc and fs. force : as it seems [N].
     """
-    part = share * base["lugre.fc"]
+    part = min(force, HIDDEN * base["lugre.fc"])
     return {name: part, "lugre.fc": base["lugre.fc"] - part, "lugre.fs": base["lugre.fs"] - part}
+
+
+def _beside(delayed: Delayed, tau: float, looks: Sequence[FirstLook], base: Mapping[str, float]) -> Missing:
+    """What is missing when the force is so late."""
+    return Missing.of([replace(look, u=delayed(look, tau)) for look in looks], base)

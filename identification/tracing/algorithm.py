@@ -156,7 +156,7 @@ def _parts(
     if not held_out:
         fitted, held_out = divided(fitted, settings.HELD_OUT_SHARE)
     if not report:
-        first, last = divided(held_out, settings.REPORT_SHARE)
+        first, last = divided(held_out, settings.HELD_OUT_SHARE)
         if all(e.segments for e in (*first, *last)):  # none of them is too short for both
             held_out, report = first, last
     return Parts(fitted, held_out, report)

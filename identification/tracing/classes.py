@@ -47,13 +47,13 @@ def _is_alike(best: Candidate, other: Candidate) -> bool:
     assert best.held_out is not None
     assert best.refit is not None
     held_out, fitted = abs(other.held_out.gain - best.held_out.gain), abs(other.gain - best.gain)
-    share = settings.ALIKE_SHARE
+    share = settings.SMALL_SHARE
     if held_out < share * abs(best.held_out.gain) and fitted < share * best.gain:
         return True
     assert best.refit.held_out is not None
     assert other.refit.held_out is not None
     against = compare(other.refit.held_out, best.refit.held_out, best.refit.data.held_out)
-    return settings.LEVEL / 2 < against.p_value < 1 - settings.LEVEL / 2 and fitted < settings.HALF_GAIN
+    return settings.LEVEL / 2 < against.p_value < 1 - settings.LEVEL / 2 and fitted < settings.MIN_GAIN / 2
 
 
 def one_accepted(candidates: Sequence[Candidate], effect: str) -> tuple[tuple[Candidate, ...], tuple[str, ...]]:

@@ -18,8 +18,8 @@ import numpy as np
 from identification.data.grid import Grid
 from identification.sparse_regression.weak_form import WINDOW, weak
 from identification.tracing import settings
+from identification.tracing.models.guesses import Guesses, guesses, looks, shapes, strengths
 from identification.tracing.models.model import MEMORY_STEP, Model
-from identification.tracing.models.scan import Rhythms, rhythms, shapes, strengths
 from recordings import Array
 from simulator import Kernel, Site, kernel, shows_imposed
 
@@ -79,12 +79,12 @@ def second_opinion(base: Model) -> SecondOpinion | None:
             break
     else:
         return None
-    found, effects, own = rhythms(base), base.data.catalogue, windows.own
+    seen, effects, own = looks(base), base.data.catalogue, windows.own
     terms = dict[str, Array]()
     for effect in base.data.candidates:
         if effect in base.effects or not shows_imposed(effects[effect]) or effects[effect].site is not Site.FORCE:
             continue
-        columns = np.column_stack([np.zeros((len(own), 0)), *_terms(windows, effect, found)])
+        columns = np.column_stack([np.zeros((len(own), 0)), *_terms(windows, effect, guesses(base, seen, effect))])
         if columns.shape[1]:
             terms[effect] = columns
     residual = windows.residual - own @ np.linalg.lstsq(own, windows.residual, rcond=None)[0]
@@ -96,7 +96,7 @@ def second_opinion(base: Model) -> SecondOpinion | None:
     weights = np.linalg.lstsq(terms[effect], residual, rcond=SINGULAR)[0]
     error = residual - terms[effect] @ weights
     share = 1.0 - float(error @ error) / float(residual @ residual)
-    return SecondOpinion(effect if share > settings.LEAST_SHARE else "none", share)
+    return SecondOpinion(effect if share > settings.SMALL_SHARE else "none", share)
 
 
 def _windows(model: Model, distance: float) -> Windows | None:
@@ -114,7 +114,7 @@ def _windows(model: Model, distance: float) -> Windows | None:
     return Windows(model, distance, np.concatenate(residual), _unit(np.concatenate(own)))
 
 
-def _terms(windows: Windows, effect: str, found: Rhythms) -> Iterator[Array]:
+def _terms(windows: Windows, effect: str, found: Guesses) -> Iterator[Array]:
     """The forces of a little of an effect, one column per shape and strength, apart from the base's own columns."""
     model, own = windows.model, windows.own
     data = model.data

@@ -70,7 +70,7 @@ def not_refitted(fit: CandidateFit) -> Candidate:
 
 def not_fitted(score: Score) -> Candidate:
     """A candidate that is not on the shortlist."""
-    promises = score.gain > settings.HALF_GAIN
+    promises = score.gain > settings.MIN_GAIN / 2
     why = "others promise more" if promises else "hardly shows in the fitted recordings"
     return Candidate(score.effect, score.gain, score.values, why=why)
 
@@ -96,4 +96,4 @@ def _min_gain(base: Model, estimate: Estimate) -> float:
         return settings.MIN_GAIN
     if estimate.loss < settings.COMPLETE_LOSS:
         return float("inf")  # what a model gains below that, it gains from the allowance for blurred break-aways
-    return settings.MIN_GAIN + settings.LEAST_SHARE * estimate.samples * max(estimate.loss - 1, 0.0)
+    return settings.MIN_GAIN + settings.SMALL_SHARE * estimate.samples * max(estimate.loss - 1, 0.0)

@@ -11,7 +11,7 @@ tests before it rejected (a fixed sequence of tests: Maurer, Hothorn and Lehmach
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -25,18 +25,19 @@ from identification.estimators.order import swing
 from identification.estimators.output_error.problem import Problem
 from identification.estimators.output_error.replicates import following
 from identification.tracing import settings
-from identification.tracing.candidates import candidates_of_round
-from identification.tracing.models.base import base_model, polished
+from identification.tracing.candidates import by_promise
+from identification.tracing.models.base import polished
 from identification.tracing.models.comparison import is_white
 from identification.tracing.models.free_runs import as_fit
 from identification.tracing.models.model import Model
 from identification.tracing.models.search import best_model_on_chunks, continued, first_fits
 from identification.tracing.models.trial_data import trial_data
-from identification.tracing.refine import CandidateFit, fit_on_chunks, refit_on_base_paths, refitted
-from identification.tracing.screen import Score
+from identification.tracing.refine import CandidateFit, fit_on_chunks, refit_on_base_paths, refitted, worth_refitting
+from identification.tracing.screen import Score, screen
+from identification.tracing.shortlist import shortlisted_fits
 from identification.uncertainty.bootstrap import replicate
-from recordings import NegativeAnswer, Progress, silent
-from simulator import BASE, kernel
+from recordings import Progress, silent
+from simulator import kernel
 
 NULL_SEED = 0
 """Seed of the noise, so that a trace gives the same answer every time."""
@@ -60,17 +61,25 @@ def null_probability(
         if not budget.allows(f"null replicates of {effect}"):
             break
         progress(f"null replicates of {effect}, gain {gain:.0f}", done - 1, replicates)
-        found = _gain_of_replicate(model, Score(effect, 0.0, values), rng, budget)
+        hopeless = _hopeless(gain, gains, replicates - done)
+        found = _gain_of_replicate(model, Score(effect, 0.0, values), rng, budget, hopeless)
         if not budget.allows(f"null replicates of {effect}"):  # some candidates may not have been tried on it
             break
         gains += [] if found is None else [max(settings.CHANCE_GAIN, found)]
-        lowest = tail_probability(gain, gains + [settings.CHANCE_GAIN] * (replicates - done))
-        if lowest > settings.LEVEL or tail_probability(gain, gains) < settings.LEVEL:
+        if (gains and hopeless(gains[-1])) or tail_probability(gain, gains) < settings.LEVEL:
             break
     progress("null replicates", replicates, replicates)
     if not gains and budget.over:
         return None
     return tail_probability(gain, gains)
+
+
+def _hopeless(gain: float, gains: Sequence[float], left: int) -> Callable[[float], bool]:
+    """Whether a gain is not significant any more, whatever is gained on as many replicates as are left, once so much
+    was gained on one more than those known.
+    """
+    best = [settings.CHANCE_GAIN] * left
+    return lambda most: tail_probability(gain, [*gains, max(settings.CHANCE_GAIN, most), *best]) > settings.LEVEL
 
 
 def tail_probability(gain: float, gains: Sequence[float]) -> float:
@@ -94,31 +103,42 @@ def _clear_gain(model: Model) -> float:
     return settings.CLEAR_GAIN if resolved else settings.CLEAR_GAIN_UNRESOLVED
 
 
-def _gain_of_replicate(model: Model, score: Score, rng: np.random.Generator, budget: Budget) -> float | None:
+def _gain_of_replicate(
+    model: Model, score: Score, rng: np.random.Generator, budget: Budget, hopeless: Callable[[float], bool]
+) -> float | None:
     """The most that an effect gains on one null replicate of a model: the scored one, from where it led to on the
-    recordings, or any other; None where the model is not found again at all.
+    recordings, or any other; None where the model is not found again at all. No further one is tried once so much is
+    gained that it is `hopeless`.
     """
     data = model.data
     pairs = ((data.experiments, data.fitted), (data.held_out_experiments, data.held_out))
     plants = [_in_full_order(as_fit(model, with_smooth_force(*pair))) for pair in pairs]
-    fitted, held_out = (replicate(plant, rng) for plant in plants)
-    found = _found_again(model, fitted, held_out)
+    found = _found_again(model, *(replicate(plant, rng) for plant in plants))
     if found is None:
         return None
+    most = 0.0
+    for effect, refit in _refits(found, score, budget):
+        if found.cost - refit.cost > most:  # no net gain is more
+            most = max(most, net_gain(found, refit, effect))
+        if hopeless(most):
+            break
+    return most
+
+
+def _refits(found: Model, score: Score, budget: Budget) -> Iterator[tuple[str, Model]]:
+    """The refits of all candidates beside a model: the scored one first, from there, then those that a round makes."""
     fit = (
         CandidateFit(score, (), 0.0)
         if is_white(found)
         else fit_on_chunks(found, best_model_on_chunks(found), score, from_here=True)
     )
     own = refitted(found, replace(fit, base_path_refit=refit_on_base_paths(found, score)))
-    others = [(c.effect, c.refit) for c in candidates_of_round(found, budget)]
-    refits = [(effect, refit) for effect, refit in [(score.effect, own), *others] if refit is not None]
-    most = 0.0
-    for effect, refit in sorted(refits, key=lambda one: one[1].cost):
-        if found.cost - refit.cost <= most:  # no net gain is more
-            break
-        most = max(most, net_gain(found, refit, effect))
-    return most
+    if own is not None:
+        yield score.effect, own
+    for other in worth_refitting(found, by_promise(shortlisted_fits(found, screen(found), budget))).values():
+        refit = refitted(found, other)
+        if refit is not None:
+            yield other.effect, refit
 
 
 def _in_full_order(found: Fit) -> Fit:
@@ -131,19 +151,13 @@ def _in_full_order(found: Fit) -> Fit:
 
 
 def _found_again(model: Model, fitted: list[Experiment], held_out: list[Experiment]) -> Model | None:
-    """The same effects fitted to other recordings: a base model as at first, others from usual values of the base."""
-    given, catalogue = model.data.given, model.data.catalogue
-    if model.effects == BASE:
-        try:
-            return base_model(fitted, held_out, given, catalogue)
-        except NegativeAnswer:
-            return None
-    new = trial_data(fitted, held_out, given, catalogue)
+    """The same effects fitted to other recordings, on chunks from usual values of the base and then to the whole."""
+    new = trial_data(fitted, held_out, model.data.given, model.data.catalogue)
     new = new.resolving(swing(model.values)) if model.data.damped is None else new.damped_for(model.values)
     data = replace(
         model.data, fitted=new.fitted, held_out=new.held_out, experiments=new.experiments,
         held_out_experiments=new.held_out_experiments, damped=new.damped,
     )  # fmt: skip
-    ends = continued(first_fits(replace(model, data=data), from_here=False))
+    ends = continued(first_fits(replace(model, data=data), from_here=data.damped is not None))
     refit = ends[0].refitted_to(data) if ends else None
     return None if refit is None else polished(refit)

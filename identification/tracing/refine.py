@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 
 from identification.estimators.estimate import Estimate, lean
 from identification.tracing import settings
+from identification.tracing.models.guesses import strengths
 from identification.tracing.models.model import Model
-from identification.tracing.models.scan import strengths
 from identification.tracing.models.search import continued, differ, first_fits
 from identification.tracing.screen import Score, newton_step
 
@@ -46,7 +46,7 @@ def fit_on_chunks(base: Model, base_on_chunks: Model | None, score: Score, from_
     """A candidate fitted to chunks, against the base model fitted to them. from_here : whether it also starts from the
     parameters of the base model.
     """
-    ends = continued(first_fits(base, score.effect, values=score.values, from_here=from_here))
+    ends = continued(first_fits(base, score.effect, values=score.values, guesses=score.guesses, from_here=from_here))
     if base_on_chunks is None or not ends:
         return CandidateFit(score, (), score.gain)
     gains = [gain_of(base_on_chunks, end) for end in ends]
@@ -83,12 +83,12 @@ def _on_base_paths(base: Model, effect: str, values: Mapping[str, float], best_g
     def hopeless(now: Estimate) -> bool:
         promise, gain = newton_step(now.normal)[1], base.cost - now.cost
         return (
-            promise < settings.IDLE_GAIN
-            or gain + promise < settings.HALF_GAIN
+            promise < settings.CHANCE_GAIN
+            or gain + promise < settings.MIN_GAIN / 2
             or gain + PROMISE_FACTOR * promise < settings.GAIN_SHARE * best_gain
         )
 
-    work = found.data.estimator(found.effects, worth=settings.IDLE_GAIN)
+    work = found.data.estimator(found.effects, worth=settings.CHANCE_GAIN)
     end = work.refit(found.estimate.theta, found.estimate.paths, settings.STEPS, hopeless)
     return None if end is None else replace(found, estimate=lean(end))
 
@@ -101,7 +101,7 @@ def worth_refitting(base: Model, fits: Sequence[CandidateFit]) -> dict[str, Cand
     share = settings.FAR_SHARE if imposed else settings.GAIN_SHARE
     count = settings.CANDIDATES if imposed else settings.CANDIDATES // 2
     on_chunks = [fit for fit in fits if fit.chunk_fits][:count]
-    likely = settings.HALF_GAIN * base.data.chunk_share
+    likely = settings.MIN_GAIN / 2 * base.data.chunk_share
     least = max(share * on_chunks[0].gain, likely) if on_chunks else 0.0
     best = max((gain_of(base, fit.base_path_refit) for fit in fits), default=0.0)
     enough = max(settings.MIN_GAIN, share * best)

@@ -6,14 +6,16 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from identification.tracing.models.model import Model
-from identification.tracing.models.scan import slides
 from identification.tracing.verdict import Selection
 from recordings import Array
 
 BINS = 12
 """Equally filled bins over which the residual is compared: enough to tell a place."""
+AT_REST = 0.01
+"""Speed below which a valve rests, as a share of its root mean square speed."""
 QUANTITIES = {
     "position": ("m", "slow sweeps through that range in both directions and at two speeds"),
     "velocity": ("m/s", "sines of several amplitudes, so that such speeds occur at many positions"),
@@ -107,7 +109,7 @@ def describe_residual(found: Selection) -> ResidualDescription:
 def _signals(t: Array, path: Array) -> dict[str, Array]:
     """The quantities of one recording along its smoothed path."""
     x, v, u = path[:, 0], path[:, 1], path[:, -2]
-    moving = slides(v)
+    moving = _slides(v)
     direction = _last_nonzero(np.where(moving, np.sign(v), 0.0))
     reversal = _last_nonzero(np.where(np.append(True, np.diff(direction) != 0), t, 0.0))
     stopped = _last_nonzero(np.where(np.append(True, np.diff(moving.astype(int)) < 0), t, 0.0))
@@ -118,6 +120,11 @@ def _signals(t: Array, path: Array) -> dict[str, Array]:
         "position": x, "velocity": v, "direction": direction, "time": t, "time since reversal": t - reversal,
         "time at rest": np.where(moving, last, rest), "force": u,
     }  # fmt: skip
+
+
+def _slides(v: Array) -> NDArray[np.bool_]:
+    """Where velocities (n,) are those of a valve that moves: at rest friction holds any force."""
+    return np.asarray(np.abs(v) > AT_REST * float(np.sqrt(np.mean(v**2))))
 
 
 def _last_nonzero(values: Array) -> Array:

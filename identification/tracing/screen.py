@@ -2,7 +2,7 @@
 
 At the fitted model, the derivatives by the strength of a candidate say how far the cost would fall to first order if it
 were added and everything refitted (Rao's score test). Shapes that a strength of zero does not show (the place of a
-tight spot, the frequency of a disturbance) are tried at several values.
+tight spot, the frequency of a disturbance) are those of the effect's first guess.
 """
 
 from __future__ import annotations
@@ -15,12 +15,14 @@ from numpy.typing import NDArray
 
 from identification.estimators.least_squares import Normal
 from identification.tracing import settings
+from identification.tracing.models.guesses import SMALL, Guesses, guesses, looks, shapes, sizes, strengths
 from identification.tracing.models.model import Model
-from identification.tracing.models.scan import Rhythms, rhythms, shapes, sizes, strengths
 from recordings import Array, Progress, silent, tracked
 
 VISIBLE = 1e-12
 """Curvature by a coordinate, relative to the largest, below which it is nothing but rounding."""
+MAX_STRENGTH = 3.0
+"""Strength, in scales from neutral, that a score sets at most: first-order predictions overshoot."""
 SINGULAR = 1e-9
 """Relative singular value below which two parameters are taken for one."""
 
@@ -28,12 +30,13 @@ SINGULAR = 1e-9
 @dataclass(frozen=True)
 class Score:
     """An effect at its best shape. gain : fall of the cost to first order; values : parameters by full name with the
-    strength where that fall is expected.
+    strength where that fall is expected; guesses : other values to start from, those of a base that was bent included.
     """
 
     effect: str
     gain: float
     values: Mapping[str, float]
+    guesses: Guesses = ()
 
 
 def screen(model: Model, progress: Progress = silent) -> list[Score]:
@@ -41,13 +44,16 @@ def screen(model: Model, progress: Progress = silent) -> list[Score]:
     scaled to the whole recordings.
     """
     candidates = [e for e in model.data.candidates if e not in model.effects]
-    found, small = rhythms(model), model.on_chunks()
+    seen, small = looks(model), model.on_chunks()
     share = model.data.samples / small.data.samples
-    scores = [best_score(small, effect, found) for effect in tracked(candidates, "score test", progress)]
+    scores = [
+        best_score(small, effect, guesses(model, seen, effect))
+        for effect in tracked(candidates, "score test", progress)
+    ]
     return sorted((replace(s, gain=s.gain * share) for s in scores if s is not None), key=lambda s: -s.gain)
 
 
-def best_score(model: Model, effect: str, found: Rhythms) -> Score | None:
+def best_score(model: Model, effect: str, found: Guesses) -> Score | None:
     """The score of an effect at its best shape; None when the recordings do not show it at all.
 
     A strength that can only grow from zero is also tried at some sizes: a play operator at rest on noise shows
@@ -56,10 +62,10 @@ def best_score(model: Model, effect: str, found: Rhythms) -> Score | None:
     trials = [
         _score(model, effect, shape, size)
         for shape in shapes(model.data, effect, found)
-        for size in ({}, *sizes(model.data, effect))
+        for size in ({}, *sizes(model.data, effect, found))
     ]
     known = [score for score in trials if score is not None]
-    return max(known, key=lambda score: score.gain) if known else None
+    return replace(max(known, key=lambda score: score.gain), guesses=found) if known else None
 
 
 def _score(model: Model, effect: str, shape: Mapping[str, float], size: Mapping[str, float]) -> Score | None:
@@ -80,9 +86,9 @@ def _score(model: Model, effect: str, shape: Mapping[str, float], size: Mapping[
     values = {name: value for name, value in trial.values.items() if name in own}
     for i in np.flatnonzero(added):
         parameter = known[names[i]]
-        step = float(np.clip(move[i], -settings.MAX_STRENGTH, settings.MAX_STRENGTH))
+        step = float(np.clip(move[i], -MAX_STRENGTH, MAX_STRENGTH))
         if parameter.lower == parameter.neutral and step <= 0 and not size:
-            gain, step = 0.0, min(settings.SCALE_SHARES)
+            gain, step = 0.0, SMALL
         values[names[i]] = float(np.clip(values[names[i]] + step * parameter.scale, parameter.lower, parameter.upper))
     return Score(effect, max(gain, 0.0), values)
 

@@ -9,7 +9,7 @@ from identification.budget import Budget
 from identification.tracing import settings
 from identification.tracing.models.comparison import fitted_whiteness, is_white
 from identification.tracing.models.model import Model
-from identification.tracing.models.search import best_model_on_chunks, imitations
+from identification.tracing.models.search import best_model_on_chunks
 from identification.tracing.refine import CandidateFit, fit_on_chunks, gain_of, refit_on_base_paths
 from identification.tracing.screen import Score
 from recordings import Progress, silent
@@ -38,7 +38,7 @@ def shortlisted_fits(
 
 def is_imitated(base: Model, score: Score) -> bool:
     """Whether a model imitates an effect so well that its score says little and its own paths do not lead to it."""
-    return bool(imitations(base, score.effect))
+    return not base.data.imposed and base.data.catalogue[score.effect].imitated
 
 
 def _effect(score: Score) -> str:
@@ -81,14 +81,14 @@ def _shortlist(base: Model, scores: Sequence[Score], refits: Refits, complete: M
         unclear = lacks and fall < settings.COMPLETE_LOSS - 1  # as much may still be missing unseen
         return [s for s in scores if s in alike or (unclear and is_imitated(base, s))]
     if not lacks:
-        return [s for s in promising if is_imitated(base, s) or gain[s.effect] > settings.HALF_GAIN]
+        return [s for s in promising if is_imitated(base, s) or gain[s.effect] > settings.MIN_GAIN / 2]
     untrusted = base.estimate.loss > settings.POOR_LOSS
     return [s for s in scores if untrusted or s in promising or is_imitated(base, s)]
 
 
 def _promises(score: Score, place: int, best: Score) -> bool:
     """Whether a candidate promises as much as to be fitted to chunks. place : by score, from 0."""
-    if score.gain <= settings.HALF_GAIN:
+    if score.gain <= settings.MIN_GAIN / 2:
         return False
     near = place < settings.CANDIDATES and score.gain > settings.FAR_SHARE * best.gain
     return near or place < settings.AT_LEAST

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from simulator import BASE, Catalogue, Effect, Kernel, Quantities, Site, TriedAt, kernel
+from simulator import BASE, Catalogue, Effect, FirstLook, Kernel, Quantities, Site, kernel
 from simulator.compile.casadi_to_python import python_source
 
 T = np.arange(1001) / 500.0
@@ -106,24 +106,6 @@ def parameters(s: Subject) -> None:
         assert p.lower < p.scale < p.upper, f"{p.symbol}: the scale lies inside the bounds"
         assert p.neutral is None or p.lower <= p.neutral <= p.upper, f"{p.symbol}: neutral lies inside the bounds"
         assert not p.positive or p.lower >= 0, f"{p.symbol}: a positive parameter has a lower bound of at least 0"
-
-
-def tried_at(s: Subject) -> None:
-    """Where tracing tries a parameter fits what it is: its unit, and whether it is a strength or a shape."""
-    units = {
-        TriedAt.POSITIONS: "m", TriedAt.WIDTHS: "m", TriedAt.PITCHES: "m", TriedAt.NOISE: "m",
-        TriedAt.FREQUENCIES: "Hz",
-    }  # fmt: skip
-    for p in s.effect.parameters:
-        assert p.unit == units.get(p.tried_at, p.unit), f"{p.symbol} [{p.unit}] is tried at {p.tried_at.value}"
-        if p.tried_at is not TriedAt.SCALE:
-            assert not p.known, f"{p.symbol} is held at what is known, and tried at {p.tried_at.value}"
-            strength = p.neutral is not None
-            assert strength == p.tried_at.of_strength, f"{p.symbol}: {p.tried_at.value} is not for such a parameter"
-        if s.effect.memory and p.neutral is not None and p.lower == p.neutral:
-            assert p.tried_at.of_strength, f"{p.symbol} works through memory and can only grow: try it at some sizes"
-        elif p.tried_at.of_strength:
-            assert p.lower == p.neutral, f"{p.symbol} is tried at sizes beside zero, and it may be negative"
 
 
 def memory(s: Subject) -> None:
@@ -232,19 +214,22 @@ def _random_motion(rng):
     return tuple(part.sum(axis=0) for part in motion)
 
 
-def imitated(s: Subject) -> None:
-    """What a model without it may have bent are parameters of this effect or of the base, to values that they can have,
-    and the effect is then there.
+def first_guess(s: Subject) -> None:
+    """What it reads off recordings are values of its own parameters or of the base, within their bounds, also where a
+    valve has no spring; it says so where a model imitates it.
     """
+    if s.effect.id in BASE:
+        return
     known = {e.parameter_name(p.symbol): p for e in s.catalogue.pick((*BASE, s.effect.id)) for p in e.parameters}
     base = {name: value for name, value in s.typical.items() if name not in s.names}
-    strengths = {s.effect.parameter_name(p.symbol): p.neutral for p in s.effect.parameters if p.neutral is not None}
+    y = s.run(s.typical).outputs[:, 0]
+    v = np.gradient(y, T)
     for values in (base, base | {"spring.K": 0.0}):
-        for start in s.effect.imitated(values):
-            for name, value in start.items():
-                assert name in known, f"bends {name}, which is no parameter of it or the base"
-                assert known[name].lower <= value <= known[name].upper, f"bends {name} to {value:g}"
-            assert any(start.get(name, off) != off for name, off in strengths.items()), "it is not there"
+        look = FirstLook.of(T, np.column_stack([y, v, np.where(np.abs(v) > 1e-3, v, 0.0)]), FORCE, values)
+        for guess in s.effect.first_guess([look, look], values):
+            for name, value in guess.items():
+                assert name in known, f"guesses {name}, which is no parameter of it or the base"
+                assert known[name].lower <= value <= known[name].upper, f"guesses {name} to be {value:g}"
 
 
 def portable(s: Subject) -> None:
@@ -273,6 +258,6 @@ def recovery(s: Subject) -> None:
 
 
 CHECKS = (
-    words, parameters, tried_at, memory, hooks, neutral, derivative, derivative_at_neutral, passive, imitated, portable,
+    words, parameters, memory, hooks, neutral, derivative, derivative_at_neutral, passive, first_guess, portable,
     recovery,
 )  # fmt: skip

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import casadi as ca
 
-from simulator import Effect, Lag, Memory, Parameter, Relaxation, Site, TriedAt
+from simulator import Effect, Lag, Memory, Parameter, Relaxation, Site
 
 
 def played(s, drive, width):
@@ -36,7 +36,7 @@ class Slip(Effect):
     sentence = "a contact that sticks and slips"
     check = "the seal lip"
     parameters = (
-        Parameter("k", "N/m", "stiffness", scale=2e4, lower=0.0, neutral=0.0, tried_at=TriedAt.SHARES),
+        Parameter("k", "N/m", "stiffness", scale=2e4, lower=0.0, neutral=0.0),
         Parameter("d", "m", "distance to slip", scale=1e-3, lower=0.0, positive=True),
     )
     memory = (Memory("a", "m", at_position=True),)
@@ -58,8 +58,8 @@ class TightSpot(Effect):
     check = "the stem for scoring"
     parameters = (
         Parameter("a", "1", "rise of the friction level", scale=0.5, lower=-0.9, neutral=0.0),
-        Parameter("x0", "m", "place", scale=0.011, tried_at=TriedAt.POSITIONS),
-        Parameter("w", "m", "half width", scale=0.003, lower=0.0, positive=True, tried_at=TriedAt.WIDTHS),
+        Parameter("x0", "m", "place", scale=0.011),
+        Parameter("w", "m", "half width", scale=0.003, lower=0.0, positive=True),
     )
 
     def friction_level(self, q, p, s):
@@ -74,15 +74,7 @@ class Dwell(Effect):
     sentence = "break-away friction that grows with time at rest"
     check = "the packing for ageing grease"
     parameters = (
-        Parameter(
-            "a",
-            "1",
-            "rise of the friction level after a long rest",
-            scale=0.3,
-            lower=0.0,
-            neutral=0.0,
-            tried_at=TriedAt.SHARES,
-        ),
+        Parameter("a", "1", "rise of the friction level after a long rest", scale=0.3, lower=0.0, neutral=0.0),
         Parameter("tau", "s", "time of the rise", scale=0.3, lower=0.0, positive=True),
         Parameter("d", "m", "travel that wipes the rest out", scale=5e-5, lower=0.0, positive=True),
     )
@@ -102,7 +94,7 @@ class InputLag(Effect):
     site = Site.INPUT
     sentence = "the actuating force lags"
     check = "the tubing between positioner and actuator"
-    parameters = (Parameter("tau", "s", "time constant", scale=0.02, lower=0.0, neutral=0.0, tried_at=TriedAt.SHARES),)
+    parameters = (Parameter("tau", "s", "time constant", scale=0.02, lower=0.0, neutral=0.0),)
     memory = (Memory("u", "N", at_force=True),)
 
     def relax(self, q, p):
@@ -119,7 +111,7 @@ class InputPlay(Effect):
     site = Site.INPUT
     sentence = "hysteresis between drive and force"
     check = "the actuator's linkage"
-    parameters = (Parameter("w", "N", "width", scale=40.0, lower=0.0, neutral=0.0, tried_at=TriedAt.SHARES),)
+    parameters = (Parameter("w", "N", "width", scale=40.0, lower=0.0, neutral=0.0),)
     memory = (Memory("u", "N", at_force=True),)
 
     def jump(self, q, p, s):
@@ -136,7 +128,7 @@ class Backlash(Effect):
     site = Site.OUTPUT
     sentence = "play between stem and position sensor"
     check = "the feedback linkage"
-    parameters = (Parameter("b", "m", "width", scale=5e-4, lower=0.0, neutral=0.0, tried_at=TriedAt.NOISE),)
+    parameters = (Parameter("b", "m", "width", scale=5e-4, lower=0.0, neutral=0.0),)
     memory = (Memory("y", "m", at_position=True),)
 
     def jump(self, q, p, s):
@@ -153,7 +145,7 @@ class SensorLag(Effect):
     site = Site.OUTPUT
     sentence = "the position sensor lags"
     check = "the filter of the transmitter"
-    parameters = (Parameter("tau", "s", "time constant", scale=0.02, lower=0.0, neutral=0.0, tried_at=TriedAt.SHARES),)
+    parameters = (Parameter("tau", "s", "time constant", scale=0.02, lower=0.0, neutral=0.0),)
     memory = (Memory("y", "m", at_position=True),)
 
     def relax(self, q, p):

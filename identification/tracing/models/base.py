@@ -124,6 +124,6 @@ def _refitted_repeatedly(model: Model) -> Model:
     """A model refitted for as long as that notably helps: plays and hysteresis come to rest slowly."""
     for _ in range(settings.REPEATS):
         before, model = model, model.refitted()
-        if model.estimate.settled or model.cost > before.cost - settings.HALF_GAIN:
+        if model.estimate.settled or model.cost > before.cost - settings.MIN_GAIN / 2:
             break
     return model

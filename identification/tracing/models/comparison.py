@@ -10,6 +10,7 @@ from scipy.stats import t as student
 
 from identification.data.grid import Grid
 from identification.estimators.estimate import OUTLIER, ROUGH_LOSS, ROUGH_OUTLIERS, Estimate
+from identification.estimators.imposed_motion.grid import BLOCK
 from identification.estimators.least_squares import cauchy
 from identification.tracing import settings
 from identification.tracing.models.model import Model
@@ -53,7 +54,7 @@ def _costs(estimate: Estimate, i: int) -> Array:
 
 def _blocks(values: Array, grid: Grid) -> Array:
     """Sums over blocks of time."""
-    block = np.floor((grid.t - grid.t[0]) / settings.BLOCK).astype(int)
+    block = np.floor((grid.t - grid.t[0]) / BLOCK).astype(int)
     return np.asarray(np.bincount(block, values), float)
 
 
@@ -79,10 +80,10 @@ def whiteness(estimate: Estimate, *, resolved: bool = True) -> Whiteness:
     outliers. resolved : break-away is, by the sampling; otherwise what its linearisation leaves counts as noise, as it
     does where a fit has converged.
     """
-    complete, most = (settings.COMPLETE_LOSS, settings.MAX_OUTLIERS) if resolved else (ROUGH_LOSS, ROUGH_OUTLIERS)
+    complete = settings.COMPLETE_LOSS if resolved else ROUGH_LOSS
     spread = LOSS_SPREAD / np.sqrt(estimate.samples)
     p_value = float(norm.sf((estimate.loss - complete) / spread))
-    if estimate.outliers > most:
+    if estimate.outliers > ROUGH_OUTLIERS:
         p_value = min(p_value, float(norm.sf(OUTLIER)))
     return Whiteness(p_value > settings.STRICT_LEVEL, p_value, estimate.loss, estimate.outliers)
 

@@ -72,7 +72,7 @@ class Model:
             if found is None:
                 break
             before, found = found, held_out.along(found.theta, found.paths, settings.STEPS) or found
-            if found.cost > before.cost - settings.HALF_GAIN:
+            if found.cost > before.cost - settings.MIN_GAIN / 2:
                 break
         return None if found is None else lean(found)
 
@@ -103,13 +103,13 @@ class Model:
         """The same effects after so many further steps, or until two of them change little. coarse : in longer
         sub-steps.
         """
-        work = self.data.estimator(self.effects, coarse=coarse, worth=settings.IDLE_GAIN)
+        work = self.data.estimator(self.effects, coarse=coarse, worth=settings.CHANCE_GAIN)
         end = work.refit(self.estimate.theta, self.estimate.paths, steps)
         return self if end is None else Model(self.effects, self.data, lean(end))
 
     def refitted_to(self, data: TrialData) -> Model | None:
         """These parameters fitted on to other data, on new paths. None where that diverges."""
-        work = data.estimator(self.effects, worth=settings.IDLE_GAIN)
+        work = data.estimator(self.effects, worth=settings.CHANCE_GAIN)
         end = work.fit(self.estimate.theta, settings.STEPS)
         return None if end is None else Model(self.effects, data, lean(end))
 
@@ -144,7 +144,7 @@ class Model:
     def swapped(self, effect: str, other: str, values: Mapping[str, float]) -> Model | None:
         """This model with another effect, at some starting values, in the place of one. None where it diverges."""
         effects = self.data.in_order(*(e for e in self.effects if e != effect), other)
-        work = self.data.estimator(effects, worth=settings.IDLE_GAIN)
+        work = self.data.estimator(effects, worth=settings.CHANCE_GAIN)
         known = self.data.defaults(other) | self.values | dict(values)
         start = work.coordinates.theta(work.kernel.vector(known))
         end = work.fit(start, settings.STEPS)

@@ -14,6 +14,7 @@ from identification.estimators.estimate import Estimate, lean
 from identification.estimators.noise_aware.search import usual_values
 from identification.estimators.path_estimator import PathEstimator
 from identification.tracing import settings
+from identification.tracing.models.guesses import Guesses
 from identification.tracing.models.model import Model
 from recordings import Array
 
@@ -24,12 +25,12 @@ def best_model_on_chunks(model: Model) -> Model | None:
 
 
 def first_fits(
-    model: Model, *effect: str, values: Mapping[str, float] | None = None, from_here: bool = True
+    model: Model, *effect: str, values: Mapping[str, float] | None = None, guesses: Guesses = (), from_here: bool = True
 ) -> list[Model]:  # fmt: skip
     """First fits of a model, or of it and one more effect at some values, to chunks of its grids, best first.
 
     They start from here, unless that is not wanted; with the mass, the damping and the friction curve set back to usual
-    ones; and from where the effect says that a model without it may have bent. Empty where all diverge.
+    ones; and from guesses that say what a model without the effect has bent. Empty where all diverge.
     """
     effects = model.data.in_order(*model.effects, *effect)
     data, _ = model.data.on_chunks()
@@ -37,36 +38,29 @@ def first_fits(
     known = {k: v for e in effect for k, v in model.data.defaults(e).items()} | model.values | dict(values or {})
     theta = work.coordinates.theta(work.kernel.vector(known))
     usual = usual_values(work.coordinates, theta)[:1]
-    bent = [work.kernel.vector(known | dict(start)) for e in effect for start in imitations(model, e)]
+    bent = [work.kernel.vector(known | dict(guess)) for guess in guesses if not model.values.keys().isdisjoint(guess)]
     own = _started(work, [theta, *usual] if from_here else usual)
-    imitated = _started(work, [work.coordinates.theta(p) for p in bent])
-    best = sorted([*own, *imitated], key=lambda fit: fit.cost)[: settings.AT_LEAST]
-    if imitated and all(fit is not imitated[0] for fit in best):  # plays and hysteresis come to rest slowly
-        best.append(imitated[0])
+    guessed = _started(work, [work.coordinates.theta(p) for p in bent])
+    best = sorted([*own, *guessed], key=lambda fit: fit.cost)[: settings.AT_LEAST]
+    if guessed and all(fit is not guessed[0] for fit in best):  # plays and hysteresis come to rest slowly
+        best.append(guessed[0])
     return [Model(effects, data, fit) for fit in best]
 
 
 def continued(fits: Sequence[Model]) -> list[Model]:
     """First fits continued, best first."""
-    steps = settings.STEPS - settings.FIRST_STEPS
+    steps = settings.STEPS - settings.STEPS // 3
     return sorted((fit.descended(steps, coarse=True) for fit in fits), key=lambda end: end.cost)
-
-
-def imitations(model: Model, effect: str) -> list[Mapping[str, float]]:
-    """Values from which to start an effect that a model imitates; empty where it cannot."""
-    if model.data.imposed:
-        return []
-    return list(model.data.catalogue[effect].imitated(model.values))
 
 
 def differ(effect: str, one: Model, other: Model) -> bool:
     """Whether two fits ended at different places, by the parameters of an effect."""
     names = one.data.catalogue[effect].parameter_names()
     a, b = (np.array([model.values[name] for name in names]) for model in (one, other))
-    return bool((np.abs(a - b) > settings.ALIKE_SHARE * np.maximum(np.abs(a), np.abs(b))).any())
+    return bool((np.abs(a - b) > settings.SMALL_SHARE * np.maximum(np.abs(a), np.abs(b))).any())
 
 
 def _started(work: PathEstimator, starts: Sequence[Array]) -> list[Estimate]:
     """First fits from some starting values, best first."""
-    fits = [work.fit(start, settings.FIRST_STEPS) for start in starts]
+    fits = [work.fit(start, settings.STEPS // 3) for start in starts]
     return sorted((lean(fit) for fit in fits if fit is not None), key=lambda fit: fit.cost)

@@ -23,6 +23,8 @@ from simulator import Catalogue, Kernel, kernel
 MIN_PART_SAMPLES, CHUNK_NODES = 10, 20
 """Samples that a part of a divided segment has more than, or its motion cannot be smoothed; nodes of a chunk at least,
 or the whole recording is fitted."""
+COARSE = 2e-3
+"""Longest sub-step of fits to chunks [s]: they only choose where to go on."""
 ChunkPlace = tuple[int, slice]
 """Where a chunk is: the number of its grid, and the nodes of it."""
 
@@ -123,7 +125,7 @@ class TrialData:
             return ImposedMotion(target, free, self.fitted)
         if self.damped is not None:
             return DampedNoiseAware(target, free, self.fitted, self.damped, worth)
-        freedom = settings.CHUNK_FREEDOM if coarse else settings.PATH_FREEDOM
+        freedom = replace(settings.PATH_FREEDOM, h_max=COARSE) if coarse else settings.PATH_FREEDOM
         return NoiseAware(target, free, self.fitted, freedom, worth)
 
 

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-import casadi as ca
+from collections.abc import Mapping, Sequence
 
-from simulator.effect import Effect, Expression, Parameter, Quantities, Site, TriedAt, Values
+import casadi as ca
+import numpy as np
+
+from simulator.effect import Effect, Expression, Parameter, Quantities, Site, Values
+from simulator.first_look import FirstLook, Missing, Trial, along, with_base
 
 ROUNDING = 2e-5
 """Distance [m] over which the contact closes: surfaces are rough, and the force stays differentiable."""
@@ -23,10 +27,19 @@ class ContactStiffness(Effect):
     check = "travel stops, the seat and anything that the stem or the actuator plate can touch there"
     parameters = (
         Parameter("k", "N/m", "extra stiffness; negative: below the position", scale=2e4, neutral=0.0),
-        Parameter("x0", "m", "position of the contact", scale=0.012, tried_at=TriedAt.POSITIONS),
+        Parameter("x0", "m", "position of the contact", scale=0.012),
     )
 
     def force(self, q: Quantities, p: Values, s: Values, ds: Values) -> Expression:
         depth = (q.x - p["x0"]) / ROUNDING
         beyond = ca.if_else(depth > 0, depth, 0.0)
         return p["k"] * ROUNDING * (beyond + ca.log1p(ca.exp(-ca.fabs(depth))))
+
+    def first_guess(self, recordings: Sequence[FirstLook], base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
+        """Where the loop of force over position has its kink."""
+
+        def trial(x0: float) -> Trial:
+            return {"x0": x0}, {"k": lambda r: np.maximum(r.x - x0, 0.0)}
+
+        guess = Missing.of(recordings, base).best(map(trial, along(recordings)))
+        return [] if guess is None else [with_base(guess, "spring.K", "spring.F0") | self.named(**guess.values)]

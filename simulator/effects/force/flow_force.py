@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from simulator.effect import Effect, Expression, Parameter, Quantities, Site, TriedAt, Values
+import itertools
+from collections.abc import Mapping, Sequence
+
+from simulator.effect import Effect, Expression, Parameter, Quantities, Site, Values
+from simulator.first_look import FirstLook, Missing, Trial, local_shapes, with_base
 
 
 class FlowForce(Effect):
@@ -19,11 +23,18 @@ class FlowForce(Effect):
     check = "the pressure drop during the recording, the flow direction and the balance of the plug"
     parameters = (
         Parameter("f", "N", "largest force of the flow against rising position", scale=60.0, neutral=0.0),
-        Parameter("x0", "m", "position of the largest force", scale=0.008, tried_at=TriedAt.POSITIONS),
-        Parameter(
-            "w", "m", "distance at which half of it is left", 0.006, lower=0.0, positive=True, tried_at=TriedAt.WIDTHS
-        ),
+        Parameter("x0", "m", "position of the largest force", scale=0.008),
+        Parameter("w", "m", "distance at which half of it is left", 0.006, lower=0.0, positive=True),
     )
 
     def force(self, q: Quantities, p: Values, s: Values, ds: Values) -> Expression:
         return p["f"] / (1 + ((q.x - p["x0"]) / p["w"]) ** 2)
+
+    def first_guess(self, recordings: Sequence[FirstLook], base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
+        """The hump along the stroke that explains most of what is missing."""
+
+        def trial(x0: float, w: float) -> Trial:
+            return {"x0": x0, "w": w}, {"f": lambda r: 1 / (1 + ((r.x - x0) / w) ** 2)}
+
+        guess = Missing.of(recordings, base).best(itertools.starmap(trial, local_shapes(recordings)))
+        return [] if guess is None else [with_base(guess, "spring.K", "spring.F0") | self.named(**guess.values)]

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 from simulator.effect import Effect, Expression, Parameter, Quantities, Site, Values
+from simulator.first_look import FirstLook, Missing
 
 
 class ForceOffsetDrift(Effect):
@@ -16,3 +19,8 @@ class ForceOffsetDrift(Effect):
 
     def force(self, q: Quantities, p: Values, s: Values, ds: Values) -> Expression:
         return p["r"] * q.t
+
+    def first_guess(self, recordings: Sequence[FirstLook], base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
+        """How what is missing grows with time."""
+        guess = Missing.of(recordings, base).best([({}, {"r": lambda r: r.t})])
+        return [] if guess is None else [self.named(**guess.values)]

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 from simulator.effect import Effect, Expression, Parameter, Quantities, Site, Values
+from simulator.first_look import FirstLook, Missing, with_base
 
 
 class HardeningSpring(Effect):
@@ -16,3 +19,8 @@ class HardeningSpring(Effect):
 
     def force(self, q: Quantities, p: Values, s: Values, ds: Values) -> Expression:
         return p["k3"] * q.x**3
+
+    def first_guess(self, recordings: Sequence[FirstLook], base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
+        """The curvature of the loop of force over position, and the straight spring beside it."""
+        guess = Missing.of(recordings, base).best([({}, {"k3": lambda r: r.x**3})])
+        return [] if guess is None else [with_base(guess, "spring.K", "spring.F0") | self.named(**guess.values)]

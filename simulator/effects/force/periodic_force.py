@@ -3,10 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 
 import casadi as ca
+import numpy as np
 
-from simulator.effect import Effect, Expression, Parameter, Quantities, Site, TriedAt, Values
+from simulator.effect import Effect, Expression, Parameter, Quantities, Site, Values
+from simulator.first_look import FirstLook, Missing, Trial
+
+FEWEST_PERIODS, HIGHEST, PEAKS = 1.5, 40.0, 4
+"""For a first guess: of fewer periods it looks like a drift, above that frequency [Hz] a valve hardly moves, and noise
+has peaks, too."""
 
 
 class PeriodicForce(Effect):
@@ -23,9 +30,34 @@ class PeriodicForce(Effect):
     parameters = (
         Parameter("a", "N", "amplitude of the sine", scale=10.0, neutral=0.0),
         Parameter("b", "N", "amplitude of the cosine", scale=10.0, neutral=0.0),
-        Parameter("f", "Hz", "frequency", scale=2.0, lower=0.0, positive=True, tried_at=TriedAt.FREQUENCIES),
+        Parameter("f", "Hz", "frequency", scale=2.0, lower=0.0, positive=True),
     )
 
     def force(self, q: Quantities, p: Values, s: Values, ds: Values) -> Expression:
         phase = 2 * math.pi * p["f"] * q.t
         return p["a"] * ca.sin(phase) + p["b"] * ca.cos(phase)
+
+    def first_guess(self, recordings: Sequence[FirstLook], base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
+        """The strongest rhythm of what is missing."""
+
+        def trial(f: float) -> Trial:
+            return {"f": f}, {
+                "a": lambda r: np.sin(2 * math.pi * f * r.t), "b": lambda r: np.cos(2 * math.pi * f * r.t)
+            }  # fmt: skip
+
+        guess = Missing.of(recordings, base).best(map(trial, _frequencies(recordings, base)))
+        return [] if guess is None else [self.named(**guess.values)]
+
+
+def _frequencies(looks: Sequence[FirstLook], base: Mapping[str, float]) -> list[float]:
+    """Frequencies [Hz] about the strongest peaks of the missing force in the longest recording."""
+    look = max(looks, key=lambda one: one.t[-1] - one.t[0])
+    even = np.linspace(look.t[0], look.t[-1], len(look.t))
+    signal = np.interp(even, look.t, np.where(look.slides, look.missing(base), 0.0))
+    power = np.abs(np.fft.rfft((signal - signal.mean()) * np.hanning(len(signal)))) ** 2
+    f, span = np.fft.rfftfreq(len(even), even[1] - even[0]), float(even[-1] - even[0])
+    power = np.where((f * span > FEWEST_PERIODS) & (f < HIGHEST), power, 0.0)
+    inner = (power[1:-1] > power[:-2]) & (power[1:-1] >= power[2:])
+    peaks = 1 + np.flatnonzero(inner)
+    strongest = peaks[np.argsort(-power[peaks])][:PEAKS]
+    return [float(f[i] + part / span) for i in strongest for part in (-0.5, -0.25, 0.0, 0.25, 0.5)]

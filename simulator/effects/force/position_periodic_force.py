@@ -3,10 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 
 import casadi as ca
+import numpy as np
 
-from simulator.effect import Effect, Expression, Parameter, Quantities, Site, TriedAt, Values
+from simulator.effect import Effect, Expression, Parameter, Quantities, Site, Values
+from simulator.first_look import FirstLook, Missing, Trial, travel
+
+PER_TRAVEL = tuple(i / 4 for i in range(6, 241))
+"""Periods that the travel may hold, for a first guess: of fewer it looks like a curved spring."""
 
 
 class PositionPeriodicForce(Effect):
@@ -22,10 +28,22 @@ class PositionPeriodicForce(Effect):
     parameters = (
         Parameter("a", "N", "amplitude of the sine", scale=10.0, neutral=0.0),
         Parameter("b", "N", "amplitude of the cosine", scale=10.0, neutral=0.0),
-        Parameter("pitch", "m", "distance after which the force repeats", 5e-3, lower=0.0, positive=True,
-                  tried_at=TriedAt.PITCHES),
+        Parameter("pitch", "m", "distance after which the force repeats", 5e-3, lower=0.0, positive=True),
     )  # fmt: skip
 
     def force(self, q: Quantities, p: Values, s: Values, ds: Values) -> Expression:
         phase = 2 * math.pi * q.x / p["pitch"]
         return p["a"] * ca.sin(phase) + p["b"] * ca.cos(phase)
+
+    def first_guess(self, recordings: Sequence[FirstLook], base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
+        """The strongest rhythm of what is missing along the stroke."""
+
+        def trial(per_travel: float) -> Trial:
+            pitch = (high - low) / per_travel
+            return {"pitch": pitch}, {
+                "a": lambda r: np.sin(2 * math.pi * r.x / pitch), "b": lambda r: np.cos(2 * math.pi * r.x / pitch)
+            }  # fmt: skip
+
+        low, high = travel(recordings)
+        guess = Missing.of(recordings, base).best(map(trial, PER_TRAVEL))
+        return [] if guess is None else [self.named(**guess.values)]

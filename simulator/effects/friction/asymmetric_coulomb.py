@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import casadi as ca
+import numpy as np
 
 from simulator.effect import Effect, Expression, Parameter, Quantities, Site, Values
+from simulator.first_look import FirstLook, Missing
 
 
 class AsymmetricCoulomb(Effect):
@@ -24,3 +28,8 @@ class AsymmetricCoulomb(Effect):
 
     def friction_level(self, q: Quantities, p: Values, s: Values) -> Expression:
         return 1 + p["a"] * ca.sign(q.v)
+
+    def first_guess(self, recordings: Sequence[FirstLook], base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
+        """The part of sliding friction that does not change sign; a preload that is not known takes it."""
+        guess = Missing.of(recordings, base).best([({}, {"a": lambda r: np.abs(r.friction(base))})])
+        return [] if guess is None else [self.named(**guess.values)]

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import casadi as ca
+import numpy as np
 
 from simulator.effect import Effect, Expression, Parameter, Quantities, Site, Values
+from simulator.first_look import FirstLook, Missing
 
 
 class AsymmetricViscous(Effect):
@@ -18,3 +22,8 @@ class AsymmetricViscous(Effect):
 
     def force(self, q: Quantities, p: Values, s: Values, ds: Values) -> Expression:
         return p["b"] * ca.fabs(q.v)
+
+    def first_guess(self, recordings: Sequence[FirstLook], base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
+        """The curvature of the missing force over velocity that is the same on both sides."""
+        guess = Missing.of(recordings, base).best([({}, {"b": lambda r: np.abs(r.v)})])
+        return [] if guess is None else [self.named(**guess.values)]

@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import casadi as ca
+import numpy as np
 
-from simulator.effect import Effect, Expression, Memory, Parameter, Quantities, Site, TriedAt, Values
+from recordings import Array
+from simulator.effect import Effect, Expression, Memory, Parameter, Quantities, Site, Values
+from simulator.first_look import FirstLook, Missing, Trial
 from simulator.relaxation import Relaxation
+
+MOST = 1.0
+"""Rise of friction of a first guess at most: bristles that are bent otherwise look like more of it."""
+RESTS = (0.3, 1.0, 3.0)
+"""Times at rest [s] that may bring most of the rise, for a first guess."""
 
 
 class DwellStiction(Effect):
@@ -23,8 +31,7 @@ class DwellStiction(Effect):
     sentence = "break-away friction grows with the time at rest"
     check = "the packing for ageing, dried lubricant or adhesion, and how long the valve usually stands still"
     parameters = (
-        Parameter("a", "1", "rise of friction after a long rest, share of the level", 0.3, 0.0, neutral=0.0,
-                  tried_at=TriedAt.SHARES),
+        Parameter("a", "1", "rise of friction after a long rest, share of the level", 0.3, 0.0, neutral=0.0),
         Parameter("gamma", "s", "time at rest that brings 63 % of the rise", scale=1.0, lower=0.0, positive=True),
         Parameter("d", "m", "travel that wipes the rise out to 1/e", scale=5e-4, lower=0.0, positive=True),
     )  # fmt: skip
@@ -35,3 +42,24 @@ class DwellStiction(Effect):
 
     def friction_level(self, q: Quantities, p: Values, s: Values) -> Expression:
         return 1 + p["a"] * s["s"]
+
+    def first_guess(self, recordings: Sequence[FirstLook], base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
+        """What is missing against the motion after rests, by how long they were."""
+
+        def trial(gamma: float) -> Trial:
+            d = self.parameters[-1].scale
+            return {"gamma": gamma, "d": d}, {"a": lambda r: r.friction(base) * _rested(r, gamma, d)}
+
+        guess = Missing.of(recordings, base, presliding=True).best(map(trial, RESTS))
+        return [] if guess is None else [self.named(**guess.values | {"a": min(guess.values["a"], MOST)})]
+
+
+def _rested(look: FirstLook, gamma: float, d: float) -> Array:
+    """The share of the rise that is there at each sample."""
+    rates = 1 / gamma + np.abs(look.v[:-1]) / d
+    kept, s = np.exp(-rates * np.diff(look.t)), 0.0
+    found = [s]
+    for keep, most in zip(kept.tolist(), (1 / gamma / rates).tolist(), strict=True):
+        s = most + (s - most) * keep
+        found.append(s)
+    return np.array(found)

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 from simulator.effect import Effect, Expression, Parameter, Quantities, Site, Values
+from simulator.first_look import FirstLook, Missing
 
 
 class FrictionDrift(Effect):
@@ -16,3 +19,8 @@ class FrictionDrift(Effect):
 
     def friction_level(self, q: Quantities, p: Values, s: Values) -> Expression:
         return 1 + p["r"] * q.t
+
+    def first_guess(self, recordings: Sequence[FirstLook], base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
+        """How what is missing against the motion grows with time."""
+        guess = Missing.of(recordings, base).best([({}, {"r": lambda r: r.friction(base) * r.t})])
+        return [] if guess is None else [self.named(**guess.values)]

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
-from simulator.effect import Effect, Expression, Memory, Parameter, Quantities, Site, TriedAt, Values
+import numpy as np
+
+from recordings import Array
+from simulator.effect import Effect, Expression, Memory, Parameter, Quantities, Site, Values
+from simulator.first_look import FirstLook, Missing
 from simulator.relaxation import Lag
 
 
@@ -15,9 +19,7 @@ class FrictionalMemory(Effect):
     site = Site.FORCE
     sentence = "friction follows changes of velocity late, as where a film of lubricant has to form"
     check = "lubricant and its viscosity, and the finish of stem and packing"
-    parameters = (
-        Parameter("tau", "s", "time by which friction is late", 0.01, lower=0.0, neutral=0.0, tried_at=TriedAt.SHARES),
-    )
+    parameters = (Parameter("tau", "s", "time by which friction is late", 0.01, lower=0.0, neutral=0.0),)
     memory = (Memory("w", "m/s"),)
 
     def relax(self, q: Quantities, p: Values) -> Mapping[str, Lag]:
@@ -25,3 +27,14 @@ class FrictionalMemory(Effect):
 
     def friction_speed(self, q: Quantities, p: Values, s: Values) -> Expression:
         return s["w"]
+
+    def first_guess(self, recordings: Sequence[FirstLook], base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
+        """The loop of the friction-velocity map: friction by a late velocity, to first order."""
+        guess = Missing.of(recordings, base).best([({}, {"tau": lambda r: _per_delay(r, base)})])
+        return [] if guess is None else [self.named(**guess.values)]
+
+
+def _per_delay(look: FirstLook, base: Mapping[str, float]) -> Array:
+    """What a second of delay adds to friction [N]: minus acceleration times the slope of Stribeck's curve."""
+    fall, vs = base["lugre.fs"] - base["lugre.fc"], base["lugre.vs"]
+    return np.asarray(look.a * fall * 2 * np.abs(look.v) / vs**2 * look.falling(base))

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import casadi as ca
+import numpy as np
 
 from simulator.effect import Effect, Expression, Parameter, Quantities, Site, Values
+from simulator.first_look import FirstLook, Missing
 
 
 class LoadDependentFriction(Effect):
@@ -22,3 +26,8 @@ class LoadDependentFriction(Effect):
 
     def friction_level(self, q: Quantities, p: Values, s: Values) -> Expression:
         return 1 + p["c"] * ca.fabs(q.u)
+
+    def first_guess(self, recordings: Sequence[FirstLook], base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
+        """How what is missing against the motion grows with the force."""
+        guess = Missing.of(recordings, base).best([({}, {"c": lambda r: r.friction(base) * np.abs(r.u)})])
+        return [] if guess is None else [self.named(**guess.values)]

@@ -4,12 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from simulator.effect import Effect, Expression, Memory, Parameter, Quantities, Site, TriedAt, Values
+import numpy as np
+
+from simulator.effect import Effect, Expression, Memory, Parameter, Quantities, Site, Values
+from simulator.first_look import FirstLook, Missing, Trial, dragged
 from simulator.imitation import hidden_in_friction
 from simulator.play import play
 
 ELEMENTS = 4
 """Number of elements: four bend the transition curve at a quarter, half, three quarters and the whole of its range."""
+
+
+DEFLECTIONS = (0.7, 1.4, 2.8, 5.6)
+"""Where the last element may slip, in deflections of the bristle at break-away, for a first guess."""
 
 
 class NonlocalPresliding(Effect):
@@ -24,10 +31,9 @@ class NonlocalPresliding(Effect):
     site = Site.FORCE
     sentence = "before break-away the packing remembers several reversals, as a stack of contacts that slip in turn"
     check = "a packing of many rings, its compression, and how small reversals of the set point are answered"
+    imitated = True
     parameters = (
-        Parameter(
-            "f", "N", "friction of all elements, sliding", scale=60.0, lower=0.0, neutral=0.0, tried_at=TriedAt.SHARES
-        ),
+        Parameter("f", "N", "friction of all elements, sliding", scale=60.0, lower=0.0, neutral=0.0),
         Parameter("d", "m", "displacement at which the last element slips", scale=4e-4, lower=0.0, positive=True),
     )
     memory = tuple(Memory(f"a{i}", "m", at_position=True) for i in range(1, ELEMENTS + 1))
@@ -40,7 +46,17 @@ class NonlocalPresliding(Effect):
         bent = sum((q.x - s[f"a{i}"]) / i for i in range(1, ELEMENTS + 1))
         return p["f"] / p["d"] * bent
 
-    def imitated(self, base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
-        d, deflection = self.parameter_name("d"), base["lugre.fs"] / base["lugre.sigma0"]
-        part = hidden_in_friction(self.parameter_name("f"), base, 0.3)
-        return [part | {d: multiple * deflection} for multiple in (0.7, 2.0)]
+    def first_guess(self, recordings: Sequence[FirstLook], base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
+        """How what is missing against the motion grows with the distance from the last reversals."""
+
+        def trial(d: float) -> Trial:
+            halves, parts = [d * i / ELEMENTS for i in range(1, ELEMENTS + 1)], np.arange(1, ELEMENTS + 1)
+            return {"d": d}, {"f": lambda r: ((r.x[:, None] - dragged(r.x, halves)) / parts).sum(axis=1) / d}
+
+        deflection = base["lugre.fs"] / base["lugre.sigma0"]
+        guess = Missing.of(recordings, base, presliding=True).best(
+            trial(multiple * deflection) for multiple in DEFLECTIONS
+        )
+        if guess is None or guess.values["f"] <= 0:
+            return []
+        return [self.named(**guess.values) | hidden_in_friction(self.parameter_name("f"), guess.values["f"], base)]

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
-import casadi as ca
+import itertools
+from collections.abc import Mapping, Sequence
 
-from simulator.effect import Effect, Expression, Parameter, Quantities, Site, TriedAt, Values
+import casadi as ca
+import numpy as np
+
+from simulator.effect import Effect, Expression, Parameter, Quantities, Site, Values
+from simulator.first_look import FirstLook, Force, Missing, Trial, local_shapes
 
 
 class PositionDependentFriction(Effect):
@@ -20,11 +25,20 @@ class PositionDependentFriction(Effect):
     check = "stem and guides at the named place for scoring, deposits and bending"
     parameters = (
         Parameter("a", "1", "rise of friction at the place, share of the level", scale=0.4, lower=-1.0, neutral=0.0),
-        Parameter("x0", "m", "place of the rise", scale=0.012, tried_at=TriedAt.POSITIONS),
-        Parameter("w", "m", "half width of the rise, where it has fallen to 1/e", 0.004, 0.0, positive=True,
-                  tried_at=TriedAt.WIDTHS),
+        Parameter("x0", "m", "place of the rise", scale=0.012),
+        Parameter("w", "m", "half width of the rise, where it has fallen to 1/e", 0.004, 0.0, positive=True),
         Parameter("b", "1/m", "slope of friction along the stroke, per level at x = 0", scale=10.0, neutral=0.0),
     )  # fmt: skip
 
     def friction_level(self, q: Quantities, p: Values, s: Values) -> Expression:
         return 1 + p["a"] * ca.exp(-(((q.x - p["x0"]) / p["w"]) ** 2)) + p["b"] * q.x
+
+    def first_guess(self, recordings: Sequence[FirstLook], base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
+        """The bell along the stroke that explains most of what is missing against the motion."""
+
+        def trial(x0: float, w: float) -> Trial:
+            bell: Force = lambda r: r.friction(base) * np.exp(-(((r.x - x0) / w) ** 2))  # noqa: E731
+            return {"x0": x0, "w": w}, {"a": bell, "b": lambda r: r.friction(base) * r.x}
+
+        guess = Missing.of(recordings, base).best(itertools.starmap(trial, local_shapes(recordings)))
+        return [] if guess is None else [self.named(**guess.values)]

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
-import casadi as ca
+import itertools
+from collections.abc import Mapping, Sequence
 
-from simulator.effect import Effect, Expression, Parameter, Quantities, Site, TriedAt, Values
+import casadi as ca
+import numpy as np
+
+from simulator.effect import Effect, Expression, Parameter, Quantities, Site, Values
+from simulator.first_look import FirstLook, Force, Missing, Trial, local_shapes
 
 BELLS = 3
 """Number of bells: three make a profile of any bow along a stretch of the stroke."""
@@ -12,6 +17,10 @@ SPACING = 1.5
 """Distance of two bells in half widths: their sum is even where their strengths are equal."""
 LEAST = -0.8
 """Least strength of a bell: three of it add up to 0.97 at most, so that the friction level stays positive."""
+
+
+SPEEDS = (0.03, 0.1)
+"""Speeds [m/s] at which the rise may have fallen to 1/e, for a first guess."""
 
 
 class PositionSpeedFriction(Effect):
@@ -31,9 +40,8 @@ class PositionSpeedFriction(Effect):
             Parameter(f"a{i}", "1", f"rise of friction at bell {i}, share of the level", 0.4, lower=LEAST, neutral=0.0)
             for i in range(1, BELLS + 1)
         ),
-        Parameter("x0", "m", "place of the middle bell", scale=0.012, tried_at=TriedAt.POSITIONS),
-        Parameter("w", "m", "half width of a bell, where it has fallen to 1/e", 0.004, 0.0, positive=True,
-                  tried_at=TriedAt.WIDTHS),
+        Parameter("x0", "m", "place of the middle bell", scale=0.012),
+        Parameter("w", "m", "half width of a bell, where it has fallen to 1/e", 0.004, 0.0, positive=True),
         Parameter("u", "m/s", "speed at which the rise has fallen to 1/e", 0.1, 0.0, positive=True),
     )  # fmt: skip
 
@@ -44,3 +52,20 @@ class PositionSpeedFriction(Effect):
             for i in range(1, BELLS + 1)
         )
         return 1 + bells * ca.exp(-((q.v / p["u"]) ** 2))
+
+    def first_guess(self, recordings: Sequence[FirstLook], base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
+        """The bells along the stroke that explain most of what is missing against the motion."""
+
+        def trial(shape: tuple[float, float], u: float) -> Trial:
+            x0, w = shape
+            bells = {f"a{i}": _bell(base, x0 + SPACING * (i - (BELLS + 1) / 2) * w, w, u) for i in range(1, BELLS + 1)}
+            return {"x0": x0, "w": w, "u": u}, bells
+
+        shapes = itertools.product(local_shapes(recordings), SPEEDS)
+        guess = Missing.of(recordings, base).best(itertools.starmap(trial, shapes))
+        return [] if guess is None else [self.named(**guess.values)]
+
+
+def _bell(base: Mapping[str, float], x: float, w: float, u: float) -> Force:
+    """What a rise of one by a bell at x adds to friction."""
+    return lambda r: r.friction(base) * np.exp(-(((r.x - x) / w) ** 2) - (r.v / u) ** 2)

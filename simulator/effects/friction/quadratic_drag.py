@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import casadi as ca
+import numpy as np
 
 from simulator.effect import Effect, Expression, Parameter, Quantities, Site, Values
+from simulator.first_look import FirstLook, Missing
 
 
 class QuadraticDrag(Effect):
@@ -19,3 +23,8 @@ class QuadraticDrag(Effect):
 
     def force(self, q: Quantities, p: Values, s: Values, ds: Values) -> Expression:
         return p["c"] * q.v * ca.fabs(q.v)
+
+    def first_guess(self, recordings: Sequence[FirstLook], base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
+        """The curvature of the missing force over velocity that changes its sign with it."""
+        guess = Missing.of(recordings, base).best([({}, {"c": lambda r: r.v * np.abs(r.v)})])
+        return [] if guess is None else [self.named(**guess.values)]

@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from recordings import Array
 from simulator.effect import Effect, Expression, Parameter, Quantities, Site, Values
+from simulator.first_look import FirstLook, Missing
 
 REFERENCE = 5e-3
 """Velocity [m/s] at which the exponent leaves the Stribeck curve as it is."""
@@ -27,3 +33,15 @@ class StribeckExponent(Effect):
 
     def friction_speed(self, q: Quantities, p: Values, s: Values) -> Expression:
         return q.speed * ((q.speed**2 + NEAR_REST**2) / REFERENCE**2) ** ((p["e"] - 2) / 4)
+
+    def first_guess(self, recordings: Sequence[FirstLook], base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
+        """The shape of the fall of friction over speed, to first order."""
+        guess = Missing.of(recordings, base).best([({}, {"e": lambda r: _per_exponent(r, base)})])
+        return [] if guess is None else [self.named(e=min(max(2.0 + guess.values["e"], 0.5), 4.0))]
+
+
+def _per_exponent(look: FirstLook, base: Mapping[str, float]) -> Array:
+    """What an exponent higher by one adds to friction [N], to first order at 2."""
+    steep = (look.v / base["lugre.vs"]) ** 2
+    bend = np.log(np.maximum(np.abs(look.v), NEAR_REST) / REFERENCE)
+    return np.asarray(-np.sign(look.v) * (base["lugre.fs"] - base["lugre.fc"]) * steep * bend * look.falling(base))

@@ -4,12 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from simulator.effect import Effect, Expression, Memory, Parameter, Quantities, Site, TriedAt, Values
+import numpy as np
+
+from simulator.effect import Effect, Expression, Memory, Parameter, Quantities, Site, Values
+from simulator.first_look import FirstLook, Missing, Trial, dragged
 from simulator.imitation import hidden_in_friction
 from simulator.play import play
 
 ELEMENTS = 4
 """Number of play operators: they bend the branches of the loop at a quarter, half, three quarters and all of it."""
+
+
+WAYS = (0.4, 0.8, 1.6, 3.2, 6.4)
+"""Half the changes of the drive that may complete a branch, in Coulomb frictions, for a first guess."""
 
 
 class ActuatorHysteresis(Effect):
@@ -24,8 +31,9 @@ class ActuatorHysteresis(Effect):
     site = Site.INPUT
     sentence = "there is hysteresis between drive and force: a reversal of the drive is answered in part at first"
     check = "diaphragm, bellows and linkage of the actuator, and the transducer on the bench, up and down"
+    imitated = True
     parameters = (
-        Parameter("h", "N", "half width of the full loop", scale=30.0, lower=0.0, neutral=0.0, tried_at=TriedAt.SHARES),
+        Parameter("h", "N", "half width of the full loop", scale=30.0, lower=0.0, neutral=0.0),
         Parameter("r", "N", "half the change of the drive that completes a branch", 100.0, lower=0.0, positive=True),
     )
     memory = tuple(Memory(f"w{i}", "N", at_force=True) for i in range(1, ELEMENTS + 1))
@@ -37,7 +45,14 @@ class ActuatorHysteresis(Effect):
         behind = sum((q.u - s[f"w{i}"]) / i for i in range(1, ELEMENTS + 1))
         return q.u - p["h"] / p["r"] * behind
 
-    def imitated(self, base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
-        h, r = self.parameter_name("h"), self.parameter_name("r")
-        loops = ((0.3, 0.4), (0.12, 0.6), (0.12, 1.8), (0.12, 6.0))  # wide ones close early, narrow ones late
-        return [hidden_in_friction(h, base, share) | {r: way * base["lugre.fc"]} for share, way in loops]
+    def first_guess(self, recordings: Sequence[FirstLook], base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
+        """How what is missing grows with the change of the force since its last reversals."""
+
+        def trial(r: float) -> Trial:
+            halves, parts = [r * i / ELEMENTS for i in range(1, ELEMENTS + 1)], np.arange(1, ELEMENTS + 1)
+            return {"r": r}, {"h": lambda look: ((look.u[:, None] - dragged(look.u, halves)) / parts).sum(axis=1) / r}
+
+        guess = Missing.of(recordings, base, presliding=True).best(trial(way * base["lugre.fc"]) for way in WAYS)
+        if guess is None or guess.values["h"] <= 0:
+            return []
+        return [self.named(**guess.values) | hidden_in_friction(self.parameter_name("h"), guess.values["h"], base)]

@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 
 from simulator.delay import LONGEST
 from simulator.effect import Effect, Expression, Parameter, Quantities, Site, Values
-from simulator.imitation import late
+from simulator.first_look import FirstLook
+from simulator.imitation import late, shifted
 
 
 class DeadTime(Effect):
@@ -23,11 +24,13 @@ class DeadTime(Effect):
     site = Site.INPUT
     sentence = "the actuating force acts some time after it was recorded"
     check = "clocks and sampling of the channels, bus cycles of the positioner and the length of signal lines"
+    imitated = True
     parameters = (Parameter("tau", "s", "dead time", scale=5e-3, lower=0.0, upper=LONGEST, neutral=0.0),)
     delay = "tau"
 
     def input(self, q: Quantities, p: Values, s: Values) -> Expression:
         return q.u + q.late
 
-    def imitated(self, base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
-        return late(self.parameter_name("tau"), base)
+    def first_guess(self, recordings: Sequence[FirstLook], base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
+        """The delay of the force with which the loop of force over motion is closest."""
+        return late(self.parameter_name("tau"), recordings, base, shifted)

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 from simulator.effect import Effect, Expression, Parameter, Quantities, Site, Values
+from simulator.first_look import FirstLook, Missing
 
 
 class ForceGain(Effect):
@@ -20,3 +23,8 @@ class ForceGain(Effect):
 
     def input(self, q: Quantities, p: Values, s: Values) -> Expression:
         return (1 + p["g"]) * q.u
+
+    def first_guess(self, recordings: Sequence[FirstLook], base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
+        """What is missing as a share of the force, beside what is not known of mass and spring."""
+        guess = Missing.of(recordings, base).best([({}, {"g": lambda r: -r.u})])
+        return [] if guess is None else [self.named(**guess.values)]

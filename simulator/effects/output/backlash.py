@@ -3,10 +3,22 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
 
-from simulator.effect import Effect, Expression, Memory, Parameter, Quantities, Site, TriedAt, Values
+import numpy as np
+
+from recordings import Array
+from simulator.effect import Effect, Expression, Memory, Parameter, Quantities, Site, Values
+from simulator.first_look import FirstLook, travel
 from simulator.play import play
+
+SHARES = (0.002, 0.004, 0.007, 0.012, 0.02, 0.03, 0.05)
+"""Widths of a play as shares of the travel, for a first guess."""
+MOST = 0.9
+"""Share of Coulomb friction that a play has put there at most."""
+LONGEST, AFTER = 3.0, 0.1
+"""How long before the reading moves again a reversal is looked at, and how long after it [s]."""
 
 
 class PositionBacklash(Effect):
@@ -16,9 +28,8 @@ class PositionBacklash(Effect):
     site = Site.OUTPUT
     sentence = "there is play between stem and position sensor, so the reading stands still after a reversal"
     check = "feedback linkage, pins and couplings between stem and position sensor for play"
-    parameters = (
-        Parameter("width", "m", "width of the play", scale=2e-4, lower=0.0, neutral=0.0, tried_at=TriedAt.NOISE),
-    )
+    imitated = True
+    parameters = (Parameter("width", "m", "width of the play", scale=2e-4, lower=0.0, neutral=0.0),)
     memory = (Memory("w", "m", at_position=True),)
 
     def jump(self, q: Quantities, p: Values, s: Values) -> Mapping[str, Expression]:
@@ -27,15 +38,68 @@ class PositionBacklash(Effect):
     def output(self, q: Quantities, p: Values, s: Values) -> Expression:
         return s["w"]
 
-    def imitated(self, base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
-        """A play hides the bristles: without it they look stiffer, and the friction curve flatter."""
-        if base["spring.K"] <= 0:
+    def first_guess(self, recordings: Sequence[FirstLook], base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
+        """How long the reading stands still after reversals, and how fast it then starts: the width with which a stem
+        on Coulomb friction, which first has to cross the play, tells that best.
+
+        A model without the play has half of its width, times the spring constant, in its friction: the loop of force
+        over reading is as wide. It also hides the bristles: they look stiffer, and the friction curve flatter.
+        """
+        K, fc, sigma0 = base["spring.K"], base["lugre.fc"], base["lugre.sigma0"]
+        if K <= 0:
             return []
-        way, found = base["lugre.fc"] / base["spring.K"], list[Mapping[str, float]]()
-        for share, softer in itertools.product((0.03, 0.1), (1.0, 0.1)):
-            sigma0 = softer * base["lugre.sigma0"]
-            found.append({
-                self.parameter_name("width"): share * way, "lugre.sigma0": sigma0, "lugre.vs": 3e-3,
-                "lugre.sigma1": 0.6 * (sigma0 * base["mass.m"]) ** 0.5, "lugre.fs": 1.4 * base["lugre.fc"],
-            })  # fmt: skip
-        return found
+        low, high = travel(recordings)
+        some = np.array([0.0, *SHARES]) * (high - low)
+        widths = some[some * K < 2 * MOST * fc]
+        off = np.zeros(len(widths))
+        for silence in itertools.chain.from_iterable(map(_silences, recordings)):
+            off += _off(silence, widths, base)
+        width = float(widths[np.argmin(off)])
+        if width == 0.0:
+            return []
+        return [
+            self.named(width=share * width) | {
+                "lugre.fc": fc - share * width * K / 2, "lugre.fs": 1.4 * fc, "lugre.vs": 3e-3,
+                "lugre.sigma0": softer * sigma0, "lugre.sigma1": 0.6 * (softer * sigma0 * base["mass.m"]) ** 0.5,
+            }
+            for share in (1.0, 0.4) for softer in (1.0, 0.1)
+        ]  # fmt: skip
+
+
+class Silence(NamedTuple):
+    """A reversal in which the reading rests: time step [s], reading [m] and force [N] (n,), the velocity before [m/s],
+    and the direction in which it moved."""
+
+    dt: float
+    x: Array
+    u: Array
+    v: float
+    way: float
+
+
+def _silences(look: FirstLook) -> Iterator[Silence]:
+    """The reversals of a recording, each until shortly after the reading moves again."""
+    moving = np.flatnonzero(look.moves)
+    turns = np.flatnonzero(np.sign(look.v[moving[1:]]) != np.sign(look.v[moving[:-1]]))
+    dt = float(np.median(np.diff(look.t)))
+    for before, after in zip(moving[turns], moving[turns + 1], strict=True):
+        first = max(before, after - round(LONGEST / dt))
+        part = slice(first, after + round(AFTER / dt))
+        yield Silence(dt, look.x[part], look.u[part], float(look.v[first]), float(np.sign(look.v[before])))
+
+
+def _off(silence: Silence, widths: Array, base: Mapping[str, float]) -> Array:
+    """How far a reading behind each width of a play (k,) is off in a reversal, the mean over it [m]."""
+    K, fc, m, h = base["spring.K"], base["lugre.fc"], base["mass.m"], silence.dt
+    x, v = silence.x[0] + silence.way * widths / 2, np.full(len(widths), silence.v)
+    y, off, bent = np.full(len(widths), silence.x[0]), np.zeros(len(widths)), np.full(len(widths), silence.way)
+    for force, seen in zip(silence.u, silence.x, strict=True):
+        level = fc - K * widths / 2 + (base["lugre.fs"] - fc) * np.exp(-((v / base["lugre.vs"]) ** 2))
+        left = 1 - bent * np.sign(force - K * x - base["spring.F0"] - level * bent)
+        damping = base["lugre.sigma2"] + left * (base["lugre.sigma1"] + h * base["lugre.sigma0"])
+        v = (m * v + h * (force - K * x - base["spring.F0"] - level * bent)) / (m + h * damping)
+        bent = np.clip(bent + left * base["lugre.sigma0"] / level * h * v, -1.0, 1.0)
+        x = x + h * v
+        y = np.clip(y, x - widths / 2, x + widths / 2)
+        off += np.abs(y - seen)
+    return off / len(silence.x)

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 from simulator.effect import Effect, Expression, Parameter, Quantities, Site, Values
+from simulator.first_look import FirstLook, Missing
 
 
 class SensorDrift(Effect):
@@ -16,3 +19,8 @@ class SensorDrift(Effect):
 
     def output(self, q: Quantities, p: Values, s: Values) -> Expression:
         return q.y + p["r"] * q.t
+
+    def first_guess(self, recordings: Sequence[FirstLook], base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
+        """The drift of a force that would move the spring as much."""
+        guess = Missing.of(recordings, base).best([({}, {"r": lambda r: -base["spring.K"] * r.t})])
+        return [] if guess is None else [self.named(**guess.values)]

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 
 from simulator.effect import Effect, Expression, Parameter, Quantities, Site, Values
+from simulator.first_look import FirstLook, Force, Missing, travel
 
 S_PEAK = math.sqrt(3) / 18
 """Largest value of s (1 - s) (1 - 2 s) on 0 <= s <= 1."""
@@ -32,3 +34,14 @@ class SensorNonlinearity(Effect):
         share = q.y / p["L"]
         bow = share * (1 - share)
         return q.y + p["L"] * bow * (4 * p["q"] + p["c"] / S_PEAK * (1 - 2 * share))
+
+    def first_guess(self, recordings: Sequence[FirstLook], base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
+        """The force by which the spring would move as far as the reading is off."""
+        low, high = travel(recordings)
+        stiff = -base["spring.K"] * (high - low)
+        bow: Force = lambda r: stiff * r.x / (high - low) * (1 - r.x / (high - low))  # noqa: E731
+        forces: dict[str, Force] = {
+            "q": lambda r: 4 * bow(r), "c": lambda r: bow(r) / S_PEAK * (1 - 2 * r.x / (high - low))
+        }  # fmt: skip
+        guess = Missing.of(recordings, base).best([({}, forces)])
+        return [] if guess is None else [self.named(**guess.values)]

@@ -55,7 +55,7 @@ def test_the_errors_are_reported_on_what_neither_fitted_nor_judged():
     held, report = found.selection.held_out_experiments, found.selection.report_experiments
     (judged,), (reported,) = ([s for e in some for s in e.segments] for some in (held, report))
     seen = [int(s.seen.sum()) for s in (judged, reported)]
-    assert seen[1] / sum(seen) == pytest.approx(settings.REPORT_SHARE, abs=0.01)
+    assert seen[1] / sum(seen) == pytest.approx(settings.HELD_OUT_SHARE, abs=0.01)
     assert not np.intersect1d(judged.y, reported.y).size
 
 

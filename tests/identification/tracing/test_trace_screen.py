@@ -7,9 +7,9 @@ from dataclasses import replace
 import pytest
 from traced_valves import traced
 
-from identification.tracing.models.scan import rhythms, shapes, sizes
+from identification.tracing.models.guesses import guesses, looks, shapes, sizes
 from identification.tracing.screen import screen
-from simulator import CATALOGUE, Effect, Memory, Parameter, Site, TriedAt
+from simulator import CATALOGUE, Effect, Memory, Parameter, Site
 
 
 class OwnSpring(Effect):
@@ -25,18 +25,20 @@ class OwnSpring(Effect):
 
 
 class OwnShape(Effect):
-    """An effect with every kind of parameter, named as nobody would name them."""
+    """An effect whose guess names a shape, and that works through memory."""
 
     id = "own_shape"
     site = Site.FORCE
     sentence = "anything"
     parameters = (
-        Parameter("strength", "m", "strength", 1e-4, lower=0.0, neutral=0.0, tried_at=TriedAt.NOISE),
-        Parameter("here", "m", "position", 0.01, tried_at=TriedAt.POSITIONS),
-        Parameter("wide", "m", "width", 0.01, lower=0.0, positive=True, tried_at=TriedAt.WIDTHS),
-        Parameter("w", "m", "not scanned", 0.01, lower=0.0, positive=True),
+        Parameter("strength", "m", "strength", 1e-4, lower=0.0, neutral=0.0),
+        Parameter("here", "m", "position", 0.01),
+        Parameter("w", "m", "not guessed", 0.03, lower=0.0, positive=True),
     )
     memory = (Memory("z", "m"),)
+
+    def first_guess(self, recordings, base):
+        return [self.named(strength=3e-4, here=0.02), self.named(strength=3e-4, here=0.02)]
 
 
 def test_an_effect_of_ones_own_has_the_score_of_its_physics_and_the_work_is_reported():
@@ -50,14 +52,10 @@ def test_an_effect_of_ones_own_has_the_score_of_its_physics_and_the_work_is_repo
     assert stages == [("score test", done, 2) for done in (0, 1, 2)]
 
 
-def test_parameters_are_tried_where_they_say():
+def test_parameters_are_tried_where_the_guess_says_and_else_at_their_scales():
     base = traced("hardening_spring", k3=3e6).selection.base
     data = replace(base.data, catalogue=CATALOGUE.extended(OwnShape()))
-    tried = list(shapes(data, "own_shape", rhythms(base)))
-    assert len({shape["own_shape.here"] for shape in tried}) == 5
-    assert len({shape["own_shape.wide"] for shape in tried}) == 2
-    assert {shape["own_shape.w"] for shape in tried} == {0.01}
-    low, high = data.travel
-    assert all(low < shape["own_shape.here"] < high for shape in tried)
-    noise = data.fitted[0].noise_y
-    assert list(sizes(data, "own_shape")) == [{"own_shape.strength": 4 * noise}, {"own_shape.strength": 16 * noise}]
+    found = guesses(replace(base, data=data), looks(base), "own_shape")
+    assert shapes(data, "own_shape", found) == [{"own_shape.here": 0.02, "own_shape.w": 0.03}]
+    assert sizes(data, "own_shape", found) == [{"own_shape.strength": s} for s in (3e-4, pytest.approx(1e-5))]
+    assert shapes(data, "own_shape", []) == [{"own_shape.here": 0.01, "own_shape.w": 0.03}]

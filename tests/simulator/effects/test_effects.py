@@ -50,6 +50,11 @@ def test_the_catalogue_starts_with_the_base_effects_and_has_every_id_that_is_pro
     assert set(TABLE) <= set(CATALOGUE.ids)
 
 
+@pytest.mark.parametrize("effect", [e for e in CATALOGUE.effects if e.id not in BASE], ids=lambda effect: effect.id)
+def test_every_effect_beside_the_base_has_a_first_guess_of_its_own(effect):
+    assert "first_guess" in vars(type(effect))
+
+
 class Pushing(Drag):
     """A drag with the wrong sign."""
 
@@ -115,9 +120,9 @@ class Exotic(Drag):
 
 
 class Overbending(Drag):
-    """A start with a mass below nothing."""
+    """A guess with a mass below nothing."""
 
-    def imitated(self, base):
+    def first_guess(self, recordings, base):
         return [{"sample_drag.c": 1.0, "mass.m": -base["mass.m"]}]
 
 
@@ -139,7 +144,7 @@ class Shouting(Drag):
         (Misplaced, "hooks", "an effect on the output has"),
         (Unbounded, "parameters", "the scale lies inside"),
         (Exotic, "portable", "without a C compiler"),
-        (Overbending, "imitated", "bends mass.m to -"),
+        (Overbending, "first_guess", "guesses mass.m to be -"),
         (Shouting, "words", "no capital"),
     ],
     ids=lambda value: getattr(value, "__name__", ""),
@@ -158,19 +163,3 @@ def test_a_catalogue_holds_every_name_once():
     assert "sample_drag" not in CATALOGUE
     assert CATALOGUE.extended(Drag())["sample_drag"].site is Site.FORCE
     assert np.all([CATALOGUE[i].id == i for i in CATALOGUE.ids])
-
-
-@pytest.mark.parametrize("effect", ["actuator_lag", "sensor_lag", "dead_time"])
-def test_what_imitates_a_lag_is_undone(effect):
-    own = {"mass.m": 4.0, "spring.K": 2e4, "spring.F0": 300.0, "lugre.fc": 150.0, "lugre.fs": 200.0, "lugre.vs": 3e-3,
-           "lugre.sigma0": 5e5, "lugre.sigma1": 900.0, "lugre.sigma2": 400.0}  # fmt: skip
-    tau = 0.03  # it has put tau K / (sigma2 + tau K) = 0.6 of viscous friction there, the second of the shares tried
-    bent = own | {
-        "lugre.sigma2": own["lugre.sigma2"] + tau * own["spring.K"],
-        "mass.m": own["mass.m"] + tau * own["lugre.sigma2"],
-        "lugre.sigma1": own["lugre.sigma1"] + tau * own["lugre.sigma0"],
-    }
-    start = CATALOGUE[effect].imitated(bent)[1]  # of the damping of the bristle it leaves a tenth, whatever is taken
-    assert start == pytest.approx(
-        {f"{effect}.tau": tau, "lugre.sigma2": 400.0, "mass.m": 4.0, "lugre.sigma1": 1590.0}, rel=1e-9
-    )

@@ -1,0 +1,58 @@
+"""First guesses of effects beside a model: where their shapes and sizes are tried, and where their fits start."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from identification.tracing.models.model import Model
+from identification.tracing.models.trial_data import TrialData
+from simulator import FirstLook, Parameter
+
+SMALL = 0.1
+"""Share of its scale at which a strength is tried that can only grow, where no guess says more."""
+Guesses = Sequence[Mapping[str, float]]
+"""Guesses of one effect, likeliest first, as parameter values by full name."""
+
+
+def looks(model: Model) -> list[FirstLook]:
+    """The fitted recordings of a model at a first look."""
+    held = set(model.coordinates.names) - set(model.coordinates.free_names)
+    return [FirstLook.of(grid.t, grid.motion, grid.force.u, model.values, held) for grid in model.data.fitted]
+
+
+def guesses(model: Model, seen: Sequence[FirstLook], effect: str) -> Guesses:
+    """What an effect reads off recordings; empty where they do not show it."""
+    off = {name: p.neutral for name, p in strengths(model.data, effect).items()}
+    found = model.data.catalogue[effect].first_guess(seen, model.values)
+    finite = [values for values in found if np.isfinite([*values.values()]).all()]
+    return [values for values in finite if any(values.get(name, value) != value for name, value in off.items())]
+
+
+def strengths(data: TrialData, effect: str) -> dict[str, Parameter]:
+    """The parameters that vanish with an effect, by full name."""
+    one = data.catalogue[effect]
+    return {one.parameter_name(p.symbol): p for p in one.parameters if p.neutral is not None}
+
+
+def shapes(data: TrialData, effect: str, found: Guesses) -> list[dict[str, float]]:
+    """The shapes at which an effect is tried, as parameter values by full name: as guessed, else as is typical."""
+    one = data.catalogue[effect]
+    typical = {one.parameter_name(p.symbol): p.scale for p in one.parameters if p.neutral is None and not p.known}
+    tried = [{name: guess.get(name, value) for name, value in typical.items()} for guess in found or [{}]]
+    return [shape for i, shape in enumerate(tried) if shape not in tried[:i]]
+
+
+def sizes(data: TrialData, effect: str, found: Guesses) -> list[dict[str, float]]:
+    """The sizes beside zero at which strengths are tried that can only grow and work through memory: a play operator at
+    rest on noise shows nothing to first order.
+    """
+    if not data.catalogue[effect].memory:
+        return []
+    tried = [
+        {name: value}
+        for name, p in strengths(data, effect).items() if p.lower == p.neutral
+        for value in (*(guess[name] for guess in found if guess.get(name, p.lower) > p.lower), SMALL * p.scale)
+    ]  # fmt: skip
+    return [size for i, size in enumerate(tried) if size not in tried[:i]]
