@@ -23,12 +23,20 @@ if TYPE_CHECKING:
     from identification.report.findings_page import Findings
 
 
+@dataclass(frozen=True)
+class OtherCause:
+    """What else it would be. evidence : what speaks for it most, in words."""
+
+    probability: float
+    evidence: tuple[str, ...]
+
+
 @dataclass(frozen=True, repr=False)
 class Assessment(ShownFindings):
     """The assessment of a loop.
 
     verdict; probability : of stiction, None where the data cannot carry one; why : in a sentence; amount : S
-    and J where there is stiction; other_causes : by name, with probabilities; guesses : what was not said of the
+    and J where there is stiction; other_causes : by name; guesses : what was not said of the
     columns; loop : what was assessed; forces, joint : friction in N, and valve and process together, where there is
     stiction and the valve's data are known.
     """
@@ -41,7 +49,7 @@ class Assessment(ShownFindings):
     guesses: tuple[str, ...]
     oscillations: tuple[Oscillation, ...]
     amount: StictionAmount | None
-    other_causes: Mapping[str, float]
+    other_causes: Mapping[str, OtherCause]
     answers: tuple[MethodAnswer, ...]
     forces: FrictionForces | None = None
     joint: JointPosterior | None = None
@@ -64,7 +72,10 @@ class Assessment(ShownFindings):
             "why": self.why, "data": {"samples": n, "dt_s": dt, "cycles": cycles, "problems": problems},
             "oscillation": [{"period_s": one.period_s, "regularity": one.regularity} for one in self.oscillations],
             "stiction": stiction,
-            "other_causes": [{"cause": name, "probability": value} for name, value in self.other_causes.items()],
+            "other_causes": [
+                {"cause": name, "probability": one.probability, "evidence": list(one.evidence)}
+                for name, one in self.other_causes.items()
+            ],
             "methods": [
                 {"method": one.method, "value": one.value, "says": one.says, "why": one.why} for one in self.answers
             ],
@@ -84,7 +95,9 @@ class Assessment(ShownFindings):
             found.append(WITHOUT_POSITIONER)
         found += self.joint.lines() if self.joint else []
         if self.other_causes:
-            found.append("else: " + ", ".join(f"{name} {value:.2f}" for name, value in self.other_causes.items()))
+            found.append("else: " + ", ".join(f"{n} {one.probability:.2f}" for n, one in self.other_causes.items()))
+            likely, other = next(iter(self.other_causes.items()))
+            found += [f"for {likely}: {', '.join(other.evidence)}"] if other.evidence else []
         return [*found, *(one.words for one in self.problems), *self.guesses]
 
     def write(self, path: str | os.PathLike[str]) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -12,11 +12,18 @@ from recordings import Array
 
 SHAPES = ("cross-correlation", "yamashita", "curve-fit", "relay-fit", "area-ratio", "parallelogram")
 GAINS = ("gain", "jump gain", "beyond")
-SEARCHED = (*GAINS, "weakest", "width", "weakest squared", "width squared", "S")
+SQUARED = " squared"
+SEARCHED = (*GAINS, "weakest", "width", f"weakest{SQUARED}", f"width{SQUARED}", "S")
 NAMES = (*SHAPES, "regularity", *SEARCHED)
 """Evidence by name; methods by their ids, the others as of `StictionSearch`, and the weakest of its gains, as each of
 them speaks against another rival. The squares are there because a gain means little until it is large, and because the
 valve that makes a loop swing is neither narrow nor wide. Good valves have an S, too: a small one."""
+WORDS: Mapping[str, str] = {
+    "regularity": "regularity of the oscillation", "gain": "gain of S and J over a linear process",
+    "jump gain": "gain of a jump over backlash", "beyond": "gain over a linear process of high order",
+    "weakest": "least of the gains", "width": "S over half the range of OP", "S": "S in % of OP",
+}  # fmt: skip
+"""What evidence is called that is no method's index."""
 SLIGHT = (0.05, 0.4)
 """S [% of OP] that good valves have, too: from the upper end on it is no evidence any more."""
 OF_SEARCH = np.array([name in SEARCHED for name in NAMES])
@@ -41,6 +48,14 @@ def evidence(
     squared = np.array([min(gains), np.log(max(found.width, 0.1))])
     size = float(np.log(np.clip(found.best[0], *SLIGHT))) if op_percent else np.nan
     return np.array([*values, regularity, *gains, *squared, *squared**2, size])
+
+
+def in_words(name: str, value: float) -> str:
+    """A piece of evidence as it is told: gains and sizes are weighed by their logarithms."""
+    if name not in WORDS:
+        return f"{name} {value:.3g}"
+    plain = np.expm1(value) if name in GAINS or name == "weakest" else np.exp(value)
+    return f"{WORDS[name]} {plain:.3g}"
 
 
 def of_search(weights: Array) -> Array:

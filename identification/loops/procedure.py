@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from identification.loops.amounts import amounts
-from identification.loops.assessment import Assessment
+from identification.loops.assessment import Assessment, OtherCause
 from identification.loops.data_problems import DataProblem, data_problems
 from identification.loops.evidence import evidence, of_search
 from identification.loops.forces import friction_forces, full_force
@@ -22,7 +22,7 @@ from identification.loops.methods import (
 )
 from identification.loops.oscillation import Oscillation, oscillations
 from identification.loops.preparation import prepared
-from identification.loops.verdict import table_of, verdict, weighed
+from identification.loops.verdict import speaks_for, table_of, verdict, weighed
 from recordings import Array
 
 
@@ -83,16 +83,18 @@ def assess_loop(
     found = oscillations(loop)
     problems = data_problems(loop, found)
     limits = "; ".join(one.words for one in problems if one.hides != "nothing")
-    saturation = {one.cause: 1.0 for one in problems if one.cause}
+    saturation = {one.cause: OtherCause(1.0, (one.words,)) for one in problems if one.cause}
     seen = findings(loop, found, problems)
     if any(one.hides == "everything" for one in problems):
         return Assessment("cannot_tell", None, limits, loop, problems, guesses, found, None, saturation, seen.answers)
-    causes = weighed(seen.weights, table_of(loop.integrating, seen.whole))
+    table = table_of(loop.integrating, seen.whole)
+    causes, speaks = weighed(seen.weights, table), speaks_for(seen.weights, table)
     probability = causes.pop("stiction")
     answer = verdict(probability, causes["backlash"])
     if not seen.whole and answer != "stiction":
         return Assessment("cannot_tell", None, limits, loop, problems, guesses, found, None, saturation, seen.answers)
-    others = dict(sorted({**causes, **saturation}.items(), key=lambda one: -one[1]))
+    found_else = {name: OtherCause(value, speaks[name]) for name, value in causes.items()} | saturation
+    others = dict(sorted(found_else.items(), key=lambda one: -one[1].probability))
     says = {word: [one.method for one in seen.answers if one.says == word] for word in ("stiction", "no_stiction")}
     why = f"for stiction: {_list(says['stiction'])}; against: {_list(says['no_stiction'])}"
     why = why if seen.whole else f"by the search for S and J alone, as {limits}"

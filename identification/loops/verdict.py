@@ -7,6 +7,7 @@ from typing import Literal
 import numpy as np
 
 from identification.loops.calibration import CAUSES_TOLD, CERTAIN, TABLES, UNLIKELY, CalibrationTable
+from identification.loops.evidence import NAMES, SQUARED, in_words
 from recordings import Array
 
 LoopVerdict = Literal["stiction", "no_stiction", "cannot_tell"]
@@ -27,13 +28,34 @@ def weighed(evidence: Array, table: str) -> dict[str, float]:
 
 def weighed_by(table: CalibrationTable, evidence: Array) -> Array:
     """The probabilities (causes,) by a table."""
-    mean, spread, weights = (np.array(part) for part in (table.mean, table.spread, table.weights))
-    scaled = np.nan_to_num(np.clip((evidence - mean) / spread, -3.0, 3.0))
-    scores = weights @ np.concatenate([[1.0], scaled])
+    weights = np.array(table.weights)
+    scores = weights @ np.concatenate([[1.0], _standardised(table, evidence)])
     odds = np.exp(scores - scores.max())
     return np.asarray(odds / odds.sum(), float)
 
 
+def _standardised(table: CalibrationTable, evidence: Array) -> Array:
+    """Evidence (k,) about its mean, in its spreads; 0 where a method does not apply."""
+    mean, spread = np.array(table.mean), np.array(table.spread)
+    return np.nan_to_num(np.clip((evidence - mean) / spread, -3.0, 3.0))
+
+
+def speaks_for(evidence: Array, table: str) -> dict[str, tuple[str, ...]]:
+    """The `MOST` pieces of evidence that most raise the odds of every cause of `CAUSES_TOLD`, in words."""
+    weights = np.array(TABLES[table].weights)[:, 1:]
+    parts = (weights - weights.mean(axis=0)) * _standardised(TABLES[table], evidence)
+    for squared in (name for name in NAMES if name.endswith(SQUARED)):  # a square is no evidence by itself
+        at, of = NAMES.index(squared), NAMES.index(squared.removesuffix(SQUARED))
+        parts[:, of] += parts[:, at]
+        parts[:, at] = 0.0
+    told = {}
+    for cause, part in zip(CAUSES_TOLD, parts, strict=True):
+        best = np.argsort(-part)[:MOST]
+        told[cause] = tuple(in_words(NAMES[i], float(evidence[i])) for i in best if part[i] > 0)
+    return told
+
+
+MOST = 2
 LIKELY = 0.5
 """Probability of backlash from which on stiction is not excluded: it may have a jump that does not show."""
 

@@ -55,7 +55,18 @@ def test_other_causes_are_not_called_stiction_on_fresh_seeds(seed, cause):
 
 def test_probabilities_add_to_one():
     _, answer = assessed(6001, "stiction", "flow")
-    assert answer.probability + sum(answer.other_causes.values()) == pytest.approx(1.0)
+    assert answer.probability + sum(one.probability for one in answer.other_causes.values()) == pytest.approx(1.0)
+
+
+def test_another_cause_has_the_evidence_that_speaks_for_it():
+    _, answer = assessed(6012, "disturbance", "flow")
+    likely, one = next(iter(answer.other_causes.items()))
+    assert likely == "disturbance"
+    assert 1 <= len(one.evidence) <= 2
+    assert f"for disturbance: {', '.join(one.evidence)}" in answer.lines()
+    loop = assessed(6012, "disturbance", "flow")[0].loop
+    at_an_end = replace(loop, op=np.clip(loop.op, *np.quantile(loop.op, (0.0, 0.8))))
+    assert any("20 % of the samples" in words for words in assess_loop(at_an_end).other_causes["saturation"].evidence)
 
 
 def test_a_dead_band_of_the_historian_makes_the_answer_cannot_tell():
