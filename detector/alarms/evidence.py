@@ -131,6 +131,15 @@ def advance_all(running, limits, shares, counts, edges, numbers, limit_s, residu
         advance(running[i], limits[i], shares[i], counts[i], edges[i], one, limit_s, residuals[i], load[i])
 
 
+@native
+def closes(running, numbers, n):  # type: ignore[no-untyped-def]
+    """Whether a block may end within n more samples, so that histograms change; arguments as in `advance_all`."""
+    ends = False
+    for i in range(running.shape[0]):
+        ends = ends or running[i, 0] + n >= numbers[i, 2]
+    return ends
+
+
 @inlined
 def _bet(running, z, numbers, limit_s):  # type: ignore[no-untyped-def]
     """Bets on the sign of a sample, up and down, with a narrow and with a wide dead zone."""

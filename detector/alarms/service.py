@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from detector.alarms.evidence import N_BINS, N_RUNNING, N_SCALES, N_STATISTICS, STEP, advance_all
+from detector.alarms.evidence import N_BINS, N_RUNNING, N_SCALES, N_STATISTICS, STEP, advance_all, closes
 from detector.alarms.healthy import LEAST_BLOCKS, Healthy, limits_of, share_bound
 from detector.alarms.promise import DAY_S, Promise
 from recordings import Array, BadInput
@@ -138,7 +138,9 @@ class Evidence:
 
     def _part(self, state: EvidenceState, residuals: Array, load: Array) -> EvidenceState:
         """Samples of one period."""
-        running, current = state.running.copy(), state.counts[0].copy()
+        running, current = state.running.copy(), state.counts[0]
+        if closes(running, self._numbers, len(residuals)):  # else they stay, and they are most of the state
+            current = current.copy()
         found = np.empty((len(self.healthy), len(residuals)))
         advance_all(
             running, state.limits, state.shares, current, self._edges, self._numbers,

@@ -161,7 +161,7 @@ class Decisions:
         return len(self.time_s)
 
     def __getitem__(self, i: int) -> Decision:
-        xi2, rho, phi, exceeded, alarm = (float(value) for value in self.output[i])
+        xi2, rho, phi, exceeded, alarm = self.output[i].tolist()
         verdict = SampleVerdict(int(self.verdict[i]))
         return Decision(float(self.time_s[i]), xi2, rho, phi, exceeded > 0, alarm > 0, verdict)
 

@@ -86,7 +86,7 @@ def causes(facts: ValveFacts) -> Iterator[HealthCause]:
         yield HealthCause("detector", Health.CHECK, text, (facts.detector_error,), where)
     if facts.phase == "learning":
         move = ("let the valve move over its usual range", "or give recordings of it in good order: calibrate = [..]")
-        known = tuple(filter(None, (facts.learned, facts.judged, facts.supported)))
+        known = (facts.learned, *filter(None, (facts.judged, facts.supported)))
         yield HealthCause("learning", Health.CHECK, "it is still being learned", known, move)
     elif facts.phase == "alarm":
         advice = ADVICE.get(facts.kind, ADVICE[None])

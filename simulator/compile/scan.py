@@ -73,6 +73,8 @@ class Scanner:
         if not self._compiled:
             self._loops = dict.fromkeys((False, True), self._without_compiler())
         self._libraries: dict[tuple[str, tuple[int, ...]], ctypes.CDLL | None] = {}
+        ns, np_ = self.sizes.states, self.sizes.parameters
+        self._unit, self._none = np.hstack([np.zeros((ns, np_)), np.eye(ns)]), np.zeros((0, ns))
         self._lock = threading.Lock()
 
     def compiled_with(self, text: str, columns: tuple[int, ...]) -> ctypes.CDLL | None:
@@ -130,9 +132,9 @@ class Scanner:
             raise ValueError("sensitivities are asked for, and the recurrence was built without (differentiable=False)")
         t, u, p, s, given = self._checked(t, u, p, s0, resets)
         _check_steps(t, h_max)
-        ns, _, np_, ny, _ = self.sizes
-        columns = np.zeros((ns, np_ + ns))
-        columns[:, np_:] = np.eye(ns)
+        _, _, np_, ny, _ = self.sizes
+        columns = self._unit.copy()
+        ns = len(columns)
         y, jacobian = np.zeros((len(t), ny)), np.zeros((len(t) if sensitivities else 0, ny, np_ + ns))
         failed = self._loops_for(sensitivities).scan(t, u, hold, h_max, p, s, y, columns, jacobian, given)
         if failed >= 0:
@@ -161,20 +163,21 @@ class Scanner:
         """The arguments as contiguous arrays of the shapes the loop expects; the state is a copy."""
         ns, _, np_, _, nu = self.sizes
         t = np.ascontiguousarray(t, float).reshape(-1)
-        given = np.zeros((0, ns)) if resets is None else resets
-        shaped = {
-            "u": (u, (len(t), nu)), "p": (p, (np_,)), "s0": (np.array(s0, float), (ns,)),
-            "resets": (given, (len(given), ns)),
-        }  # fmt: skip
-        arrays = [t]
-        for name, (array, shape) in shaped.items():
-            array = np.ascontiguousarray(array, float)
-            if array.size != math.prod(shape):
-                raise ValueError(f"{name} has the shape {array.shape}, {shape} is needed")
-            arrays.append(array.reshape(shape))
+        given = self._none if resets is None else _shaped("resets", resets, (len(resets), ns))
         if len(given) not in (0, len(t)):
             raise ValueError(f"{len(given)} resets are given for {len(t)} samples; give one row per sample")
-        return tuple(arrays)
+        s0 = _shaped("s0", np.array(s0, float), (ns,))
+        return t, _shaped("u", u, (len(t), nu)), _shaped("p", p, (np_,)), s0, given
+
+
+def _shaped(name: str, array: Array, shape: tuple[int, ...]) -> Array:
+    """An array as the loop takes it: contiguous, of a shape. Raises ValueError for another number of values."""
+    array = np.ascontiguousarray(array, float)
+    if array.shape == shape:
+        return array
+    if array.size != math.prod(shape):
+        raise ValueError(f"{name} has the shape {array.shape}, {shape} is needed")
+    return array.reshape(shape)
 
 
 def _check_steps(t: Array, h_max: float) -> None:
