@@ -58,6 +58,8 @@ SLIPS = "staircase:5,sine:5"
 """What is to say whether a rate shows a parameter: slips and rests enough."""
 LITTLE = 1e-3
 """Share of its scale below which a value has no size of its own."""
+MOST = 200_000
+"""Samples of an experiment beyond which nobody records one, as for the swing of a stem that is all but weightless."""
 FORGETS = 1.0
 """The run of an experiment forgets at a rest once in so many seconds: over many slips it promises too much."""
 
@@ -134,7 +136,7 @@ class Teaching:
 
 def _information(found: Fit, excitation: str, rate: float) -> Array | None:
     """What an experiment at a rate [Hz] tells of the coordinates, (n_free, n_free), wherever the stem starts. None
-    where the model cannot run it, as without a spring.
+    where the model cannot run it, as without a spring, or nobody would.
     """
     assert found.problem is not None
     assert found.minimum is not None
@@ -157,14 +159,15 @@ def _experiment(found: Fit, excitation: str, rate: float) -> Experiment | None:
     """
     assert found.problem is not None
     experiments, values = found.problem.experiments, found.values
-    if not values.get("spring.K"):
+    course = Excitation.parse(excitation)
+    if not values.get("spring.K") or course.duration * rate > MOST:
         return None
     x = np.concatenate([s.motion.x for e in experiments for s in e.segments])
     stroke = float(experiments[0].plant.get("stroke_m") or np.ptp(x))
     noise = max(float(np.hypot(e.noise_position, e.noise_force / values["spring.K"])) for e in experiments)
     try:
         run, _ = simulate(
-            values, Excitation.parse(excitation), Sensors(rate), stroke=stroke, effects=found.kernel.effects,
+            values, course, Sensors(rate), stroke=stroke, effects=found.kernel.effects,
             catalogue=found.kernel.catalogue,
         )  # fmt: skip
     except BadInput:

@@ -16,6 +16,7 @@ from scipy.stats import t as student
 from identification.estimators.coordinates import parameters
 from identification.estimators.estimate import TUNING, Estimate
 from identification.estimators.fitted import Fit, Outcome
+from identification.estimators.noise_aware.resolution import RESOLVED_BY_NODES
 from identification.estimators.order import (
     RESOLVED,
     RESOLVED_EXACT,
@@ -52,8 +53,8 @@ SLOW, SLOW_FACTOR, SLOW_FACTOR_EXACT = 6e-3, 1.6, 1.3
 force is noisy and where its samples are exact."""
 QUICK = ("mass.m", "lugre.fs", "lugre.vs", "lugre.sigma0", "lugre.sigma1")
 """What is known of `QUICK` comes from break-away, where the mass swings on its bristles. When that swing turns by more
-than so many radians from sample to sample (`RESOLVED` where the force is noisy), estimate and interval can both be
-wrong, and they are reported as unresolved."""
+than so many radians from sample to sample (`RESOLVED_BY_NODES` where the force is noisy), estimate and interval can
+both be wrong, and they are reported as unresolved."""
 SLIPPING = ("mass.m", "lugre.vs", "lugre.sigma0", "lugre.sigma2")
 """What is known of these in damped order comes from the course of slips."""
 ENOUGH_FOR_SLIPS = 20.0
@@ -273,7 +274,7 @@ def _unresolved(fit: Fit, name: str, wide: bool) -> str:
     if fit.problem is None or fit.kernel.causality != "force":
         return ""
     spacing = fit.problem.spacing
-    limit = RESOLVED_EXACT if fit.estimate is None else RESOLVED
+    limit = RESOLVED_EXACT if fit.estimate is None else RESOLVED_BY_NODES
     hidden = wide or name in _hidden(fit) if fit.order != "full" else name in QUICK
     if not hidden or (fit.order == "full" and turn(fit.values, spacing) < limit):
         return ""
