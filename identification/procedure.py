@@ -113,6 +113,7 @@ def identify(
     if check:
         progress("cross-check", 0, 0)
     checked = crosscheck(found, recorded, known) if check else None
+    told = advice(known, found)
     quality: dict[str, object] = {
         "estimator": found.estimator,
         "anchored_rmse_m": {
@@ -120,9 +121,9 @@ def identify(
             "holdout": anchored_error(found, others) if others else None,
         },
         "correlated": [f"{a}, {b}: {c:+.3f}" for a, b, c in known.pairs()],
-        "advice": list(advice(known)),
+        "advice": list(told),
         "crosscheck": None if checked is None else checked.sentence,
         "bootstrap": None if scatter is None else {"trials": scatter.trials, "failed": scatter.failed},
     }
     model = valve_model(found, known, recordings, experiments, {"fit": runs, "holdout": held_out}, quality)
-    return Identification(found, known, model, runs, held_out, checked, advice(known))
+    return Identification(found, known, model, runs, held_out, checked, told)

@@ -78,8 +78,8 @@ def did_you_mean(word: str, allowed: Iterable[str]) -> str:
 def split_unit(header: str) -> tuple[str, str | None]:
     """The name and the unit in a column's header.
 
-    >>> split_unit("Stem position [mm]"), split_unit("force (N)"), split_unit("time_ms"), split_unit("valve_h")
-    (('Stem position', 'mm'), ('force', 'N'), ('time', 'ms'), ('valve_h', None))
+    >>> split_unit("Stem position [mm]"), split_unit("force (N)"), split_unit("pos_mm"), split_unit("valve_h")
+    (('Stem position', 'mm'), ('force', 'N'), ('pos', 'mm'), ('valve_h', None))
     """
     header = header.strip()
     match = _BRACKETED.match(header)
@@ -88,7 +88,7 @@ def split_unit(header: str) -> tuple[str, str | None]:
         return match[1], known.symbol if known else match[2]
     name, _, symbol = header.rpartition("_")
     known = find_unit(symbol)
-    if known and name.casefold() in UNDERSTOOD:
+    if known and (name.casefold() in UNDERSTOOD or known_name(name, symbol)):
         return name, known.symbol
     return header, None
 

@@ -9,7 +9,7 @@ from simulator.effect import Catalogue, Effect, Memory, Parameter, Quantities, S
 from simulator.effects import BASE, CATALOGUE
 from simulator.excitation import Excitation
 from simulator.first_look import FirstLook, Force, Missing
-from simulator.positioner import positioned
+from simulator.positioner import PERIOD, Positioner, positioned
 from simulator.relaxation import Lag, Relaxation
 from simulator.simulation import FINE_STEP, Sensors, random_valve, simulate
 from simulator.valve_model import FittedTo, Status, Value, ValveModel
@@ -18,6 +18,7 @@ __all__ = [
     "BASE",
     "CATALOGUE",
     "FINE_STEP",
+    "PERIOD",
     "Catalogue",
     "Causality",
     "Effect",
@@ -30,6 +31,7 @@ __all__ = [
     "Memory",
     "Missing",
     "Parameter",
+    "Positioner",
     "Quantities",
     "Recurrence",
     "Relaxation",

@@ -34,11 +34,13 @@ from identification.loops import (
     weighed_by,
 )
 from recordings import Array, Progress, silent
+from studies.sticky_loops import hidden_by_positioner
 
 RIDGE = 2.0
 FOLDS = 6
 FALSE_STICTION, FALSE_NO_STICTION = 0.015, 0.05
-"""Shares of other loops called `stiction`, and of sticky loops called `no_stiction`, that cross-validation may have."""
+"""Shares of other loops called `stiction`, and of loops that feel their sticky valve called `no_stiction`, that
+cross-validation may have."""
 HEAD = '''"""What the evidence weighs: written by `python -m studies.loop_calibration --seeds {first} {last}`."""
 
 from __future__ import annotations
@@ -74,14 +76,15 @@ ERRORS: tuple[tuple[float, float, float, float], ...] = (
 @dataclass(frozen=True)
 class Seen:
     """A loop whose cause is known. evidence (k,); whole : whether the data show the shape of the signals; cause : its
-    place in `CAUSES`; error (4,) : as of `error_of`, for
-    sticky valves."""
+    place in `CAUSES`; felt : whether the valve sticks and no positioner hides it; error (4,) : as of `error_of`, for
+    sticky valves without a positioner, as there is no S of OP behind one."""
 
     seed: int
     integrating: bool
     evidence: Array
     whole: bool
     cause: int
+    felt: bool
     error: Array | None
 
     @property
@@ -99,8 +102,10 @@ def collected(first: int, last: int, progress: Progress = silent) -> list[Seen]:
         progress("loops", seed - first + 1, last - first)
         if seen is not None:
             cause = CAUSES.index(known.cause)
-            error = _error(known, seen) if known.cause == "stiction" else None
-            found.append(Seen(seed, known.loop.integrating, seen.weights, seen.whole, cause, error))
+            sticky = known.cause == "stiction"
+            error = _error(known, seen) if sticky and known.valve != "positioned" else None
+            felt = sticky and not hidden_by_positioner(known)
+            found.append(Seen(seed, known.loop.integrating, seen.weights, seen.whole, cause, felt, error))
     return found
 
 
@@ -157,10 +162,10 @@ def cross_validated(seen: Sequence[Seen]) -> Array:
 def limits_of(seen: Sequence[Seen], chance: Array) -> tuple[float, float]:
     """From which probability on the answer is `stiction`, and up to which `no_stiction`: the least and the most that
     keep the allowed shares of false answers."""
-    sticky, whole = np.array([one.cause == 0 for one in seen]), np.array([one.whole for one in seen])
+    sticky, felt = np.array([one.cause == 0 for one in seen]), np.array([one.felt and one.whole for one in seen])
     steps = np.arange(0.05, 0.96, 0.01)
     certain = [p for p in steps if p >= 0.5 and np.mean(chance[~sticky] >= p) <= FALSE_STICTION]
-    unlikely = [p for p in steps if p <= 0.5 and np.mean(chance[sticky & whole] <= p) <= FALSE_NO_STICTION]
+    unlikely = [p for p in steps if p <= 0.5 and np.mean(chance[felt] <= p) <= FALSE_NO_STICTION]
     return min(certain, default=0.95), max(unlikely, default=0.05)
 
 

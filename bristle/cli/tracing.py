@@ -29,9 +29,9 @@ def candidate_table(found: Trace) -> Table:
 
 
 def error_lines(found: Trace) -> Iterator[str]:
-    """The free-run errors before and after."""
+    """The free-run errors before, and after where an effect was added."""
     error = found.error
-    for side in ("before", "after"):
+    for side in ("before", "after") if found.effects_added else ("before",):
         for where, value in error[side].items():
             if value and "rmse_m" in value:
                 yield f"free-run error {side}, {where}: {value['rmse_m']:.3g} m (nrmse {value.get('nrmse', 0):.3g})"

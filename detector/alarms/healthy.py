@@ -177,6 +177,21 @@ class Healthy:
         """Whether the data were fewer than `LEAST_BLOCKS` independent blocks."""
         return self.seconds < self.needed_s
 
+    def allowing(self, bias: float) -> Healthy:
+        """The same where each valve may have an error that lasts, of so many sizes at most.
+
+        At that bound every other sign of a healthy residual is beyond the zone. What is relative to a block's own size
+        is not judged, for an error that lasts is most of it.
+        """
+        limits, shares = self.limits.copy(), self.shares.copy()
+        limits[:, [SIZE, BURST]] += bias
+        shares[:, [MEAN, PEAKED]] = 1.0
+        return replace(
+            self, dead=self.dead + bias, far=self.far + bias, fair=max(self.fair, 0.5),
+            far_fair=max(self.far_fair, 0.5), gross=self.gross + bias, sharp=self.sharp + bias, limits=limits,
+            shares=shares, edges=limits * STEP ** (1.0 - N_BINS),
+        )  # fmt: skip
+
     def is_gross(self, residual: float) -> bool:
         """Whether a residual is beyond what no margin explains."""
         return abs(residual - self.centre) > self.gross * self.size

@@ -7,13 +7,14 @@ bit for bit. What happens to the link is passed on as it is; it is never a fault
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from datetime import UTC, datetime
 from typing import Self
 
-from detector import Measurements, Watch, WatchState, learn, learn_model
+from detector import MONTH_S, Measurements, Watch, WatchState, learn, learn_model
 from hil.monitor.event import MonitorEvent
 from hil.monitor.link_news import LinkNews
+from hil.monitor.meanwhile import Meanwhile, Starter
 from hil.monitor.units import SampleConverter
 from hil.monitor.valve import Learner, ValveWatch, WatchStatus
 from hil.source.sample import EventKind, LinkEvent, Sample, elapsed
@@ -30,7 +31,8 @@ class Monitor:
     signals : what each valve's samples bring, by its name; learner : makes a detector from fault-free data; learn_s :
     how long each valve learns [s], None when nothing is to be learned; stroke_m : see `SampleConverter`; own_clock :
     whether the samples' time is used as it is (a recording), instead of from the first sample on; on_learned : see
-    `OnLearned`. Raises BadInput for valves without a position.
+    `OnLearned`; starter, wish_s : what judges while they learn, see `Meanwhile`. Raises BadInput for valves without a
+    position.
     """
 
     def __init__(
@@ -42,8 +44,10 @@ class Monitor:
         stroke_m: float | None = None,
         own_clock: bool = False,
         on_learned: OnLearned | None = None,
+        starter: Starter | None = None,
+        wish_s: float = 0.0,
     ) -> None:
-        self.valves = {name: ValveWatch(name, learner, learn_s) for name in signals}
+        self.valves = {name: ValveWatch(name, learner, learn_s, Meanwhile(starter, wish_s)) for name in signals}
         self.alarms = 0
         self._links = {name: LinkNews() for name in signals}
         self._converters = {name: SampleConverter(name, specs, stroke_m) for name, specs in signals.items()}
@@ -72,9 +76,14 @@ class Monitor:
         def learner(data: Measurements) -> Watch:
             return learn(data, model, false_alarms, catalogue=catalogue)
 
+        def starter(dt_s: float, names: Collection[str]) -> Watch:
+            return learn_model(model, dt_s, names, false_alarms, catalogue=catalogue)
+
         stroke = model.plant.get("stroke_m")
-        stroke_m = stroke if isinstance(stroke, float) else None
-        return cls(signals, learner, learn_s, stroke_m=stroke_m, own_clock=own_clock, on_learned=on_learned)
+        return cls(
+            signals, learner, learn_s, stroke_m=stroke if isinstance(stroke, float) else None, own_clock=own_clock,
+            on_learned=on_learned, starter=starter, wish_s=MONTH_S / false_alarms if false_alarms > 0 else 0.0,
+        )  # fmt: skip
 
     def resume(self, known: Mapping[str, tuple[Watch, WatchState | None]]) -> tuple[str, ...]:
         """Go on with what is known of valves by name: a detector, and its state where it has one.
@@ -127,6 +136,8 @@ class Monitor:
                 watch = await asyncio.to_thread(valve.learn)
                 if self._on_learned:
                     self._on_learned(item.valve, watch)
+            elif valve.can_begin:
+                await asyncio.to_thread(valve.begin)
             return None
         return valve.check(measured, self._started + moment)
 

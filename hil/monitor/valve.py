@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -20,6 +20,7 @@ from detector import (
     strokes_of,
 )
 from hil.monitor.event import MonitorEvent
+from hil.monitor.meanwhile import Meanwhile
 from hil.source.episode import Episode
 from recordings import BadInput
 
@@ -37,7 +38,8 @@ _COUNTED_EVERY = 0.05
 class WatchStatus:
     """A valve at a moment, for whoever looks. load : largest score, an alarm at 1; learned : share of the learning
     time that is over; samples : taken so far; strokes : seen of the `LEAST_STROKES` that learning needs; gathered_s :
-    learned from so far [s].
+    learned from so far [s]; judged, supported : in words, what is judged already while it learns, and how often a false
+    alarm would come after what was gathered, both empty once it has learned.
     """
 
     valve: str
@@ -48,16 +50,26 @@ class WatchStatus:
     samples: int
     strokes: int = 0
     gathered_s: float = 0.0
+    judged: str = ""
+    supported: str = ""
+
+    @property
+    def so_far(self) -> str:
+        """How far learning is."""
+        return f"{self.strokes} of {LEAST_STROKES} reversals, {self.gathered_s:.0f} s"
 
 
 class ValveWatch:
     """What the monitor holds of one valve. watch, state : None until it is learned; learn_s : learning time [s], which
-    goes on until the valve has moved to and fro `LEAST_STROKES` times; measured, judgement : of the last sample, the
-    latter None while nothing is judged.
+    goes on until the valve has moved to and fro `LEAST_STROKES` times; meanwhile : what is judged until then; measured,
+    judgement : of the last sample, the latter None while nothing is judged.
     """
 
-    def __init__(self, valve: str, learner: Learner, learn_s: float | None) -> None:
+    def __init__(
+        self, valve: str, learner: Learner, learn_s: float | None, meanwhile: Meanwhile | None = None
+    ) -> None:  # fmt: skip
         self.valve, self._learner, self.learn_s = valve, learner, learn_s
+        self._meanwhile = meanwhile or Meanwhile()
         self.watch: Watch | None = None
         self.state: WatchState | None = None
         self.measured: Measurement | None = None
@@ -77,6 +89,7 @@ class ValveWatch:
         self._samples += 1
         self.measured = moment
         self._gathered.append(moment)
+        self._meanwhile.check(moment)
         gathered_s = self._gathered_s
         if self.learn_s is None:
             return False
@@ -91,14 +104,28 @@ class ValveWatch:
         """Time that was gathered so far [s]."""
         return self._gathered.span_s
 
+    @property
+    def can_begin(self) -> bool:
+        """Whether enough is known to judge something already: then `begin`."""
+        return self.learn_s is not None and self._meanwhile.due(len(self._gathered))
+
+    def begin(self) -> None:
+        """Judge what can be judged before anything is learned."""
+        self._meanwhile.begin(self._gathered.measurements)
+
     def learn(self) -> Watch:
         """Learn from what was gathered. Raises BadInput naming the valve when that cannot support a detector."""
         gathered, self._gathered = self._gathered.measurements, _Gathered()
         self._count_s = 0.0
         try:
-            self.resume(watch := self._learner(gathered))
+            watch = self._learner(gathered)
         except BadInput as problem:
             raise BadInput(f"valve {self.valve}: {problem.where}", problem.found, problem.remedy) from None
+        if self._meanwhile.doubt:
+            notes = (*watch.evidence.notes, self._meanwhile.doubt)
+            watch = replace(watch, evidence=replace(watch.evidence, notes=notes))
+        self._meanwhile = Meanwhile()
+        self.resume(watch)
         return watch
 
     def check(self, moment: Measurement, wall: float) -> MonitorEvent | None:
@@ -143,7 +170,10 @@ class ValveWatch:
         if self.state is None:
             gathered_s = self._gathered_s
             learned = min(gathered_s / (self.learn_s or 1.0), 1.0)
-            return WatchStatus(self.valve, "learning", 0.0, None, learned, self._samples, self._strokes, gathered_s)
+            said = (self._meanwhile.judged, self._meanwhile.supported(gathered_s))
+            return WatchStatus(
+                self.valve, "learning", 0.0, None, learned, self._samples, self._strokes, gathered_s, *said
+            )  # fmt: skip
         phase: WatchPhase = "alarm" if self.state.alarm else "watching"
         return WatchStatus(self.valve, phase, self._load, self.state.kind, 1.0, self._samples)
 

@@ -8,7 +8,6 @@ from collections.abc import Callable, Mapping
 from datetime import UTC, datetime
 from types import MappingProxyType
 
-from detector import LEAST_STROKES
 from hil.monitor.event import MonitorEvent
 from hil.monitor.monitor import Monitor
 from hil.service.acquisition import ValveLink
@@ -77,11 +76,10 @@ class _ShownValve:
 
     def status(self, now: datetime, late: int) -> ValveStatus:
         clock, watch = time.monotonic(), self._monitor.valves[self._tag].status
-        learned = f"{watch.strokes} of {LEAST_STROKES} reversals, {watch.gathered_s:.0f} s"
         facts = ValveFacts(
             self._link.age_s(clock), self._link.stale_s, self._link.connected, self._link.down,
-            *self._link.unusable(clock), "", watch.phase, learned, watch.load, watch.fault,
-            self._alarm_text,
+            *self._link.unusable(clock), "", watch.phase, watch.so_far, watch.load, watch.fault,
+            self._alarm_text, watch.judged, watch.supported,
         )  # fmt: skip
         self._standing = self._standing.after(facts, now)
         worst = self._standing.worst

@@ -22,7 +22,8 @@ class ValveFacts:
     """What is known of a valve at a moment. age_s : of the last good position [s]; stale_s : from when on it is stale
     [s]; down : why there is no connection, empty while there is one; bad : signals of which the device has told nothing
     usable for `stale_s`, with the reason; unread : those of which nothing fresh has come; detector_error : why
-    detection does not run; phase, learned, load, kind, alarm_text : of the detector.
+    detection does not run; phase, learned, load, kind, alarm_text : of the detector; judged, supported : what is said
+    while it learns, see `WatchStatus`.
     """
 
     age_s: float
@@ -37,6 +38,8 @@ class ValveFacts:
     load: float = 0.0
     kind: str | None = None
     alarm_text: str = ""
+    judged: str = ""
+    supported: str = ""
 
 
 @dataclass(frozen=True)
@@ -83,9 +86,8 @@ def causes(facts: ValveFacts) -> Iterator[HealthCause]:
         yield HealthCause("detector", Health.CHECK, text, (facts.detector_error,), where)
     if facts.phase == "learning":
         move = ("let the valve move over its usual range", "or give recordings of it in good order: calibrate = [..]")
-        yield HealthCause(
-            "learning", Health.CHECK, "it is still being learned, nothing is judged yet", (facts.learned,), move
-        )
+        known = tuple(filter(None, (facts.learned, facts.judged, facts.supported)))
+        yield HealthCause("learning", Health.CHECK, "it is still being learned", known, move)
     elif facts.phase == "alarm":
         advice = ADVICE.get(facts.kind, ADVICE[None])
         health = _STATES.get(facts.kind, Health.OUT_OF_SPEC)

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from datetime import UTC, datetime
 from types import MappingProxyType
 
-from detector import LEAST_STROKES, Watch, learn_recordings
+from detector import Watch, learn_recordings
 from hil.monitor.event import MonitorEvent
 from hil.monitor.monitor import Monitor
 from hil.monitor.valve import ValveWatch
@@ -150,12 +150,12 @@ class ValveLane:
 
     def _facts(self, now: float) -> ValveFacts:
         link, status = self.link, self.watch.status
-        learned = f"{status.strokes} of {LEAST_STROKES} reversals, {status.gathered_s:.0f} s"
+        learned = status.so_far
         if self.plan.entry.learn_s:
             learned += f" of {self.plan.entry.learn_s:.0f} s"
         return ValveFacts(
             link.age_s(now), link.stale_s, link.connected, link.down, *link.unusable(now), self.error,
-            status.phase, learned, status.load, status.fault, self._alarm_text,
+            status.phase, learned, status.load, status.fault, self._alarm_text, status.judged, status.supported,
         )  # fmt: skip
 
     def status(self, late: int) -> ValveStatus:

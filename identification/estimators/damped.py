@@ -13,10 +13,13 @@ from dataclasses import replace
 from identification.data.experiment import Experiment
 from identification.data.grid import Grid, grids
 from identification.estimators.coordinates import Coordinates
+from identification.estimators.estimate import Estimate
 from identification.estimators.fitted import Fit, Outcome, fit_of, free_run_start
 from identification.estimators.noise_aware.damped import best_on_chunks, damped_for, on_whole_recordings
+from identification.estimators.noise_aware.fit import fit_noise_aware
+from identification.estimators.noise_aware.resolution import RESOLVED_BY_NODES
 from identification.estimators.noise_aware.search import RIGHT
-from identification.estimators.order import Order, slip_is_seen
+from identification.estimators.order import Order, slip_is_seen, turn
 from identification.estimators.output_error.damped import fit_in_windows, search_for
 from identification.estimators.output_error.homotopy import Minimum
 from identification.estimators.output_error.problem import Problem, ResidualForm
@@ -30,12 +33,13 @@ STEPS = 4
 
 def fit_damped(
     valve: Kernel, coordinates: Coordinates, smooth: Sequence[Experiment], order: Order = "damped",
-    segment_grids: Sequence[Grid] = (), progress: Progress = silent,
+    segment_grids: Sequence[Grid] = (), progress: Progress = silent, *, told: bool = True,
 ) -> Fit:  # fmt: skip
     """Fit a valve whose sampling does not resolve the bristle, without starting values.
 
     smooth : the experiments, with a smooth force; order : ``damped``, or ``static`` where no slip is resolved;
-    segment_grids : of the experiments, where the recorded force is noisy.
+    segment_grids : of the experiments, where the recorded force is noisy; told : whether the order is asked for, or may
+    become full where the search finds a swing that nodes between samples resolve: starting values may be too stiff.
     """
     progress("starting values", 0, 0)
     search = search_for(valve, coordinates, smooth, order)
@@ -44,8 +48,8 @@ def fit_damped(
     ends = search.ends(progress)
     if segment_grids and order == "damped":
         starts = [end.theta[: coordinates.n_free] for end in ends]
-        found = _noise_aware(valve, coordinates, smooth, segment_grids, starts, progress)
-        if found is not None and (found.outcome is Outcome.CONVERGED or _sees_slips(found)):
+        found = _noise_aware(valve, coordinates, smooth, segment_grids, starts, progress, told)
+        if found is not None and (found.order == "full" or found.outcome is Outcome.CONVERGED or _sees_slips(found)):
             return found
     found = fit_in_windows(search, ends, order, progress)
     doubted = segment_grids and order == "damped" and found.outcome is Outcome.CONVERGED and _sees_slips(found)
@@ -59,15 +63,21 @@ def _sees_slips(found: Fit) -> bool:
 
 def _noise_aware(
     valve: Kernel, coordinates: Coordinates, smooth: Sequence[Experiment], segment_grids: Sequence[Grid],
-    starts: Sequence[Array], progress: Progress,
+    starts: Sequence[Array], progress: Progress, told: bool,
 ) -> Fit | None:  # fmt: skip
-    """The noise-aware fit from some starting values (m,), the likeliest first; None where none leads to what explains
-    the data.
+    """The noise-aware fit from some starting values (m,), the likeliest first, in full order where they lead to a swing
+    that nodes resolve; None where none leads to what explains the data.
     """
     if not starts:
         return None
-    best = best_on_chunks(damped_for(valve, coordinates, segment_grids, starts[0]), starts, progress)
     problem = Problem(kernel(valve.effects, "force", valve.catalogue, damped=True), coordinates, smooth)
+
+    def is_resolved(end: Estimate) -> bool:
+        return not told and turn(coordinates.values(end.theta), problem.spacing) < RESOLVED_BY_NODES
+
+    best = best_on_chunks(damped_for(valve, coordinates, segment_grids, starts[0]), starts, is_resolved, progress)
+    if best is not None and is_resolved(best):
+        return fit_noise_aware(valve, coordinates, smooth, segment_grids, [best.theta], progress)
     if best is None or best.loss > RIGHT:
         return None
     progress("fit to whole recordings", 0, 0)

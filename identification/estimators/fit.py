@@ -125,33 +125,12 @@ def _force_driven(
     chosen: Order = _order(coordinates, ranked, spacing, noisy) if order == "auto" else order
     if chosen != "full":
         smooth = driven if noisy else with_smooth_force(experiments)
-        found = fit_damped(valve, coordinates, smooth, chosen, segment_grids, progress)
+        found = fit_damped(valve, coordinates, smooth, chosen, segment_grids, progress, told=told)
         if told or found.outcome is not Outcome.TOO_SHORT:  # for the loop of force over position
             return found
     if noisy:
-        return fit_noise_aware(valve, coordinates, experiments, segment_grids, progress)
+        return fit_noise_aware(valve, coordinates, driven, segment_grids, progress=progress)
     return fit_output_error(valve, coordinates, experiments, ranked, progress)
-
-
-def order_for_paths(
-    experiments: Sequence[Experiment], given: Mapping[str, float], catalogue: Catalogue, turned: float
-) -> Order:
-    """The order of a model of the base effects whose paths have nodes close enough for a swing that turns by more than
-    `RESOLVED` from sample to sample, `turned` times as much, by the likeliest starting values.
-
-    A fit asks the stiffest of its starts: a reduced order costs it little, where a wrong one costs all.
-    """
-    valve = kernel(BASE, "force", catalogue)
-    check_given(given, valve)
-    force = np.concatenate([s.u for e in experiments for s in e.segments])
-    coordinates = Coordinates.of(valve, given, float(np.std(force)) or 1.0)
-    if integrates(coordinates):
-        return "full"
-    noisy = _noise_aware("auto", coordinates, experiments)
-    driven = with_smooth_force(experiments) if noisy else experiments
-    ranked = starting_values(chunked(driven) or driven, valve, coordinates)
-    spacing = max(s.dt for e in experiments for s in e.segments)
-    return _order(coordinates, ranked[:1], spacing / turned, noisy)
 
 
 def _order(coordinates: Coordinates, ranked: Sequence[StartingPoint], spacing: float, noisy: bool) -> Order:

@@ -37,7 +37,10 @@ def data_problems(loop: ControlLoop, oscillations: tuple[Oscillation, ...]) -> t
     """Everything that limits the answer."""
     found = [*_compressed(loop), *_saturated(loop), *_stopped(loop)]
     if loop.gaps:
-        words = f"{loop.gaps} stretches of samples are missing: the longest one without a gap is used"
+        words = f"gaps between samples: {loop.gaps}; the longest stretch without one is used"
+        found.append(DataProblem(words))
+    elif loop.missing:
+        words = f"{100 * loop.missing:.2g} % of the samples have no number: the others are taken"
         found.append(DataProblem(words))
     if oscillations:
         cycles, each = len(loop.pv) * loop.dt / oscillations[0].period_s, oscillations[0].period_s / loop.dt

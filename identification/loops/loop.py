@@ -22,7 +22,8 @@ MIXED = 0.05
 @dataclass(frozen=True)
 class ControlLoop:
     """One loop, arrays (n,), evenly sampled. name : for messages; dt : s; sp : None where it was not recorded;
-    op_percent : whether OP is in % of its range; kind : None where it is not known; gaps : stretches left out.
+    op_percent : whether OP is in % of its range; kind : None where it is not known; gaps : stretches left out;
+    missing : share of samples without a number.
     """
 
     name: str
@@ -33,6 +34,7 @@ class ControlLoop:
     op_percent: bool
     kind: LoopKind | None
     gaps: int = 0
+    missing: float = 0.0
 
     @property
     def integrating(self) -> bool:
@@ -70,15 +72,17 @@ def loop_of(
     _check_length(name, len(t))
     steps = np.diff(t)
     dt = float(np.median(steps))
-    whole = np.abs(steps / dt - np.round(steps / dt)) < 0.2
-    if np.mean(~whole) > MIXED or np.mean(np.round(steps / dt) > 1) > 0.2:
+    times = np.round(steps / dt)
+    whole = (np.abs(steps / dt - times) < 0.2) & (times >= 1)
+    if np.mean(~whole) > MIXED or np.mean(times > 1) > 0.2:
         low, high = np.quantile(steps, (0.05, 0.95))
         found = f"the sampling is mixed: intervals from {low:.4g} s to {high:.4g} s"
         raise BadInput(f"{name}: time", found, "export raw data at one sampling interval")
     edges = [0, *(int(i) + 1 for i in np.flatnonzero(steps > 1.5 * dt)), len(t)]
     a, b = max(pairwise(edges), key=lambda one: one[1] - one[0])
     _check_length(name, b - a)
-    loop = ControlLoop(name, dt, None if sp is None else sp[a:b], pv[a:b], op[a:b], op_percent, kind, len(edges) - 2)
+    kept = (None if sp is None else sp[a:b], pv[a:b], op[a:b])
+    loop = ControlLoop(name, dt, *kept, op_percent, kind, len(edges) - 2, float(np.mean(~good)))
     _check_signals(loop)
     return loop
 

@@ -11,7 +11,14 @@ import numpy as np
 
 from identification.loops.loop import LOOP_KINDS, ControlLoop, LoopKind, loop_of
 from recordings import Array, BadInput, BadParameter, Recording
-from recordings.importers import ForeignTable, import_file, mapping_of, read_table
+from recordings.importers import (
+    ForeignTable,
+    ImportMapping,
+    import_file,
+    mapping_of,
+    read_table,
+    with_decimal_sign,
+)
 
 SYNONYMS: Mapping[str, Sequence[str]] = {
     "SP": ("sp", "sv", "setpoint", "set_point", "set point"),
@@ -83,7 +90,7 @@ def _first(there: Recording, names: Sequence[str]) -> str | None:
 
 
 def _from_file(path: Path, kind: LoopKind | None, named: Mapping[str, str]) -> tuple[ControlLoop, tuple[str, ...]]:
-    table = read_table(path)
+    table, options, _ = with_decimal_sign(path, ImportMapping(), read_table(path))
     chosen = {role: _column(table, role, named.get(role)) for role in ("SP", "PV", "OP")}
     chosen["TIME"], of_day = _time_columns(table, named.get("TIME"))
     for role in ("PV", "OP", "TIME"):
@@ -95,7 +102,8 @@ def _from_file(path: Path, kind: LoopKind | None, named: Mapping[str, str]) -> t
     signals = {role.lower(): {"column": name, "unit": "1"} for role, name in chosen.items() if name and role != "TIME"}
     clock, said = _clock(table, str(chosen["TIME"]), of_day, named.get("TIME", "").partition(":")[2])
     texts = _texts(table, [one["column"] for one in signals.values()])
-    about = {"signals": signals, "time": clock, "carry": False, "file": {"missing": texts}}
+    read_as = {"missing": texts, "decimal": options.file.decimal}
+    about = {"signals": signals, "time": clock, "carry": False, "file": read_as}
     recording, newest_first = _imported(path, table, about)
     recording.check()
     unit = named.get("OP", "").partition(":")[2] or table.units.get(str(chosen["OP"]), "")
@@ -165,9 +173,13 @@ def _clock(table: ForeignTable, column: str, of_day: str | None, unit: str) -> t
 
 
 def _op_in_percent(op: Array, unit: str) -> tuple[Array, bool, tuple[str, ...]]:
-    """OP in % of its range and whether that is known; a sentence where the unit is missing."""
+    """OP in % of its range and whether that is known; a sentence where it is given in another unit, or in none."""
     if unit in ("%", "percent"):
         return op, True, ()
+    if unit == "mA":
+        return (op - 4.0) / 0.16, True, ("OP is in mA: 4 to 20 mA are taken as 0 to 100 %",)
+    if unit not in ("", "1"):
+        return op, False, (f"OP is in {unit}, not in %: S and J are not given",)
     known = op[np.isfinite(op)]
     if unit == "1" and len(known) and np.max(np.abs(known)) <= 1.5:
         return op * 100.0, True, ()

@@ -17,6 +17,7 @@ from identification.standard_tests.dead_band import branch_at, sweep_turns
 from identification.standard_tests.interval import Interval
 from identification.standard_tests.plateaus import held_steps
 from identification.standard_tests.run import ValveRun, run_of
+from identification.standard_tests.stops import stops_of
 from recordings import Array, BadInput, Recording
 
 BINS = 20
@@ -47,7 +48,7 @@ class SignatureLines:
 
 
 def signature_values(recordings: Sequence[Recording], problems: list[str]) -> dict[str, Any]:
-    """Friction, spring rate, bench set, preload, seat load and width along the stroke. Raises BadInput."""
+    """Friction, spring rate, bench set, preload, seat load, stops and width along the stroke. Raises BadInput."""
     runs = [run_of(_with_input(one), ("pressure", "force")) for one in recordings]
     area, stroke = recordings[0].plant.diaphragm_area_m2, runs[0].stroke_m
     lines = [lines_of(run) for run in runs]
@@ -65,6 +66,9 @@ def signature_values(recordings: Sequence[Recording], problems: list[str]) -> di
         values["bench_set_kPa"] = [low.scaled(PASCAL / area), high.scaled(PASCAL / area)]
     travel = [float(np.min(runs[0].position)), float(np.max(runs[0].position))]
     values["travel_percent"] = travel
+    (slope, offset), _ = _line(lines)
+    for run, line in zip(runs, lines, strict=True):
+        values |= stops_of(run, slope, offset, line.half)
     return values
 
 

@@ -22,7 +22,7 @@ compared: bad ones show by then."""
 PATH_STEPS: Final = 2
 """Steps of the paths before the cost of a model and that of a trial of another are compared: memory has to settle."""
 REPEATS: Final = 4
-"""Descents of one model at most, from other starts or from where the last one ended: plays come to rest slowly."""
+"""Descents of one model at most, each from where the last one ended: plays come to rest slowly."""
 CHUNK_LENGTH: Final = 2.0
 """Length of a chunk [s]: a few strokes."""
 CHUNK_DISTANCE: Final = 7.0
@@ -33,16 +33,11 @@ CHUNK_DISTANCE: Final = 7.0
 HELD_OUT_SHARE: Final = 0.25
 """Share of each recording that is held out when no recording is: enough to judge, little to lose. As much of that
 judges nothing either, and gives the errors before and after: what chose an effect makes it look better than it is."""
-BASE_BOUND: Final = 4.0
-"""A base model is at most so many times as heavy, and its bristles so many times as stiff, as a regression of the force
-on the smoothed motion says: what lacks an effect may have tons of mass or a rigid stem swallow it, and then nothing
-looks like what is missing. Tuned."""
 STIFFNESS_GROWTH: Final = 2.0
 """Bristles may become so many times as stiff with an effect added: what lacks an effect may have softened them, but one
 that no node resolves explains anything."""
 POOR_LOSS: Final = 1.4
-"""Loss from which a model lacks so much that its scores are not to be trusted, and its bounds not to be given up.
-Tuned."""
+"""Loss from which a model lacks so much that its scores are not to be trusted. Tuned."""
 
 
 # Shortlist and refits: which candidates are fitted, and how far.

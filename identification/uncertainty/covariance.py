@@ -56,6 +56,8 @@ than so many radians from sample to sample (`RESOLVED` where the force is noisy)
 wrong, and they are reported as unresolved."""
 SLIPPING = ("mass.m", "lugre.vs", "lugre.sigma0", "lugre.sigma2")
 """What is known of these in damped order comes from the course of slips."""
+ENOUGH_FOR_SLIPS = 20.0
+"""Samples a second by which slips show at all."""
 AT_BOUND = 1e-4
 """A parameter that may be zero and is below this share of its scale is at its bound."""
 
@@ -126,7 +128,8 @@ def uncertainty_of(fit: Fit) -> Uncertainty:
         if name in fit.kernel.parameters:
             status[name] = "unresolved"
             note[name] = (
-                f"a slip is over within the {fit.problem.spacing:g} s between samples; 20 a second would show it"
+                f"a slip is over within the {fit.problem.spacing:g} s between samples; "
+                f"{ENOUGH_FOR_SLIPS:.0f} a second would show it"
             )
     inflation = float(np.median(np.sqrt(np.diag(robust)[:n] / np.diag(classic)[:n])))
     return Uncertainty(
@@ -235,17 +238,31 @@ def _hidden(fit: Fit) -> tuple[str, ...]:
     return ("lugre.sigma1", "lugre.sigma0", "lugre.vs") if stiff else ("lugre.sigma1",)
 
 
+def rate_that_shows(fit: Fit, name: str) -> float:
+    """Samples a second from which a parameter shows that the sampling of a fit does not tell."""
+    if fit.order == "static":
+        return ENOUGH_FOR_SLIPS
+    if _slips_unseen(fit, name):
+        return float(np.ceil(slip(fit.values) / SEEN / 10) * 10)
+    return float(np.ceil(swing(fit.values) / RESOLVED / 100) * 100)
+
+
+def _slips_unseen(fit: Fit, name: str) -> bool:
+    """Whether a parameter shows in the course of slips, and these are jumps between two samples."""
+    if fit.order == "full" or fit.problem is None or name not in SLIPPING:
+        return False
+    return not slip_is_seen(fit.values, fit.problem.spacing)
+
+
 def _too_quick(fit: Fit, name: str) -> str:
     """Why a fit of damped order does not tell a parameter, where a slip is a jump between two samples; empty when it
     does. No replicate shows it: what a controller makes of the force meanwhile is unknown.
     """
-    if fit.order == "full" or fit.problem is None or name not in SLIPPING:
-        return ""
-    if slip_is_seen(fit.values, fit.problem.spacing):
+    if fit.problem is None or not _slips_unseen(fit, name):
         return ""
     return (
         f"a slip takes about {1000 * np.pi / slip(fit.values):.0f} ms, too quick for {1 / fit.problem.spacing:.0f} "
-        f"samples a second; {np.ceil(slip(fit.values) / SEEN / 10) * 10:.0f} would show it"
+        f"samples a second; {rate_that_shows(fit, name):.0f} would show it"
     )
 
 
@@ -263,5 +280,5 @@ def _unresolved(fit: Fit, name: str, wide: bool) -> str:
     frequency, rate = swing(fit.values) / (2 * np.pi), 1 / spacing
     return (
         f"the mass swings on its bristles at about {frequency:.0f} Hz, too fast for {rate:.0f} samples a second; "
-        f"{np.ceil(swing(fit.values) / RESOLVED / 100) * 100:.0f} would show it"
+        f"{rate_that_shows(fit, name):.0f} would show it"
     )

@@ -28,7 +28,7 @@ from recordings.hdf5.writer import write
 from recordings.importers.assemble import Imported
 from recordings.importers.exported import read_exported
 from recordings.importers.file_format import is_recording
-from recordings.importers.first_look import ImportPreview, PreviewedColumn, as_json, preview
+from recordings.importers.first_look import ImportPreview, PreviewedColumn, as_json, preview, with_decimal_sign
 from recordings.importers.mapping import ImportMapping, load_mapping, mapping_names, mapping_of, with_changes
 from recordings.importers.reading import import_file, read_table
 from recordings.importers.table import ForeignTable
@@ -51,6 +51,7 @@ __all__ = [
     "read_table",
     "recover_to",
     "with_changes",
+    "with_decimal_sign",
 ]
 
 

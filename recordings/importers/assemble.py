@@ -88,7 +88,9 @@ def assemble(table: ForeignTable, mapping: ImportMapping, **about: Any) -> Impor
             raise BadInput(f"{table.where}: '{name}'", wild[0], "correct it, or say that it means no value")
         signals.append(_signal(name, source, raw[name], raw[name].values[rows], role, plant, table.where))
     made = Recording.of(signals, plant=plant, **about)
-    return Imported(made, (*notes, *_strangers(sources, carried), *_without_stroke(made), *implausible(made)))
+    return Imported(
+        made, (*table.notes, *notes, *_strangers(sources, carried), *_without_stroke(made), *implausible(made))
+    )
 
 
 def _without_stroke(made: Recording) -> Iterator[str]:

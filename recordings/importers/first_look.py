@@ -66,7 +66,7 @@ def preview(path: str | Path, mapping: ImportMapping | None = None) -> ImportPre
     Raises BadInput where the file cannot be read at all.
     """
     path, mapping = Path(path), mapping or ImportMapping()
-    table, mapping, options = _decimal(path, mapping, read_table(path, mapping))
+    table, mapping, options = with_decimal_sign(path, mapping, read_table(path, mapping))
     mapping, clock_options, notes = _clock(table, mapping)
     options += clock_options
     signals, signal_options = _signals(table, mapping)
@@ -78,12 +78,16 @@ def preview(path: str | Path, mapping: ImportMapping | None = None) -> ImportPre
             notes += import_file(path, mapping).notes
         except BadInput as problem:
             missing = str(problem)
+    if missing is not None:
+        notes = (*table.notes, *notes)
     columns = tuple(_column(table, name, mapping, signals) for name in table.columns)
     n_rows = max((len(values) for values in table.columns.values()), default=0)
     return ImportPreview(path, n_rows, columns, options, notes, missing)
 
 
-def _decimal(path: Path, mapping: ImportMapping, table: ForeignTable) -> tuple[ForeignTable, ImportMapping, Guesses]:
+def with_decimal_sign(
+    path: Path, mapping: ImportMapping, table: ForeignTable
+) -> tuple[ForeignTable, ImportMapping, Guesses]:
     """The table with the decimal sign under which more columns are numbers."""
     commas = [name for name, bad in table.bad_cells.items() if "," in bad.text and number_like(bad.text)]
     if mapping.file.decimal != "." or not commas:

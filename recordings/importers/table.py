@@ -54,7 +54,8 @@ class ForeignTable:
     where : the file, for messages; columns : values by name, each of shape (n_rows,), missing cells NaN; units : by
     column, where the file says them; constants : single numbers beside the columns; texts : the columns asked for as
     text; bad_cells : columns that hold something else than numbers; rows : number of each row in the file;
-    row_word : what a row is called; hint : matrices of which one can be chosen as the `variable`, for messages.
+    row_word : what a row is called; hint : matrices of which one can be chosen as the `variable`, for messages;
+    notes : sentences on what the reader chose.
     """
 
     where: str
@@ -66,6 +67,7 @@ class ForeignTable:
     rows: Integers | None = None
     row_word: str = "row"
     hint: str = ""
+    notes: tuple[str, ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from detector import Measurements, learn
+from detector import Measurements, learn, learn_model
 from detector.watch.force_balance import forces, sliding
 from detector.watch.model.tuning import filter_for, tuned
 from simulator import Value, ValveModel, kernel
@@ -76,3 +76,20 @@ def test_more_friction_is_found_and_named_and_a_healthy_valve_is_quiet(healthy):
     found = watch.run(watch.initial(), stepped(120.0, seed=4, worn=1.6))[1]
     assert any(one.began for one in found)
     assert found[-1].kind == "friction"
+
+
+def fitted() -> ValveModel:
+    """The model as a fit tells it whose data did not show how the bristle is damped."""
+    parameters = {
+        name: Value(value=value, unit="", std=0.01 * value, status="identified") for name, value in _VALUES.items()
+    }
+    parameters["lugre.sigma1"] = Value(value=3.0 * _VALUES["lugre.sigma1"], unit="", status="unresolved")
+    told = {"noise": {"position_m": 2e-6, "force_N": 0.3}, "error": {"fit": {"rmse_m": 5e-5}}}
+    return MODEL.model_copy(update={"parameters": parameters} | told)
+
+
+def test_from_the_model_alone_steps_are_no_fault_and_friction_grown_by_half_is():
+    watch = learn_model(fitted(), 1.0 / RATE, {"position", "force"})
+    for worn, seen in ((1.0, False), (1.5, True)):
+        judgements = watch.run(watch.initial(), stepped(200.0, seed=2, worn=worn))[1]
+        assert any(one.alarm for one in judgements) is seen

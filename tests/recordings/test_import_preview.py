@@ -125,6 +125,23 @@ def test_excel_is_read_with_its_dates_and_a_title_above(folder):
         import_file("test.xlsx", mapping(file={"variable": "third"}))
 
 
+def test_of_several_sheets_the_fullest_is_read_and_named(folder):
+    book = openpyxl.Workbook()
+    book.active.title = "Protocol"
+    book.active.append(["Valve", "FV-101"])
+    sheet = book.create_sheet("Test")
+    sheet.append(["t_s", "pos_mm", "force_kN"])
+    for k in range(50):
+        sheet.append([0.1 * k, 10.0 + k, 2.0])
+    book.save(folder / "protocol.xlsx")
+    made = import_file(folder / "protocol.xlsx")
+    assert made.notes[0] == "sheet 'Test' was read, of Protocol, Test"
+    assert made.recording["position"].values[-1] == pytest.approx(0.059)
+    assert made.recording["force"].values[0] == pytest.approx(2000.0)
+    with pytest.raises(BadInput, match="columns: Valve, FV-101"):
+        import_file(folder / "protocol.xlsx", mapping(file={"variable": "Protocol"}))
+
+
 @pytest.mark.parametrize("content", [b"PK\x03\x04 no archive at all", b"PK\x03\x04"])
 def test_an_archive_that_is_no_workbook_is_refused(tmp_path, content):
     path = tmp_path / "a.xlsx"

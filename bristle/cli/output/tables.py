@@ -29,6 +29,7 @@ def words_table(
 ) -> Table:
     """A table of words, in which nothing is markup. The first column, a name, keeps to one line up to `LONGEST_NAME`
     characters; every other one breaks at blanks, and longer words anywhere but in heads, so that nothing is cut.
+    A column in which no row has anything is left out.
 
     right : heads of the columns that are flush right.
     """
@@ -37,6 +38,8 @@ def words_table(
     from rich.text import Text
 
     said = [[str(cell) for cell in row] for row in rows]
+    used = [place for place in range(len(heads)) if not said or any(row[place] for row in said)]
+    heads, said = [heads[place] for place in used], [[row[place] for place in used] for row in said]
     longest = max((len(row[0]) for row in said if row), default=0)
     table = Table(box=SIMPLE_HEAD, pad_edge=False, title_justify="left", caption_justify="left")
     table.title, table.caption = Text(title) if title else None, Text(note) if note else None

@@ -20,7 +20,7 @@ from bristle.cli.output.live import Latest, LiveLine
 from bristle.cli.output.manner import answer, manner, note
 from bristle.cli.watching.live_page import announce
 from bristle.door.sources import read
-from detector import LEAST_STROKES, Judgement, Watch, WatchCourse, WatchedValve, described, learn_recordings, watch_page
+from detector import Judgement, Watch, WatchCourse, WatchedValve, described, learn_recordings, watch_page
 from hil import (
     LinkEvent,
     Monitor,
@@ -228,16 +228,10 @@ def _standing(status: tuple[WatchStatus, ...], statistics: Statistics) -> str:
 
 def _word(one: WatchStatus) -> str:
     if one.phase == "learning":
-        if one.learned < 1.0:
-            return f"{one.valve}: learning {100 * one.learned:.0f} %"
-        return f"{one.valve}: learning, {_so_far(one)}"
+        return f"{one.valve}: learning, {one.so_far}; {one.judged}"
     if one.phase == "alarm":
         return f"{one.valve}: ALARM {one.fault or 'unknown kind'}"
     return f"{one.valve}: watching, {100 * min(one.load, 9.99):.0f} % of the limit"
-
-
-def _so_far(one: WatchStatus) -> str:
-    return f"{one.strokes} of {LEAST_STROKES} reversals, {one.gathered_s:.0f} s"
 
 
 def _result(end: MonitorEnd, monitor: Monitor, kept: Iterable[MonitorEvent]) -> dict[str, Any]:
@@ -253,7 +247,7 @@ def _result(end: MonitorEnd, monitor: Monitor, kept: Iterable[MonitorEvent]) -> 
 def _finish(end: MonitorEnd, monitor: Monitor) -> None:
     """The last words, and the exit code as an exception."""
     samples = sum(one.samples for one in monitor.status)
-    learning = [f"{one.valve} ({_so_far(one)})" for one in monitor.status if one.phase == "learning"]
+    learning = [one for one in monitor.status if one.phase == "learning"]
     if end.recorded is not None:
         for valve in end.recorded.valves:
             for path in valve.files:
@@ -268,5 +262,8 @@ def _finish(end: MonitorEnd, monitor: Monitor) -> None:
         raise end.unsaved
     if end.stopped_by is signal.SIGINT:
         raise KeyboardInterrupt
+    for one in learning:
+        note(f"{one.valve}: {one.judged}; {one.supported or 'nothing is gathered'}")
     if learning:
-        raise NegativeAnswer(f"it ended while {', '.join(learning)} was still learning: nothing was judged")
+        names = ", ".join(f"{one.valve} ({one.so_far})" for one in learning)
+        raise NegativeAnswer(f"it ended while {names} was still learning")

@@ -37,9 +37,9 @@ STRETCH = 0.5
 """Length [s] of the stretches in which paths are chosen: a slip, and the rest behind it."""
 WORSE, BACK = 0.1, 0.3
 """Rise of the cost of a stretch from which a step of its path does harm, and the share of the step that is kept."""
-STEPS, ROUNDS, LAST = 6, 6, 12
-"""Steps of a descent on chunks before it goes on along new paths, times that it does at most, and steps on whole
-recordings."""
+STEPS, ROUNDS, LAST, DESCENTS = 6, 6, 12, 2
+"""Steps of a descent on chunks before it goes on along new paths, times that it does at most, steps on whole recordings
+and descents there at most."""
 SLOW = 0.5
 """Share of the Stribeck velocity below which the stem creeps."""
 NOTABLE = 30.0
@@ -90,29 +90,30 @@ class DampedNoiseAware(NoiseAware):
             theta = end.theta
         return best
 
-    def relaxed(self, i: int, p: Array, path: Array, steps: int) -> tuple[Array, Innovations] | None:
-        """A path of grid i after so many steps to the smoothed one, and the innovations about it; None where the model
-        diverges. A stretch in which a step does harm goes back most of the way: about a break-away that is a sample
-        late the next path can be further off, while all others come to rest.
+    def relaxed(
+        self, i: int, p: Array, path: Array, line: Innovations, steps: int
+    ) -> tuple[Array, Innovations] | None:  # fmt: skip
+        """A path of grid i, with the innovations about it, after so many steps to the smoothed one; None where the
+        model diverges. A stretch in which a step does harm goes back most of the way: about a break-away that is a
+        sample late the next path can be further off, while all others come to rest.
         """
         stretch, still = _stretches(self.grids[i]), np.zeros(self.coordinates.n_free)
-        line = self.line(i, p, path)
-        if line is None:
-            return None
         best, least, better = path, _misfit(stretch, line), np.ones(stretch[-1] + 1, bool)
         for _ in range(steps):
             step = self.freedom.share * self.predictor.toward(line, still)
             path = np.where(better[stretch][:, None], path + step, best + BACK * (path - best))
-            line = self.line(i, p, path)
-            if line is None:
+            further = self.line(i, p, path)
+            if further is None:
                 return None
+            line = further
             misfit = _misfit(stretch, line)
             better = misfit < least + WORSE
             best, least = np.where(better[stretch][:, None], path, best), np.where(better, misfit, least)
-        if not better.all():
-            path = np.ascontiguousarray(best)
-            line = self.line(i, p, path)
-        return None if line is None else (path, line)
+        if better.all():
+            return path, line
+        path = np.ascontiguousarray(best)
+        back = self.line(i, p, path)
+        return None if back is None else (path, back)
 
     def trial(self, now: Estimate, step: Array) -> Estimate | None:
         """The estimate a step further. Where that is not better at once, its paths come to rest first; where that does
@@ -120,15 +121,15 @@ class DampedNoiseAware(NoiseAware):
         may. Other paths cost hundreds more or less by chance, so they come last: judged by them, good steps are lost.
         """
         theta, moved = now.theta + step, self.moved(now, step)
+        first = best = self.along(theta, moved, 0)
 
         def at_rest() -> Estimate | None:
-            return self.along(theta, moved, RESTING)
+            return None if first is None else self.rested(first, RESTING)
 
         def on_best() -> Estimate | None:
             pairs = [list(pair) for pair in zip(moved, now.paths, strict=True)]
             return self._along_best_of(theta, pairs, RESTING)
 
-        best = self.along(theta, moved, 0)
         for way in (at_rest, on_best) if self.dense else ():
             if best is not None and best.cost < now.cost + EQUAL:
                 break
@@ -217,9 +218,11 @@ def close(segment_grids: Sequence[Grid]) -> list[Grid]:
     return [grid.divided(max(1, round(float(np.median(np.diff(grid.t))) / WIDEST))) for grid in segment_grids]
 
 
-def best_on_chunks(whole: DampedNoiseAware, starts: Sequence[Array], progress: Progress = silent) -> Estimate | None:
-    """The best end on chunks from starting values (m,), the likeliest first, until two of them explain the data and
-    agree: an end may explain the data and not be the best one. None where the model diverges from all.
+def best_on_chunks(
+    whole: DampedNoiseAware, starts: Sequence[Array], enough: Callable[[Estimate], bool], progress: Progress = silent
+) -> Estimate | None:
+    """The best end on chunks from starting values (m,), the likeliest first, until it is enough, or two explain the
+    data and agree: one may explain the data and not be the best. None where the model diverges from all.
     """
     small, ends = replace(whole, grids=chunks(whole.grids, CHUNK, CHUNK_S)), list[Estimate]()
     for done, start in enumerate(starts):
@@ -228,7 +231,7 @@ def best_on_chunks(whole: DampedNoiseAware, starts: Sequence[Array], progress: P
         ends += [] if end is None else [end]
         costs_of_right = sorted(end.cost for end in ends if end.loss < RIGHT)
         agreed = len(costs_of_right) > 1 and costs_of_right[1] < costs_of_right[0] + NOTABLE
-        if agreed or (ends and time_is_over()):
+        if agreed or (ends and (enough(min(ends, key=lambda end: end.cost)) or time_is_over())):
             break
     return min(ends, key=lambda end: end.cost) if ends else None
 
@@ -238,7 +241,7 @@ def on_whole_recordings(whole: DampedNoiseAware, theta: Array) -> Estimate | Non
     diverges.
     """
     found = None
-    for _ in range(2):
+    for _ in range(DESCENTS):
         end = whole.in_stages(theta)
         end = None if end is None else whole.strict(end)
         if end is not None and (found is None or end.cost < found.cost):

@@ -107,28 +107,43 @@ class NoiseAware:
         steps of the paths. None where the model diverges.
         """
         p = self.coordinates.p(theta)
-        found = [
-            f for f in each(lambda i: self.relaxed(i, p, paths[i], steps), range(len(self.grids))) if f is not None
-        ]
-        if len(found) < len(self.grids):
+        lines = each(lambda i: self.line(i, p, paths[i]), range(len(self.grids)))
+        known = [line for line in lines if line is not None]
+        return self._at_rest(theta, paths, known, steps) if len(known) == len(lines) else None
+
+    def rested(self, now: Estimate, steps: int) -> Estimate | None:
+        """An estimate after so many further steps of its paths. None where the model diverges."""
+        return self._at_rest(now.theta, now.paths, now.linearised, steps)
+
+    def _at_rest(
+        self, theta: Array, paths: Sequence[Array], lines: Sequence[Innovations], steps: int
+    ) -> Estimate | None:  # fmt: skip
+        """The estimate from paths with the innovations about them, after so many steps."""
+        p = self.coordinates.p(theta)
+        ends = each(lambda i: self.relaxed(i, p, paths[i], lines[i], steps), range(len(self.grids)))
+        found = [end for end in ends if end is not None]
+        if len(found) < len(ends):
             return None
-        return self._estimate(theta, tuple(f[0] for f in found), tuple(f[1] for f in found))
+        return self._estimate(theta, tuple(path for path, _ in found), tuple(line for _, line in found))
 
     def line(self, i: int, p: Array, path: Array) -> Innovations | None:
         """The innovations of grid i about a path (n, n_states); None where the model has no solution."""
         return self.predictor.line(self.kernel, self.coordinates, self.grids[i], p, path, self.freedom)
 
-    def relaxed(self, i: int, p: Array, path: Array, steps: int) -> tuple[Array, Innovations] | None:
-        """A path of grid i after so many steps to the smoothed one, and the innovations about it; None where the model
-        diverges.
+    def relaxed(
+        self, i: int, p: Array, path: Array, line: Innovations, steps: int
+    ) -> tuple[Array, Innovations] | None:  # fmt: skip
+        """A path of grid i, with the innovations about it, after so many steps to the smoothed one; None where the
+        model diverges.
         """
         still = np.zeros(self.coordinates.n_free)
-        for further in range(steps, -1, -1):
-            line = self.line(i, p, path)
-            if line is None or not further:
-                break
+        for _ in range(steps):
             path = path + self.freedom.share * self.predictor.toward(line, still)
-        return None if line is None else (path, line)
+            further = self.line(i, p, path)
+            if further is None:
+                return None
+            line = further
+        return path, line
 
     def descend(self, now: Estimate, steps: int, vain: Callable[[Estimate], bool] | None = None) -> Estimate:
         """Gauss-Newton steps in a trust region, with damping that adapts; a step that raises the cost is taken back.
@@ -158,7 +173,7 @@ class NoiseAware:
                 settled = small and now.cost - trial.cost < EQUAL
                 now, damping, failures = trial, max(damping / 5, 1e-9), 0
             elif failures == 0:
-                now = self.along(now.theta, now.paths, RELAXED) or now
+                now = self.rested(now, RELAXED) or now
                 damping, failures = max(5 * damping, 1e-3), 1
             else:
                 damping, failures = max(20 * damping, 1e-3), failures + 1

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from identification.data.experiment import Experiment
-from identification.data.grid import Grid, grids, with_smooth_force
+from identification.data.grid import Grid, grids
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.fitted import FREE_STEP, Fit, Outcome, fit_of, free_run_start
 from identification.estimators.noise_aware.estimator import NoiseAware
@@ -45,13 +45,14 @@ def noise_aware_for(
 
 
 def fit_noise_aware(
-    valve: Kernel, coordinates: Coordinates, experiments: Sequence[Experiment], segment_grids: Sequence[Grid],
-    progress: Progress = silent,
+    valve: Kernel, coordinates: Coordinates, smooth: Sequence[Experiment], segment_grids: Sequence[Grid],
+    starts: Sequence[Array] = (), progress: Progress = silent,
 ) -> Fit:  # fmt: skip
-    """Fit a valve whose recorded force is noisy, without starting values; segment_grids : of the experiments."""
-    smooth = with_smooth_force(experiments, segment_grids)
+    """Fit a valve whose recorded force is noisy. smooth : the experiments, with a smooth force; segment_grids : of the
+    experiments; starts : starting values (m,), the best first, where they are known.
+    """
     progress("starting values", 0, 0)
-    starts = smoothed_starts(valve, coordinates, smooth)
+    starts = starts or smoothed_starts(valve, coordinates, smooth)
     if not starts:
         return Fit(Outcome.DIVERGED, valve, coordinates)
     whole = noise_aware_for(valve, coordinates, segment_grids, starts)

@@ -1,7 +1,7 @@
 """Simulated loops whose cause of oscillation is known: sticky valves, backlash, tight tuning, disturbances.
 
-A sticking valve is an element of Kano or of He, or a LuGre stem of our physics without a positioner. Other valves have
-no friction, or so little of it that no loop oscillates by it.
+A sticking valve is an element of Kano or of He, or a LuGre stem of our physics, without a positioner or behind ours.
+Other valves have no friction, or so little of it that no loop oscillates by it.
 """
 
 from __future__ import annotations
@@ -12,14 +12,16 @@ from typing import Literal, Protocol, get_args
 import numpy as np
 
 from identification.loops.loop import LOOP_KINDS, ControlLoop, LoopKind, loop_of
-from identification.loops.simulation.stem import StickingStem
+from identification.loops.simulation.stem import PositionedStem, StickingStem
 from identification.loops.sticking.models import StickingValve
 from recordings import Array
 
 Cause = Literal["stiction", "tuning", "disturbance", "backlash", "noise"]
 CAUSES: tuple[Cause, ...] = get_args(Cause)
-ValveModelName = Literal["kano", "he", "stem"]
+ValveModelName = Literal["kano", "he", "stem", "positioned"]
 VALVES: tuple[ValveModelName, ...] = get_args(ValveModelName)
+SHARES = (0.3, 0.2, 0.25, 0.25)
+"""How often a loop has which of them."""
 
 DT = {"flow": 1.0, "pressure": 2.0, "level": 5.0, "temperature": 10.0}
 """Sampling time by kind of loop [s]."""
@@ -81,8 +83,8 @@ def simulated_loop(
     sensor = rng.normal(0, noise, n + WARM)
     more = np.random.default_rng([seed, 33])
     setpoint = _setpoint(n + WARM, more)
-    valve = VALVES[int(more.choice(3, p=(0.4, 0.2, 0.4)))] if valve is None else valve
-    stepped, s, j = _valve(valve, cause, s, j, more)
+    valve = VALVES[int(more.choice(len(VALVES), p=SHARES))] if valve is None else valve
+    stepped, s, j = _valve(valve, cause, s, j, DT[kind], more)
     signals = _run(integrating, (gain, tau, delay), tuning, stepped, setpoint, outside, sensor)
     t = np.arange(float(n)) * DT[kind]
     sp, pv, op, place = (values[WARM:] for values in (setpoint, *signals))
@@ -101,17 +103,18 @@ def _setpoint(n: int, rng: np.random.Generator) -> Array:
 
 
 def _valve(
-    valve: ValveModelName, cause: Cause, s: float, j: float, rng: np.random.Generator
+    valve: ValveModelName, cause: Cause, s: float, j: float, dt: float, rng: np.random.Generator
 ) -> tuple[SteppedValve, float, float]:
-    """The valve, and its S and J [% of OP]. A stem slides, so its J is at most half of S."""
+    """The valve, and its S and J [% of OP], which a positioner hides. A stem slides, so its J is at most half of S."""
     if cause == "backlash":
         return StickingValve(s, j), s, j
     if cause != "stiction":
         s = float(rng.uniform(*SLIGHT))
         j = s * rng.uniform(0.1, 0.5)
-    if valve == "stem":
+    if valve in ("stem", "positioned"):
         j = s * rng.uniform(0.1, 0.5)
-        return StickingStem.of(s, j, rng), s, j
+        stem = StickingStem.of(s, j, rng)
+        return (stem if valve == "stem" else PositionedStem.of(stem, dt)), s, j
     return StickingValve(s, j, valve == "he"), s, j
 
 

@@ -8,18 +8,13 @@ from dataclasses import replace
 import numpy as np
 
 from identification.data.experiment import Experiment
-from identification.data.grid import with_smooth_force
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.estimate import lean
-from identification.estimators.fit import fit, order_for_paths
+from identification.estimators.fit import fit
 from identification.estimators.fitted import Fit, Outcome, held
 from identification.estimators.imposed_motion.fit import fit_imposed_motion
 from identification.estimators.imposed_motion.grid import imposed_grids, showing
-from identification.estimators.noise_aware.estimator import NoiseAware
-from identification.estimators.noise_aware.fit import smoothed_starts
-from identification.estimators.noise_aware.resolution import RESOLVED_BY_NODES, quickest
-from identification.estimators.noise_aware.search import best_on_chunks as best_of_starts
-from identification.estimators.noise_aware.search import on_chunks
+from identification.estimators.order import swing
 from identification.tracing import settings
 from identification.tracing.models.comparison import is_white
 from identification.tracing.models.model import Model
@@ -27,9 +22,6 @@ from identification.tracing.models.search import best_model_on_chunks
 from identification.tracing.models.trial_data import TrialData, trial_data
 from recordings import Array, NegativeAnswer, Progress, silent
 from simulator import BASE, Catalogue, Kernel, kernel
-
-AT_BOUND = 0.99
-"""Share of a bound from which a base model presses on it."""
 
 
 def base_model(
@@ -39,17 +31,16 @@ def base_model(
     catalogue: Catalogue,
     progress: Progress = silent,
 ) -> Model:
-    """The base model of a trace. Where the motion is imposed the force is predicted, and likewise without a spring,
-    where a free run integrates every error of the model. Where not even nodes between samples resolve the bristle it is
-    the fit without starting values, in damped order. Raises NegativeAnswer where it cannot be fitted.
+    """The base model of a trace: the fit of `fit` to the recordings, and from there on as candidates are fitted. Where
+    the motion is imposed the force is predicted, and likewise without a spring, where a free run integrates every error
+    of the model. Raises NegativeAnswer where it cannot be fitted.
     """
     if experiments[0].causality == "motion" or given.get("spring.K") == 0.0:
         return _force_predicting(experiments, held_out, given, catalogue)
-    if order_for_paths(experiments, given, catalogue, RESOLVED_BY_NODES) != "full":
-        first = fit(experiments, given=given, catalogue=catalogue, progress=progress)
-        if first.order != "full":
-            return _damped(first, trial_data(experiments, held_out, held(first), catalogue))
-    return _noise_aware(trial_data(experiments, held_out, given, catalogue))
+    first = fit(experiments, given=given, catalogue=catalogue, progress=progress)
+    if not first.outcome.usable:
+        raise NegativeAnswer(first.outcome.value)
+    return _going_on(first, trial_data(experiments, held_out, held(first), catalogue))
 
 
 def _force_predicting(
@@ -88,54 +79,21 @@ def _weighted(data: TrialData, valve: Kernel, p: Array) -> Model:
     return Model(BASE, data, lean(found))
 
 
-def _damped(first: Fit, data: TrialData) -> Model:
-    """The base model of a fit in damped order; where that was made in windows, the estimate goes on from its values."""
-    if not first.outcome.usable:
-        raise NegativeAnswer(first.outcome.value)
-    data = data.damped_for(first.values)
-    work = data.estimator(BASE)
-    theta, known = work.coordinates.theta(first.p), first.estimate
-    found = work.fit(theta, settings.STEPS) if known is None else work.along(theta, known.paths, 0)
+def _going_on(first: Fit, data: TrialData) -> Model:
+    """The base model of a fit: its estimate on its paths, where it has some with the same nodes, and on new ones else,
+    as after a fit by free runs or in windows.
+    """
+    data = data.resolving(swing(first.values)) if first.order == "full" else data.damped_for(first.values)
+    work, known = data.estimator(BASE), first.estimate
+    theta, nodes = work.coordinates.theta(first.p), [len(grid.t) for grid in work.grids]
+    if known is not None and [len(path) for path in known.paths] == nodes:
+        found = work.along(theta, known.paths, 0)
+    else:
+        found = work.fit(theta, settings.STEPS)
     if found is None:
         raise NegativeAnswer(Outcome.DIVERGED.value)
     kept = first if known is None else replace(first, estimate=lean(known))
     return replace(with_stiffness_growth(polished(Model(BASE, data, lean(found)))), fit=kept)
-
-
-def _noise_aware(data: TrialData) -> Model:
-    """The base model by the position, fitted without starting values."""
-    valve, free = kernel(BASE, "force", data.catalogue), data.coordinates(BASE)
-    found = smoothed_starts(valve, free, with_smooth_force(data.experiments, data.fitted))
-    if not found:
-        raise NegativeAnswer(Outcome.DIVERGED.value)
-    omega, first = quickest(free, found), free.values(found[-1])
-    data = replace(
-        data.resolving(omega),
-        max_mass=settings.BASE_BOUND * first["mass.m"],
-        max_stiffness=settings.BASE_BOUND * first["lugre.sigma0"],
-    )
-    work = NoiseAware(data.kernel(BASE), data.coordinates(BASE), data.fitted, settings.PATH_FREEDOM)
-    best = best_of_starts(on_chunks(work), found, most=settings.REPEATS)
-    best = None if best is None else work.fit(best.theta, settings.STEPS)
-    if best is None:
-        raise NegativeAnswer(Outcome.DIVERGED.value)
-    bound = polished(Model(BASE, data, lean(best)))
-    return with_stiffness_growth(bound if is_white(bound) else _unbound(bound) or bound)
-
-
-def _unbound(model: Model) -> Model | None:
-    """A base model that presses on its bounds without them; None where it does not, or where that is not enough."""
-    values, inf = model.values, float("inf")
-    bounds = (values["mass.m"], model.data.max_mass), (values["lugre.sigma0"], model.data.max_stiffness)
-    if all(value < AT_BOUND * bound for value, bound in bounds):
-        return None
-    data = replace(model.data, max_stiffness=inf, max_mass=inf)
-    found = best_model_on_chunks(replace(model, data=data))
-    if found is None or found.estimate.loss > settings.POOR_LOSS:
-        return None
-    refit = found.refitted_to(data)
-    free = None if refit is None else polished(refit)
-    return free if free is not None and is_white(free) else None
 
 
 def with_stiffness_growth(model: Model) -> Model:

@@ -37,8 +37,8 @@ class TrialData:
     segments; given : parameters that are held, by full name, SI units; travel : lowest and highest position seen [m];
     force_std : standard deviation of the force [N]; catalogue : the effects that exist; candidates : those of them that
     can show in what is predicted; imposed : whether the motion is, and the force is predicted; max_stiffness : bound on
-    the stiffness of the bristles [N/m], max_mass : on the mass [kg], since either can swallow what is missing; damped :
-    freedom of the paths in damped order, None where the sampling resolves the bristle.
+    the stiffness of the bristles [N/m], since a rigid stem can swallow what is missing; damped : freedom of the paths
+    in damped order, None where the sampling resolves the bristle.
     """
 
     experiments: tuple[Experiment, ...]
@@ -52,7 +52,6 @@ class TrialData:
     candidates: tuple[str, ...]
     imposed: bool = False
     max_stiffness: float = float("inf")
-    max_mass: float = float("inf")
     damped: PathFreedom | None = None
 
     @property
@@ -112,7 +111,7 @@ class TrialData:
         known = {name: self.stroke for name, p in self.catalogue.parameters(effects).items() if p.known}
         given = {name: value for name, value in self.given.items() if name in target.parameters}
         free = Coordinates.of(target, known | given, self.force_std)
-        bounds = {"lugre.sigma0": self.max_stiffness, "mass.m": self.max_mass}
+        bounds = {"lugre.sigma0": self.max_stiffness}
         return replace(
             free, upper=np.minimum(free.upper, np.array([bounds.get(name, np.inf) for name in free.names]))
         )  # fmt: skip

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import zipfile
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from datetime import date, datetime, time, timedelta
 from itertools import islice
 from pathlib import Path
@@ -28,8 +29,9 @@ SheetRow = tuple[int, Sequence[Any]]
 
 
 def read_excel(path: Path, layout: FileLayout, texts: Sequence[str | int] = ()) -> ForeignTable:
-    """Read one sheet of an Excel file (.xlsx): the one that `layout.variable` names, else the first. Dates become
-    seconds since the first one, empty cells missing values, formulas what Excel last made of them.
+    """Read one sheet of an Excel file (.xlsx): the one that `layout.variable` names, else the one with most rows, since
+    test protocols begin with a title sheet. Dates become seconds since the first one, empty cells missing values,
+    formulas what Excel last made of them.
 
     Raises
     ------
@@ -44,9 +46,11 @@ def read_excel(path: Path, layout: FileLayout, texts: Sequence[str | int] = ()) 
     try:
         book = openpyxl.load_workbook(path, read_only=True, data_only=True, keep_links=False)
         try:
-            sheet = book[_sheet(path, layout, book.sheetnames)]
-            rows = [(number, cells) for number, cells in _rows(sheet, layout)]
-            hint = f" (sheets: {', '.join(book.sheetnames)})" if len(book.sheetnames) > 1 else ""
+            names = _sheets(path, layout, book.sheetnames)
+            filled = {name: list(_rows(book[name], layout)) for name in names if hasattr(book[name], "iter_rows")}
+            chosen = max(filled, key=lambda name: len(filled[name]), default=names[0])
+            several = len(book.sheetnames) > 1
+            hint = f" (sheets: {', '.join(book.sheetnames)})" if several else ""
         finally:
             book.close()
     except BadInput:
@@ -54,7 +58,9 @@ def read_excel(path: Path, layout: FileLayout, texts: Sequence[str | int] = ()) 
     except Exception as error:  # openpyxl raises whatever a damaged byte leads to
         found = f"it cannot be read as Excel ({' '.join(str(error).split())[:120]})"
         raise BadInput(str(path), found, "save the table as CSV and import that") from error
-    return _table(path, layout, rows, {str(text) for text in texts}, hint)
+    table = _table(path, layout, filled.get(chosen, []), {str(text) for text in texts}, hint)
+    read = f"sheet '{chosen}' was read, of {', '.join(book.sheetnames)}"
+    return replace(table, notes=(read,)) if several and layout.variable is None else table
 
 
 def _check_size(path: Path) -> None:
@@ -68,13 +74,14 @@ def _check_size(path: Path) -> None:
         raise BadInput(str(path), f"it unpacks to more than {LARGEST // 1_000_000} MB", "save the table as CSV")
 
 
-def _sheet(path: Path, layout: FileLayout, names: Sequence[str]) -> str:
+def _sheets(path: Path, layout: FileLayout, names: Sequence[str]) -> Sequence[str]:
+    """The sheets that may be meant."""
     if layout.variable is None:
-        return names[0]
+        return names
     if layout.variable not in names:
         found = f"there is no sheet '{layout.variable}'"
         raise BadInput(str(path), found, f"sheets there: {', '.join(names)}", parameter="variable")
-    return layout.variable
+    return [layout.variable]
 
 
 def _rows(sheet: Any, layout: FileLayout) -> Iterator[SheetRow]:

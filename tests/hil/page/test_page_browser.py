@@ -35,7 +35,7 @@ def plant() -> Shown:
     """One valve of every state."""
     return Shown(
         valve("LC74_20"),
-        valve("TV-3", Health.CHECK, phase="learning", reason="it is still being learned, nothing is judged yet"),
+        valve("TV-3", Health.CHECK, phase="learning", reason="it is still being learned"),
         valve("XV-9", Health.OUT_OF_SPEC, reason="the supply pressure is not usual"),
         valve(ODD, Health.FAILURE, reason="the position cannot be believed"),
         alarmed("FV-101"),

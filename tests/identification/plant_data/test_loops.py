@@ -283,6 +283,13 @@ def test_simulated_valves_have_the_dead_band_that_they_say(valve):
     assert min(told_by_place(known.loop, known.place)) > 20
 
 
+def test_a_positioner_brings_a_sticky_stem_closer_to_its_set_point_than_its_dead_band():
+    known = simulated_loop(6001, "stiction", "flow", "positioned")
+    lag = np.abs(known.loop.op - 50 - known.place)
+    assert np.quantile(lag, 0.98) < 0.3 * (known.s + known.j) / 2
+    assert known.stem is None  # no bridge from OP to its friction
+
+
 def test_a_valve_without_friction_is_not_told_from_one():
     known = simulated_loop(6015, "noise")
     assert min(told_by_place(known.loop, known.place)) < 20

@@ -125,6 +125,23 @@ def test_a_signature_of_a_lugre_valve_is_that_of_its_parameters():
     assert values["preload_N"].value == pytest.approx(700.0, abs=15.0)
 
 
+def test_a_stem_that_is_pressed_against_a_stop_shows_where_it_is():
+    """The same stroke, but the stem meets stops at 8 and 93 % of the span while the pressure goes on."""
+    free = slow_stroke(150.0, 14)
+    assert not any("stop" in name for name in standard_test([free], "signature").values)
+    noise = np.random.default_rng(15).normal(0.0, 4e-6, 1200)
+    held = np.clip(free["position"].values, 0.08 * 0.04, 0.93 * 0.04) + noise
+    stopped = br.Recording.from_arrays(
+        time=free.time, position=held, pressure=free["pressure"].values,
+        plant={"stroke_m": 0.04, "diaphragm_area_m2": 0.03},
+    )  # fmt: skip
+    found = standard_test([stopped], "signature")
+    for name, truth in (("closed_stop_percent", 8.0), ("open_stop_percent", 93.0)):
+        assert found.values[name].value == pytest.approx(truth, abs=0.02)
+        assert any(name in line for line in found.lines())
+    assert found.values["friction_N"].value == pytest.approx(150.0, rel=0.05)
+
+
 def test_without_an_area_there_are_pressures_and_no_forces():
     found = standard_test([slow_stroke(150.0, 11, area=None)], "signature")
     assert found.values["friction_kPa"].value == pytest.approx(5.0, abs=0.1)

@@ -10,7 +10,9 @@ from identification import Identification, experiment, fit, identify, uncertaint
 from simulator import Excitation, Sensors, random_valve, simulate
 
 STATUSES = {"identified", "weak", "unresolved", "at_bound", "given"}
-EXPERIMENTS = {"mass.m": "multisine", "lugre.sigma1": "1 kHz", "lugre.vs": "slow", "lugre.sigma2": "several speeds"}
+EXPERIMENTS = {"mass.m": "multisine", "lugre.sigma1": "presliding", "lugre.vs": "slow", "lugre.sigma2": "speeds"}
+COARSE = 40 * QUIET
+"""Noise of a position that hides the Stribeck velocity from every test."""
 POOR = 7
 """The valve of the poor recording."""
 
@@ -81,6 +83,21 @@ def test_advice_names_an_experiment_for_every_weak_parameter(poor):
         assert "record " in sentence
         assert sentence.endswith(".")
         assert EXPERIMENTS.get(name, "") in sentence
+
+
+def test_advice_is_given_only_where_the_experiment_would_help(poor):
+    """The same stroke with coarse positions: what is advised for the Stribeck velocity would not tell it there."""
+    assert any(sentence.startswith("lugre.vs: ") for sentence in poor.advice)
+    coarse = identify([recorded(POOR, "ramp:20", 50.0, COARSE)], check=False)
+    assert coarse.uncertainty.status["lugre.vs"] == "weak"
+    assert [sentence.split(":")[0] for sentence in coarse.advice] == ["mass.m", "lugre.sigma1", "lugre.sigma2"]
+
+
+@pytest.mark.parametrize(("noise", "status"), [(0.5 * QUIET, "identified"), (COARSE, "weak")])
+def test_what_advice_promises_comes_true(noise, status):
+    """The advised steps and slow ramps recorded beside the stroke, as advice would have them or not."""
+    runs = [recorded(POOR, course, 50.0, noise) for course in ("ramp:20", "staircase:10,ramp:20")]
+    assert uncertainty_of(fit([experiment(run) for run in runs])).status["lugre.vs"] == status
 
 
 def test_the_correlation_matrix_is_one(rich, poor):

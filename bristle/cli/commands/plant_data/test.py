@@ -35,7 +35,8 @@ def command(
     for path in (out, report):
         writable(path)
     if simulate == bool(recordings):
-        raise BadParameter("simulate", simulate, "a test needs recordings or --simulate", "give one of the two")
+        given = "with recordings" if simulate else "not given, and no recording either"
+        raise BadParameter("simulate", given, "a test needs recordings or --simulate", "give one of the two")
     with working("testing", staged=True) as progress:
         tested = [br.simulate_test(kind, model=model, seed=seed, progress=progress)] if simulate else recordings or []
         found = br.test(tested, kind, reference=reference, progress=progress)
