@@ -19,8 +19,6 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-import numpy as np
-
 from benchmarks.machine import commit
 from identification import trace_settings as settings
 from recordings import Recording, Signal
@@ -194,13 +192,9 @@ def _set(number: str, value: Any) -> Iterator[None]:
 
 
 def _scaled(value: Any, factor: float) -> Any:
-    """A number, or several, times a factor; of positions so many times as many."""
+    """A number times a factor."""
     if hasattr(value, "h_max"):
         return replace(value, h_max=factor * value.h_max)
-    if value is settings.POSITIONS:
-        return tuple(np.linspace(value[0], value[-1], round(factor * len(value))).tolist())
-    if isinstance(value, tuple):
-        return tuple(factor * one for one in value)
     return max(1, round(factor * value)) if isinstance(value, int) else factor * value
 
 

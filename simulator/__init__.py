@@ -8,7 +8,7 @@ from simulator.compile.scan import Scan, Scanner
 from simulator.effect import Catalogue, Effect, Memory, Parameter, Quantities, Site
 from simulator.effects import BASE, CATALOGUE
 from simulator.excitation import Excitation
-from simulator.first_look import FirstLook, Force, Missing
+from simulator.first_look import AddedForce, FirstLook, Missing
 from simulator.positioner import PERIOD, Positioner, positioned
 from simulator.relaxation import Lag, Relaxation
 from simulator.simulation import FINE_STEP, Sensors, random_valve, simulate
@@ -19,13 +19,13 @@ __all__ = [
     "CATALOGUE",
     "FINE_STEP",
     "PERIOD",
+    "AddedForce",
     "Catalogue",
     "Causality",
     "Effect",
     "Excitation",
     "FirstLook",
     "FittedTo",
-    "Force",
     "Kernel",
     "Lag",
     "Memory",

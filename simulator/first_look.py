@@ -102,9 +102,9 @@ class FirstLook:
         )
 
 
-Force = Callable[[FirstLook], Array]
+AddedForce = Callable[[FirstLook], Array]
 """What a unit of a strength adds to the force against the motion [N] (n,)."""
-Trial = tuple[Mapping[str, float], Mapping[str, Force]]
+Trial = tuple[Mapping[str, float], Mapping[str, AddedForce]]
 """A shape of an effect, values by symbol, and the forces that its strengths have then, by symbol."""
 
 
@@ -154,7 +154,7 @@ class Missing:
         force = [look.missing(base)[_mask(look, presliding)] for look in some]
         return cls(some, base, names, np.vstack(columns), np.concatenate(force), presliding)
 
-    def explained(self, *forces: Force) -> Explained | None:
+    def explained(self, *forces: AddedForce) -> Explained | None:
         """What some forces explain; None where a change of the base does the same, and where nothing slides."""
         all_columns = np.column_stack([self.columns, *(self._masked(one) for one in forces)])
         scale = np.linalg.norm(all_columns, axis=0)
@@ -200,7 +200,7 @@ class Missing:
         ]  # fmt: skip
         return max(known, key=lambda guess: guess.share, default=None)
 
-    def _masked(self, force: Force) -> Array:
+    def _masked(self, force: AddedForce) -> Array:
         return np.concatenate([force(look)[_mask(look, self.presliding)] for look in self.looks])
 
     def _changed(self, moves: Array) -> dict[str, float]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +10,7 @@ from identification.budget import Budget
 from identification.tracing.classes import ranked
 from identification.tracing.judge import NO_TIME, Candidate, judge, not_fitted, not_refitted
 from identification.tracing.models.model import Model
-from identification.tracing.refine import CandidateFit, worth_refitting
+from identification.tracing.refine import worth_refitting
 from identification.tracing.screen import screen
 from identification.tracing.shortlist import shortlisted_fits
 from recordings import Progress, silent
@@ -20,7 +19,8 @@ from recordings import Progress, silent
 def candidates_of_round(model: Model, budget: Budget, progress: Progress = silent) -> tuple[Candidate, ...]:
     """All candidates beside a model, best first; at most the first is accepted."""
     scores = screen(model, progress)
-    fits = by_promise(shortlisted_fits(model, scores, budget, progress))
+    fits = shortlisted_fits(model, scores, budget, progress)
+    fits.sort(key=lambda fit: -fit.gain if fit.chunk_fits else np.inf)
     chosen = list(worth_refitting(model, fits).values())
     shown = budget.within(chosen, "refits and hold-out", progress, lambda fit: fit.effect)
     refits = {fit.effect: judge(model, fit) for fit in shown}
@@ -28,8 +28,3 @@ def candidates_of_round(model: Model, budget: Budget, progress: Progress = silen
     others = [not_fitted(s) for s in scores if all(fit.score is not s for fit in fits)]
     found = (*ranked(judged, model.data.catalogue), *others)
     return tuple(replace(c, why=NO_TIME) if c.effect in budget.not_tried else c for c in found)
-
-
-def by_promise(fits: Sequence[CandidateFit]) -> list[CandidateFit]:
-    """Fits to chunks first, the best of them first."""
-    return sorted(fits, key=lambda fit: -fit.gain if fit.chunk_fits else np.inf)

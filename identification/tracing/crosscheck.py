@@ -18,7 +18,7 @@ import numpy as np
 from identification.data.grid import Grid
 from identification.sparse_regression.weak_form import WINDOW, weak
 from identification.tracing import settings
-from identification.tracing.models.guesses import Guesses, guesses, looks, shapes, strengths
+from identification.tracing.models.guesses import EffectGuesses, guesses, looks, shapes, strengths
 from identification.tracing.models.model import MEMORY_STEP, Model
 from recordings import Array
 from simulator import Kernel, Site, kernel, shows_imposed
@@ -114,7 +114,7 @@ def _windows(model: Model, distance: float) -> Windows | None:
     return Windows(model, distance, np.concatenate(residual), _unit(np.concatenate(own)))
 
 
-def _terms(windows: Windows, effect: str, found: Guesses) -> Iterator[Array]:
+def _terms(windows: Windows, effect: str, found: EffectGuesses) -> Iterator[Array]:
     """The forces of a little of an effect, one column per shape and strength, apart from the base's own columns."""
     model, own = windows.model, windows.own
     data = model.data

@@ -11,7 +11,7 @@ tests before it rejected (a fixed sequence of tests: Maurer, Hothorn and Lehmach
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -25,16 +25,21 @@ from identification.estimators.order import swing
 from identification.estimators.output_error.problem import Problem
 from identification.estimators.output_error.replicates import following
 from identification.tracing import settings
-from identification.tracing.candidates import by_promise
 from identification.tracing.models.base import polished
 from identification.tracing.models.comparison import is_white
 from identification.tracing.models.free_runs import as_fit
 from identification.tracing.models.model import Model
 from identification.tracing.models.search import best_model_on_chunks, continued, first_fits
 from identification.tracing.models.trial_data import trial_data
-from identification.tracing.refine import CandidateFit, fit_on_chunks, refit_on_base_paths, refitted, worth_refitting
+from identification.tracing.refine import (
+    PROMISE_FACTOR,
+    CandidateFit,
+    fit_on_chunks,
+    refit_on_base_paths,
+    refitted,
+)
 from identification.tracing.screen import Score, screen
-from identification.tracing.shortlist import shortlisted_fits
+from identification.tracing.shortlist import is_imitated
 from identification.uncertainty.bootstrap import replicate
 from recordings import Progress, silent
 from simulator import kernel
@@ -116,29 +121,30 @@ def _gain_of_replicate(
     found = _found_again(model, *(replicate(plant, rng) for plant in plants))
     if found is None:
         return None
-    most = 0.0
-    for effect, refit in _refits(found, score, budget):
-        if found.cost - refit.cost > most:  # no net gain is more
-            most = max(most, net_gain(found, refit, effect))
-        if hopeless(most):
+    return _largest_gain(found, score, budget, hopeless)
+
+
+def _largest_gain(found: Model, score: Score, budget: Budget, hopeless: Callable[[float], bool]) -> float:
+    """The most that an effect gains beside a model: the scored one first, from there, then those whose scores may lead
+    to more than the largest gain so far. Where something is left of the model, also those that it imitates, and all on
+    chunks, too.
+    """
+    most, white = 0.0, is_white(found)
+    on_chunks = None if white else best_model_on_chunks(found)
+    for s in (score, *screen(found)):
+        promises = s is score or PROMISE_FACTOR * s.gain > most or (not white and is_imitated(found, s))
+        if hopeless(most) or budget.over:
             break
+        if not promises:
+            continue
+        fit = CandidateFit(s, (), 0.0) if white else fit_on_chunks(found, on_chunks, s, from_here=True)
+        if fit.gain < most * found.data.chunk_share:  # no refit to the whole gains more
+            fit = replace(fit, chunk_fits=())
+        near = refit_on_base_paths(found, s, most / settings.GAIN_SHARE)
+        refit = refitted(found, replace(fit, base_path_refit=near))
+        if refit is not None and found.cost - refit.cost > most:  # no net gain is more
+            most = max(most, net_gain(found, refit, s.effect))
     return most
-
-
-def _refits(found: Model, score: Score, budget: Budget) -> Iterator[tuple[str, Model]]:
-    """The refits of all candidates beside a model: the scored one first, from there, then those that a round makes."""
-    fit = (
-        CandidateFit(score, (), 0.0)
-        if is_white(found)
-        else fit_on_chunks(found, best_model_on_chunks(found), score, from_here=True)
-    )
-    own = refitted(found, replace(fit, base_path_refit=refit_on_base_paths(found, score)))
-    if own is not None:
-        yield score.effect, own
-    for other in worth_refitting(found, by_promise(shortlisted_fits(found, screen(found), budget))).values():
-        refit = refitted(found, other)
-        if refit is not None:
-            yield other.effect, refit
 
 
 def _in_full_order(found: Fit) -> Fit:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from identification.estimators.least_squares import Normal
 from identification.tracing import settings
-from identification.tracing.models.guesses import SMALL, Guesses, guesses, looks, shapes, sizes, strengths
+from identification.tracing.models.guesses import SMALL, EffectGuesses, guesses, looks, shapes, sizes, strengths
 from identification.tracing.models.model import Model
 from recordings import Array, Progress, silent, tracked
 
@@ -36,7 +36,7 @@ class Score:
     effect: str
     gain: float
     values: Mapping[str, float]
-    guesses: Guesses = ()
+    guesses: EffectGuesses = ()
 
 
 def screen(model: Model, progress: Progress = silent) -> list[Score]:
@@ -53,7 +53,7 @@ def screen(model: Model, progress: Progress = silent) -> list[Score]:
     return sorted((replace(s, gain=s.gain * share) for s in scores if s is not None), key=lambda s: -s.gain)
 
 
-def best_score(model: Model, effect: str, found: Guesses) -> Score | None:
+def best_score(model: Model, effect: str, found: EffectGuesses) -> Score | None:
     """The score of an effect at its best shape; None when the recordings do not show it at all.
 
     A strength that can only grow from zero is also tried at some sizes: a play operator at rest on noise shows

@@ -152,20 +152,20 @@ def test_an_ablation_varies_only_what_a_trace_read_and_goes_on(tmp_path: Path) -
     calls = []
 
     def reading(fitted: Any, *, holdout: Any) -> Any:
-        calls.append((settings.MAX_LOSS_ONE, settings.PEAKS))
+        calls.append((settings.MAX_LOSS_ONE, settings.CHUNK_DISTANCE))
         return answer("none" if settings.MAX_LOSS_ONE < 2 else "backlash")
 
     (work,) = (case for case in trace_ablation.cases([7001], ["backlash"]) if case.rig)
-    path, plain = tmp_path / "rows.jsonl", (settings.MAX_LOSS_ONE, settings.PEAKS)
+    path, plain = tmp_path / "rows.jsonl", (settings.MAX_LOSS_ONE, settings.CHUNK_DISTANCE)
     rows = trace_ablation.ablation([work], np.inf, path, reading, head="abc")
-    assert plain == (settings.MAX_LOSS_ONE, settings.PEAKS)
-    assert {row["number"] for row in rows} == {"", "MAX_LOSS_ONE", "PEAKS"}
+    assert plain == (settings.MAX_LOSS_ONE, settings.CHUNK_DISTANCE)
+    assert {row["number"] for row in rows} == {"", "MAX_LOSS_ONE", "CHUNK_DISTANCE"}
     assert len(calls) == len(rows) == 1 + 3 + 2
     assert trace_ablation.ablation([work], np.inf, path, reading, head="abc") == rows
     assert len(calls) == len(rows)
     lines = "\n".join(trace_ablation.table(rows))
     assert f"| MAX_LOSS_ONE | {plain[0]} | off | 1 | 1 | 1 | 0 | 1 |" in lines
-    assert f"| PEAKS | {plain[1]} | x 2 | 1 | 1 | 0 | 0 | 0 |" in lines
+    assert f"| CHUNK_DISTANCE | {plain[1]} | x 2 | 1 | 1 | 0 | 0 | 0 |" in lines
 
 
 def test_a_failing_trace_is_an_answer() -> None:

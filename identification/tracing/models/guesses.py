@@ -12,8 +12,8 @@ from simulator import FirstLook, Parameter
 
 SMALL = 0.1
 """Share of its scale at which a strength is tried that can only grow, where no guess says more."""
-Guesses = Sequence[Mapping[str, float]]
-"""Guesses of one effect, likeliest first, as parameter values by full name."""
+EffectGuesses = Sequence[Mapping[str, float]]
+"""EffectGuesses of one effect, likeliest first, as parameter values by full name."""
 
 
 def looks(model: Model) -> list[FirstLook]:
@@ -22,7 +22,7 @@ def looks(model: Model) -> list[FirstLook]:
     return [FirstLook.of(grid.t, grid.motion, grid.force.u, model.values, held) for grid in model.data.fitted]
 
 
-def guesses(model: Model, seen: Sequence[FirstLook], effect: str) -> Guesses:
+def guesses(model: Model, seen: Sequence[FirstLook], effect: str) -> EffectGuesses:
     """What an effect reads off recordings; empty where they do not show it."""
     off = {name: p.neutral for name, p in strengths(model.data, effect).items()}
     found = model.data.catalogue[effect].first_guess(seen, model.values)
@@ -36,7 +36,7 @@ def strengths(data: TrialData, effect: str) -> dict[str, Parameter]:
     return {one.parameter_name(p.symbol): p for p in one.parameters if p.neutral is not None}
 
 
-def shapes(data: TrialData, effect: str, found: Guesses) -> list[dict[str, float]]:
+def shapes(data: TrialData, effect: str, found: EffectGuesses) -> list[dict[str, float]]:
     """The shapes at which an effect is tried, as parameter values by full name: as guessed, else as is typical."""
     one = data.catalogue[effect]
     typical = {one.parameter_name(p.symbol): p.scale for p in one.parameters if p.neutral is None and not p.known}
@@ -44,7 +44,7 @@ def shapes(data: TrialData, effect: str, found: Guesses) -> list[dict[str, float
     return [shape for i, shape in enumerate(tried) if shape not in tried[:i]]
 
 
-def sizes(data: TrialData, effect: str, found: Guesses) -> list[dict[str, float]]:
+def sizes(data: TrialData, effect: str, found: EffectGuesses) -> list[dict[str, float]]:
     """The sizes beside zero at which strengths are tried that can only grow and work through memory: a play operator at
     rest on noise shows nothing to first order.
     """

@@ -14,7 +14,7 @@ from identification.estimators.estimate import Estimate, lean
 from identification.estimators.noise_aware.search import usual_values
 from identification.estimators.path_estimator import PathEstimator
 from identification.tracing import settings
-from identification.tracing.models.guesses import Guesses
+from identification.tracing.models.guesses import EffectGuesses
 from identification.tracing.models.model import Model
 from recordings import Array
 
@@ -25,8 +25,12 @@ def best_model_on_chunks(model: Model) -> Model | None:
 
 
 def first_fits(
-    model: Model, *effect: str, values: Mapping[str, float] | None = None, guesses: Guesses = (), from_here: bool = True
-) -> list[Model]:  # fmt: skip
+    model: Model,
+    *effect: str,
+    values: Mapping[str, float] | None = None,
+    guesses: EffectGuesses = (),
+    from_here: bool = True,
+) -> list[Model]:
     """First fits of a model, or of it and one more effect at some values, to chunks of its grids, best first.
 
     They start from here, unless that is not wanted; with the mass, the damping and the friction curve set back to usual

@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from simulator.effect import Effect, Expression, Parameter, Quantities, Site, Values
-from simulator.first_look import FirstLook, Force, Missing, Trial, local_shapes
+from simulator.first_look import AddedForce, FirstLook, Missing, Trial, local_shapes
 
 
 class PositionDependentFriction(Effect):
@@ -37,7 +37,7 @@ class PositionDependentFriction(Effect):
         """The bell along the stroke that explains most of what is missing against the motion."""
 
         def trial(x0: float, w: float) -> Trial:
-            bell: Force = lambda r: r.friction(base) * np.exp(-(((r.x - x0) / w) ** 2))  # noqa: E731
+            bell: AddedForce = lambda r: r.friction(base) * np.exp(-(((r.x - x0) / w) ** 2))  # noqa: E731
             return {"x0": x0, "w": w}, {"a": bell, "b": lambda r: r.friction(base) * r.x}
 
         guess = Missing.of(recordings, base).best(itertools.starmap(trial, local_shapes(recordings)))

@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from simulator.effect import Effect, Expression, Parameter, Quantities, Site, Values
-from simulator.first_look import FirstLook, Force, Missing, Trial, local_shapes
+from simulator.first_look import AddedForce, FirstLook, Missing, Trial, local_shapes
 
 BELLS = 3
 """Number of bells: three make a profile of any bow along a stretch of the stroke."""
@@ -66,6 +66,6 @@ class PositionSpeedFriction(Effect):
         return [] if guess is None else [self.named(**guess.values)]
 
 
-def _bell(base: Mapping[str, float], x: float, w: float, u: float) -> Force:
+def _bell(base: Mapping[str, float], x: float, w: float, u: float) -> AddedForce:
     """What a rise of one by a bell at x adds to friction."""
     return lambda r: r.friction(base) * np.exp(-(((r.x - x) / w) ** 2) - (r.v / u) ** 2)

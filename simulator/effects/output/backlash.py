@@ -66,7 +66,7 @@ class PositionBacklash(Effect):
         ]  # fmt: skip
 
 
-class Silence(NamedTuple):
+class StillReading(NamedTuple):
     """A reversal in which the reading rests: time step [s], reading [m] and force [N] (n,), the velocity before [m/s],
     and the direction in which it moved."""
 
@@ -77,7 +77,7 @@ class Silence(NamedTuple):
     way: float
 
 
-def _silences(look: FirstLook) -> Iterator[Silence]:
+def _silences(look: FirstLook) -> Iterator[StillReading]:
     """The reversals of a recording, each until shortly after the reading moves again."""
     moving = np.flatnonzero(look.moves)
     turns = np.flatnonzero(np.sign(look.v[moving[1:]]) != np.sign(look.v[moving[:-1]]))
@@ -85,10 +85,10 @@ def _silences(look: FirstLook) -> Iterator[Silence]:
     for before, after in zip(moving[turns], moving[turns + 1], strict=True):
         first = max(before, after - round(LONGEST / dt))
         part = slice(first, after + round(AFTER / dt))
-        yield Silence(dt, look.x[part], look.u[part], float(look.v[first]), float(np.sign(look.v[before])))
+        yield StillReading(dt, look.x[part], look.u[part], float(look.v[first]), float(np.sign(look.v[before])))
 
 
-def _off(silence: Silence, widths: Array, base: Mapping[str, float]) -> Array:
+def _off(silence: StillReading, widths: Array, base: Mapping[str, float]) -> Array:
     """How far a reading behind each width of a play (k,) is off in a reversal, the mean over it [m]."""
     K, fc, m, h = base["spring.K"], base["lugre.fc"], base["mass.m"], silence.dt
     x, v = silence.x[0] + silence.way * widths / 2, np.full(len(widths), silence.v)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from simulator.effect import Effect, Expression, Parameter, Quantities, Site, Values
-from simulator.first_look import FirstLook, Force, Missing, travel
+from simulator.first_look import AddedForce, FirstLook, Missing, travel
 
 S_PEAK = math.sqrt(3) / 18
 """Largest value of s (1 - s) (1 - 2 s) on 0 <= s <= 1."""
@@ -39,8 +39,8 @@ class SensorNonlinearity(Effect):
         """The force by which the spring would move as far as the reading is off."""
         low, high = travel(recordings)
         stiff = -base["spring.K"] * (high - low)
-        bow: Force = lambda r: stiff * r.x / (high - low) * (1 - r.x / (high - low))  # noqa: E731
-        forces: dict[str, Force] = {
+        bow: AddedForce = lambda r: stiff * r.x / (high - low) * (1 - r.x / (high - low))  # noqa: E731
+        forces: dict[str, AddedForce] = {
             "q": lambda r: 4 * bow(r), "c": lambda r: bow(r) / S_PEAK * (1 - 2 * r.x / (high - low))
         }  # fmt: skip
         guess = Missing.of(recordings, base).best([({}, forces)])
