@@ -74,7 +74,10 @@ class FollowedQuantity:
         median, lower, upper = (None if one is None else f"{one:%Y-%m-%d}" for one in self.crossing_dates)
         if lower is None:
             return f"{limit} is hardly crossed within ten years (probability {met.probability:.2f})"
-        return f"{limit} is crossed on {median or 'a later day'} ({lower} to {upper or 'not within ten years'})"
+        if median is None:
+            chance = f"with a probability of {met.probability:.2f}"
+            return f"{limit} is crossed within ten years {chance}, not before {lower}"
+        return f"{limit} is crossed on {median} ({lower} to {upper or 'not within ten years'})"
 
 
 @dataclass(frozen=True, repr=False)

@@ -90,6 +90,13 @@ def test_a_limit_that_is_crossed_is_said(year):
     assert br.follow(year, limits={"fc": 120.0}).quantities["fc"].crossing.crossed
 
 
+def test_a_limit_that_is_far_away_has_a_probability_and_an_earliest_date(year):
+    friction = br.follow(year, limits={"fc": 900.0}).quantities["fc"]
+    assert friction.crossing_dates[0] is None
+    words = friction.words()[1]
+    assert f"with a probability of {friction.crossing.probability:.2f}, not before 2035" in words
+
+
 def test_what_was_seen_in_order_is_seen_at_once():
     """The filter is recursive: what it knows after some recordings is enough for those that follow."""
     days, values = [0.0, 10.0, 25.0, 60.0], [100.0, 103.0, 104.0, 112.0]
