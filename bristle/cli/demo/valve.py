@@ -37,8 +37,8 @@ MAP, VALVE = "damadics", "damadics"
 DATA_SHEET = Plant(moving_mass_kg=2.0, stroke_m=0.0381, diaphragm_area_m2=0.029)
 """What is known of the valve."""
 
-HIDDEN = "position_periodic_force:a=35,b=0,pitch=0.006"
-"""What nobody is told of it, and is to be traced: coils of the spring that rub on the rod, every 6 mm with 35 N."""
+HIDDEN = "position_periodic_force:a=50,b=0,pitch=0.006"
+"""What nobody is told of it, and is to be traced: coils of the spring that rub on the rod, every 6 mm with 50 N."""
 
 FRICTION = {"lugre.fc": 250.0, "lugre.fs": 325.0}
 """Friction of the healthy valve [N]: a packing that was tightened well."""
