@@ -37,8 +37,8 @@ MAP, VALVE = "damadics", "damadics"
 DATA_SHEET = Plant(moving_mass_kg=2.0, stroke_m=0.0381, diaphragm_area_m2=0.029)
 """What is known of the valve."""
 
-HIDDEN = "position_periodic_force:a=50,b=0,pitch=0.006"
-"""What nobody is told of it, and is to be traced: coils of the spring that rub on the rod, every 6 mm with 50 N."""
+HIDDEN = "position_periodic_force:a=35,b=0,pitch=0.006"
+"""What nobody is told of it, and is to be traced: coils of the spring that rub on the rod, every 6 mm with 35 N."""
 
 FRICTION = {"lugre.fc": 250.0, "lugre.fs": 325.0}
 """Friction of the healthy valve [N]: a packing that was tightened well."""
@@ -79,20 +79,21 @@ def terminable() -> Iterator[None]:
 
 
 @asynccontextmanager
-async def served(*, allow_faults: bool = False, longest_s: float = LONGEST_S) -> AsyncIterator[str]:
-    """The valve of the demo, served in a process of its own, in lock-step; its address. It has gone when this is left.
+async def served(*options: str, longest_s: float = LONGEST_S) -> AsyncIterator[str]:
+    """`bristle serve` with the valve of the demo in a process of its own, in lock-step; its address. It has gone when
+    this is left.
 
-    allow_faults : its friction can be changed by register; longest_s : it ends by itself after so long [s]. Raises
-    BadInput when it does not start.
+    longest_s : it ends by itself after so long [s]. Raises BadInput when it does not start.
     """
-    settings = [f"{name}={value!r}" for name, value in SETTINGS.items()]
-    about = {"settings": settings, "effects": [HIDDEN], "seed": SEED}
-    words = json.dumps([about, allow_faults, longest_s])
-    command = (sys.executable, "-m", "bristle.cli.demo.plant", words)
+    settings = [word for name, value in SETTINGS.items() for word in ("--set", f"{name}={value!r}")]
+    about = ("--friction", "lugre", "--effect", HIDDEN, "--noise", "--seed", str(SEED))
+    ending = ("--lock-step", "--duration", f"{longest_s:g}")
+    words = (*about, *ending, *settings, *options)
+    command = (sys.executable, "-m", "bristle", "serve", "--listen", "tcp://127.0.0.1:0", *words)
     process: Process = await asyncio.create_subprocess_exec(*command, stdout=PIPE, start_new_session=True)
     try:
         if process.stdout is None or not (line := await process.stdout.readline()):
-            raise BadInput("simulated valve", "it did not start", "run bristle demo again to see why")
+            raise BadInput("simulated valve", "it did not start", "try bristle serve by hand to see why")
         yield str(json.loads(line)["listening"][0])
     finally:
         if process.returncode is None:
