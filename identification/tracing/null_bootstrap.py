@@ -39,7 +39,6 @@ from identification.tracing.refine import (
     refitted,
 )
 from identification.tracing.screen import Score, screen
-from identification.tracing.shortlist import is_imitated
 from identification.uncertainty.bootstrap import replicate
 from recordings import Progress, silent
 from simulator import kernel
@@ -126,17 +125,13 @@ def _gain_of_replicate(
 
 def _largest_gain(found: Model, score: Score, budget: Budget, hopeless: Callable[[float], bool]) -> float:
     """The most that an effect gains beside a model: the scored one first, from there, then those whose scores may lead
-    to more than the largest gain so far. Where something is left of the model, also those that it imitates, and all on
-    chunks, too.
+    to more than the largest gain so far; on chunks, too, where something is left of the model.
     """
     most, white = 0.0, is_white(found)
     on_chunks = None if white else best_model_on_chunks(found)
     for s in (score, *screen(found)):
-        promises = s is score or PROMISE_FACTOR * s.gain > most or (not white and is_imitated(found, s))
-        if hopeless(most) or budget.over:
+        if hopeless(most) or budget.over or (s is not score and PROMISE_FACTOR * s.gain < most):
             break
-        if not promises:
-            continue
         fit = CandidateFit(s, (), 0.0) if white else fit_on_chunks(found, on_chunks, s, from_here=True)
         if fit.gain < most * found.data.chunk_share:  # no refit to the whole gains more
             fit = replace(fit, chunk_fits=())
