@@ -19,8 +19,8 @@ def test_beside_a_complete_base_model_only_imitated_effects_are_fitted_to_chunks
 
 @pytest.mark.slow
 def test_beside_a_complete_candidate_only_those_are_fitted_to_chunks_that_gain_about_as_much():
-    base = traced("hardening_spring", k3=3e6).selection.base
-    fits = shortlisted_fits(base, screened("hardening_spring", k3=3e6), Budget())
+    base = traced("hardening_spring", k3=3e5).selection.base
+    fits = shortlisted_fits(base, screened("hardening_spring", k3=3e5), Budget())
     best = max(gain_of(base, fit.base_path_refit) for fit in fits)
     on_chunks = [fit for fit in fits if fit.chunk_fits]
     assert "hardening_spring" in [fit.effect for fit in on_chunks]
@@ -29,15 +29,15 @@ def test_beside_a_complete_candidate_only_those_are_fitted_to_chunks_that_gain_a
 
 
 def test_a_refit_ends_early_beside_one_that_gains_far_more():
-    base = traced("hardening_spring", k3=3e6).selection.base
-    spring = next(s for s in screened("hardening_spring", k3=3e6) if s.effect == "hardening_spring")
+    base = traced("hardening_spring", k3=3e5).selection.base
+    spring = next(s for s in screened("hardening_spring", k3=3e5) if s.effect == "hardening_spring")
     whole, short = refit_on_base_paths(base, spring), refit_on_base_paths(base, spring, best_gain=1e9)
     assert gain_of(base, whole) > gain_of(base, short) + 100
 
 
 def test_what_gains_enough_on_the_base_models_paths_is_not_refitted_on_others():
-    base = traced("hardening_spring", k3=3e6).selection.base
-    spring = next(s for s in screened("hardening_spring", k3=3e6) if s.effect == "hardening_spring")
+    base = traced("hardening_spring", k3=3e5).selection.base
+    spring = next(s for s in screened("hardening_spring", k3=3e5) if s.effect == "hardening_spring")
     elsewhere, short = refit_on_base_paths(base, spring), refit_on_base_paths(base, spring, best_gain=1e9)
     promised = gain_of(base, short) * base.data.chunk_share
     less, more = (CandidateFit(spring, (elsewhere,), factor * promised, short) for factor in (0.9, 1.1))
