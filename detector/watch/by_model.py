@@ -18,9 +18,10 @@ from math import ceil, exp
 
 import numpy as np
 
-from detector.alarms import MONTH_S, Evidence, learn_evidence
+from detector.alarms import Evidence, learn_evidence
 from detector.measurements import Measurements
 from detector.observer.calibration_fit import calibrate
+from detector.watch.learning import wished
 from detector.watch.model.filter import SUBSTEP
 from detector.watch.model.generator import TESTS, learned_model
 from detector.watch.watch import Watch
@@ -30,8 +31,10 @@ from simulator import CATALOGUE, Catalogue, Value, ValveModel, kernel
 STANDS_FOR_S = 80.0
 """The learning time that a model alone stands for [s]."""
 
-LEAST_SAMPLES, STRETCHES = 9000, 30
-"""How much is simulated at least, and in how many stretches, each with other parameters."""
+SIMULATED_S, SAMPLES, STRETCHES = 450.0, (3000, 9000), 30
+"""How much is simulated [s], in how many samples at least and at most, and in how many stretches, each with other
+parameters.
+"""
 
 PERIODS_S = (14.0, 5.3)
 """The stem is moved to and fro by two sines [s], over the middle of its stroke."""
@@ -50,6 +53,8 @@ LASTING = 4.0
 LEAST_FRICTION = 0.8
 """What the model does not know takes at most so much of the friction away."""
 
+NO_FORCE = "neither a force is measured, nor a pressure whose diaphragm_area_m2 its plant has"
+
 _SEED = 1
 
 
@@ -61,6 +66,7 @@ def learn_model(
     signals : names of what is measured, with the force, or the pressure where the model has a diaphragm area. There is
     no relation of flow or set point, and no level of a pressure: a model does not have them. The observer runs without
     being judged.
+    per_month : false alarms a month that are wished at most.
     Raises BadInput for a model that does not say how well it is known, or by which force and how far the valve moves.
     """
     stroke, area = (model.plant.get(name) for name in ("stroke_m", "diaphragm_area_m2"))
@@ -69,7 +75,7 @@ def learn_model(
     name, per_newton = "force", 1.0
     if "force" not in signals:
         if "pressure" not in signals or not isinstance(area, float | int):
-            raise _refused("neither a force is measured, nor a pressure whose diaphragm_area_m2 its plant has")
+            raise _refused(NO_FORCE)
         name, per_newton = "pressure", 1.0 / float(area)
     _check(model)
     data = _simulated(model, dt_s, float(stroke), catalogue)
@@ -77,8 +83,8 @@ def learn_model(
     data = Measurements(data.time_s, values)
     learned = learned_model(model, data, catalogue)
     if learned is None:
-        raise _refused("neither a force is measured, nor a pressure whose diaphragm_area_m2 its plant has")
-    evidence = _evidence(learned[1], dt_s, MONTH_S / per_month)
+        raise _refused(NO_FORCE)
+    evidence = _evidence(learned[1], dt_s, wished(per_month))
     # The observer is a line through how the valve is moved, and a model does not say how it will be.
     return Watch(calibrate(data), None, learned[0], None, (), evidence)
 
@@ -89,9 +95,10 @@ def _evidence(residuals: Array, dt_s: float, wish_s: float) -> Evidence:
     """
     stretches = residuals.reshape(STRETCHES, -1, len(TESTS))
     counts = np.sum(np.isfinite(stretches), axis=1)
-    means = np.nansum(stretches, axis=1) / np.maximum(counts, 1)
-    middle = np.average(means, axis=0, weights=counts)
-    spread = np.sqrt(np.average((means - middle) ** 2, axis=0, weights=counts))
+    seen = np.maximum(counts, 1)  # of a test that nothing is seen of nothing is learned
+    means = np.nansum(stretches, axis=1) / seen
+    middle = np.average(means, axis=0, weights=seen)
+    spread = np.sqrt(np.average((means - middle) ** 2, axis=0, weights=seen))
     around = (stretches - means[:, None]).reshape(-1, len(TESTS))
     evidence = learn_evidence(dict(zip(TESTS, around.T, strict=True)), dt_s, wish_s)
     healthy = []
@@ -101,7 +108,7 @@ def _evidence(residuals: Array, dt_s: float, wish_s: float) -> Evidence:
         healthy.append(replace(one, centre=one.centre + float(middle[test])).allowing(bias))
     promise = evidence.promise.after(min(STANDS_FOR_S, evidence.promise.seconds))
     note = "started from the model alone: its forces are judged; learn from the valve for all else"
-    return replace(evidence, healthy=tuple(healthy), promise=promise, notes=(*evidence.notes, note))
+    return replace(evidence, healthy=tuple(healthy), promise=promise, notes=(note,))
 
 
 def _check(model: ValveModel) -> None:
@@ -129,7 +136,7 @@ def _error(model: ValveModel) -> float:
 def _simulated(model: ValveModel, dt_s: float, stroke: float, catalogue: Catalogue) -> Measurements:
     """Position and force of healthy motion, in stretches with other parameters each, a gap between two."""
     random = np.random.default_rng(_SEED)
-    n = max(round(STANDS_FOR_S / dt_s), LEAST_SAMPLES) // STRETCHES
+    n = min(max(round(SIMULATED_S / dt_s), SAMPLES[0]), SAMPLES[1]) // STRETCHES
     parts = []
     for k in range(STRETCHES):
         finely = max(ceil(dt_s / SUBSTEP), 1)

@@ -39,8 +39,7 @@ def learn(
     Raises BadInput when the data support nothing: too few, no motion, or nothing that drives the valve; and for an
     effect that the catalogue does not have.
     """
-    if not per_month > 0:
-        raise BadInput("false alarms", f"{per_month:g} a month is no rate", "give a positive number, for example 1")
+    wish_s = wished(per_month)
     progress("observer", 0, 0)
     calibration = calibrate(data)
     check_strokes(data.values["position"])
@@ -58,7 +57,7 @@ def learn(
     if by_flow is not None:
         residuals[FLOW] = by_flow[1]
     judged = {name: values for name, values in residuals.items() if name not in without}
-    evidence = learn_evidence(judged, calibration.dt_s, MONTH_S / per_month, SHARES)
+    evidence = learn_evidence(judged, calibration.dt_s, wish_s, SHARES)
     return Watch(
         calibration,
         None if by_positioner is None else by_positioner[0],
@@ -67,3 +66,10 @@ def learn(
         tuple(level for name in LEVELS if (level := learned_level(data, name)) is not None),
         evidence,
     )
+
+
+def wished(per_month: float) -> float:
+    """Time between false alarms [s] where so many a month are wished. Raises BadInput for what is no rate."""
+    if not per_month > 0:
+        raise BadInput("false alarms", f"{per_month:g} a month is no rate", "give a positive number, for example 1")
+    return MONTH_S / per_month
