@@ -1,10 +1,11 @@
 """Calibrates the answer of `bristle assess` on simulated loops: writes identification/loops/calibration.py.
 
-    python -m studies.loop_calibration --seeds 1000 1600
+    python -m studies.loop_calibration --seeds 1000 1400
 
 Loops are as historians keep them. The evidence is weighed by multinomial logistic regression with a ridge, for
 integrating and other processes apart, and for data that hide the shape of signals. From which probability on the answer
-is `stiction` or `no_stiction`, and how wide intervals are, is chosen by cross-validation on the same seeds.
+is `stiction` or `no_stiction`, and how wide intervals are, is chosen by cross-validation on the same seeds. How wide
+those of friction in newtons are is told by stems without a positioner, of as many seeds that follow.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from identification.loops import (
     CAUSES,
     CalibrationTable,
     LoopFindings,
+    LoopKind,
     SimulatedLoop,
     as_kept,
     error_of,
@@ -37,6 +39,7 @@ from recordings import Array, Progress, silent
 from studies.sticky_loops import hidden_by_positioner
 
 RIDGE = 2.0
+STEM_KINDS: tuple[LoopKind, ...] = ("flow", "pressure", "level", "temperature")
 FOLDS = 6
 FALSE_STICTION, FALSE_NO_STICTION = 0.015, 0.05
 """Shares of other loops called `stiction`, and of loops that feel their sticky valve called `no_stiction`, that
@@ -70,6 +73,10 @@ TABLES: Mapping[str, CalibrationTable] = {{
 ERRORS: tuple[tuple[float, float, float, float], ...] = (
 {errors})
 """What was off in sticky loops that were found, as of `amounts.error_of`."""
+
+STEM_ERRORS: tuple[tuple[float, float, float, float], ...] = (
+{stem_errors})
+"""The same of stems on a spring without a positioner, of seeds {last} to {after}."""
 '''
 
 
@@ -174,20 +181,43 @@ def errors(seen: Sequence[Seen], chance: Array, certain: float) -> list[Array]:
     return [one.error for one, p in zip(seen, chance, strict=True) if one.error is not None and p >= certain]
 
 
-def module(first: int, last: int, seen: Sequence[Seen]) -> str:
+def stem_errors(
+    first: int, last: int, tables: dict[str, CalibrationTable], certain: float, progress: Progress = silent
+) -> list[Array]:
+    """The errors of the stems that are found."""
+    found = []
+    for seed in range(first, last):
+        known = simulated_loop(seed, "stiction", STEM_KINDS[seed % len(STEM_KINDS)], "stem")
+        seen = loop_findings(as_kept(known.loop, seed)[0])
+        progress("stems", seed - first + 1, last - first)
+        if seen is not None:
+            table = tables[table_of(known.loop.integrating, seen.whole)]
+            if weighed_by(table, seen.weights)[0] >= certain:
+                found.append(_error(known, seen))
+    return found
+
+
+def module(first: int, last: int, seen: Sequence[Seen], progress: Progress = silent) -> str:
     """The text of the calibration module."""
-    tables = ""
-    for kind, one in tables_of(seen).items():
+    tables, fitted_tables = "", tables_of(seen)
+    for kind, one in fitted_tables.items():
         rows = "\n".join(_numbers(row, 12) for row in one.weights)
         tables += f'    "{kind}": CalibrationTable(\n{_numbers(one.mean, 8)}\n{_numbers(one.spread, 8)}\n'
         tables += f"        (\n{rows}\n        ),\n    ),\n"
     causes = "(" + ", ".join(f'"{one}"' for one in CAUSES) + ")"
     chance = cross_validated(seen)
     certain, unlikely = limits_of(seen, chance)
+    after = 2 * last - first
+    stems = stem_errors(last, after, fitted_tables, certain, progress)
     return HEAD.format(
-        first=first, last=last, causes=causes, certain=certain, unlikely=unlikely, tables=tables,
-        errors="".join(f"{_numbers(row, 4)}\n" for row in errors(seen, chance, certain)),
+        first=first, last=last, after=after - 1, stem_errors=_rows(stems),
+        causes=causes, certain=certain, unlikely=unlikely, tables=tables,
+        errors=_rows(errors(seen, chance, certain)),
     )  # fmt: skip
+
+
+def _rows(some: Sequence[Array]) -> str:
+    return "".join(f"{_numbers(row, 4)}\n" for row in some)
 
 
 def _numbers(values: Sequence[float], indent: int) -> str:
@@ -198,16 +228,16 @@ def _numbers(values: Sequence[float], indent: int) -> str:
 def main() -> None:
     """The command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", nargs=2, type=int, default=(1000, 1600))
+    parser.add_argument("--seeds", nargs=2, type=int, default=(1000, 1400))
     first, last = parser.parse_args().seeds
 
-    def told(_: str, done: int, total: int) -> None:
+    def told(what: str, done: int, total: int) -> None:
         if done % 50 == 0:
-            print(f"{done} of {total} loops", flush=True)
+            print(f"{done} of {total} {what}", flush=True)
 
     seen = collected(first, last, told)
     place = Path(identification.loops.__path__[0]) / "calibration.py"
-    place.write_text(module(first, last, seen), encoding="utf-8")
+    place.write_text(module(first, last, seen, told), encoding="utf-8")
     print(f"{len(seen)} of {last - first} loops carry an answer; written: {place}")
 
 

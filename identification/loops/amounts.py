@@ -3,15 +3,19 @@
 The likelihood of so sharp a model says little of how far S and J are off: a stem is no stiction element, and a pair
 that is a little off sticks at other moments. So the truth is drawn about what was found by the errors of the simulated
 sticky loops of the calibration, and those in which the search gained as much count most.
+
+A stem on its spring slides to rest where an element stands at once, so its J comes out too small. Where forces are
+asked for, the valve is such a stem, and the errors are those of stems alone.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from identification.loops.calibration import ERRORS
+from identification.loops.calibration import ERRORS, STEM_ERRORS
 from identification.loops.methods import StictionSearch
 from identification.standard_tests import LEVEL, Interval
 from recordings import Array
@@ -31,14 +35,23 @@ class PossibleValves:
     gain: Array
     weight: Array
 
+    def median(self, values: Array) -> float:
+        """The middle one of the values (k,) of one of their quantities."""
+        return self._at(values, (0.5,))[0]
+
     def interval(self, values: Array, best: float) -> Interval:
         """The interval of one of their quantities (k,), about the best value."""
+        low, high = self._at(values, ((1 - LEVEL) / 2, (1 + LEVEL) / 2))
+        return Interval(best, min(low, best), max(high, best))
+
+    def _at(self, values: Array, shares: tuple[float, ...]) -> list[float]:
+        """The values below which these shares of the weight lie."""
         known = np.isfinite(values)
         values, weight = values[known], self.weight[known]
         order = np.argsort(values)
         middle = np.cumsum(weight[order]) / weight.sum()
-        low, high = values[order][np.searchsorted(middle, ((1 - LEVEL) / 2, (1 + LEVEL) / 2))]
-        return Interval(best, min(float(low), best), max(float(high), best))
+        places = np.minimum(np.searchsorted(middle, shares), len(order) - 1)
+        return [float(value) for value in values[order][places]]
 
 
 @dataclass(frozen=True)
@@ -55,14 +68,31 @@ class StictionAmount:
 def amounts(found: StictionSearch) -> StictionAmount:
     """S and J of the best pair, with intervals."""
     s, j = found.best
-    gain, off_s, off_j, off_gain = np.array(ERRORS).T
+    return _about(_possible(found, ERRORS), s, j, s + j, s - j)
+
+
+def stem_amounts(found: StictionSearch) -> StictionAmount:
+    """S and J as they follow from the friction of a stem on its spring, with intervals: the middle of what stems have
+    in which the search found such a pair."""
+    possible = _possible(found, STEM_ERRORS)
+    s, j = possible.s, possible.j
+    return _about(possible, *(possible.median(values) for values in (s, j, s + j, s - j)))
+
+
+def _possible(found: StictionSearch, errors: Sequence[tuple[float, float, float, float]]) -> PossibleValves:
+    s, j = found.best
+    gain, off_s, off_j, off_gain = np.array(errors).T
     valves = np.maximum(s * (1 + off_s), 0.0)
     jumps = np.clip(j + s * off_j, 0.0, valves)
     weight = np.exp(-0.5 * ((np.log(max(found.gain, 1.0)) - gain) / ALIKE) ** 2) + 1e-3
-    possible = PossibleValves(valves, jumps, np.exp(off_gain), weight / weight.sum())
+    return PossibleValves(valves, jumps, np.exp(off_gain), weight / weight.sum())
+
+
+def _about(possible: PossibleValves, s: float, j: float, total: float, rest: float) -> StictionAmount:
+    one = possible.interval
     return StictionAmount(
-        possible.interval(valves, s), possible.interval(jumps, j), possible.interval(valves + jumps, s + j),
-        possible.interval(valves - jumps, s - j), possible,
+        one(possible.s, s), one(possible.j, j), one(possible.s + possible.j, total), one(possible.s - possible.j, rest),
+        possible,
     )  # fmt: skip
 
 

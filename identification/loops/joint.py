@@ -2,7 +2,8 @@
 
 Within a sample the stem slips and rests, so of a LuGre model OP and PV show where it breaks away, fs, and where a slip
 ends, fc; mass, bristle and the curve between both friction levels act within the slip. The posterior of fs, fc and the
-gain of the process is drawn as in `amounts`: from the errors of the calibration, in which valve and process were known.
+gain of the process is drawn as in `amounts`: from the errors in the stems of the calibration, whose valve and process
+were known.
 """
 
 from __future__ import annotations
@@ -53,17 +54,20 @@ class JointPosterior:
         return [f"valve and process together: {', '.join(told)}", wide + WITHIN]
 
 
-def joint_posterior(loop: ControlLoop, period: float | None, amount: StictionAmount, full: float) -> JointPosterior:
-    """The posterior for a loop whose valve sticks by so much. full : force of the whole range of OP [N]."""
+def joint_posterior(
+    loop: ControlLoop, period: float | None, best: tuple[float, float], amount: StictionAmount, full: float
+) -> JointPosterior:
+    """The posterior for a loop whose valve sticks. best : the pair S, J that was found; amount : of stems in which that
+    is found; full : force of the whole range of OP [N].
+    """
     if loop.integrating:
         return _refused("a level has no gain at rest; fs and fc stand by themselves")
-    best, possible = process_gain(loop, period, amount.s.value, amount.j.value), amount.possible
+    gain, possible = process_gain(loop, period, *best), amount.possible
     drawn = {
         "fs_N": (possible.s + possible.j) * full / 200, "fc_N": (possible.s - possible.j) * full / 200,
-        "process_gain": best * possible.gain,
+        "process_gain": gain * possible.gain,
     }  # fmt: skip
-    found = (amount.total.value * full / 200, amount.rest.value * full / 200, best)
-    values = {name: possible.interval(draws, one) for (name, draws), one in zip(drawn.items(), found, strict=True)}
+    values = {name: possible.interval(draws, possible.median(draws)) for name, draws in drawn.items()}
     told = {name: one for name, one in values.items() if one.upper - one.lower <= 2 * WIDEST * one.value}
     if not told:
         return _refused(f"these data leave {', '.join(values)} open by more than their size")

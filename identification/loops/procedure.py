@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from identification.loops.amounts import amounts
+from identification.loops.amounts import amounts, stem_amounts
 from identification.loops.assessment import Assessment, OtherCause
 from identification.loops.data_problems import DataProblem, data_problems
 from identification.loops.evidence import evidence, of_search
@@ -99,8 +99,9 @@ def assess_loop(
     why = f"for stiction: {_list(says['stiction'])}; against: {_list(says['no_stiction'])}"
     why = why if seen.whole else f"by the search for S and J alone, as {limits}"
     amount = amounts(seen.tried) if answer == "stiction" and loop.op_percent else None
-    forces = friction_forces(amount, full) if amount and full else None
-    joint = joint_posterior(loop, _period(loop, found), amount, full) if amount and full else None
+    stem = stem_amounts(seen.tried) if amount and full else None
+    forces = friction_forces(stem, full) if stem and full else None
+    joint = joint_posterior(loop, _period(loop, found), seen.tried.best, stem, full) if stem and full else None
     return Assessment(
         answer, probability, why, loop, problems, guesses, found, amount, others, seen.answers, forces, joint
     )

@@ -233,18 +233,19 @@ def test_a_measured_sticky_loop_is_not_called_healthy():
     assert assess_loop(loop).verdict in ("stiction", "cannot_tell")
 
 
-def test_s_and_j_become_newtons_where_the_valve_is_known():
-    """A stem of known friction: S = 100 (fs + fc)/(K stroke) and J = 100 (fs - fc)/(K stroke)."""
-    known, _ = assessed(6001, "stiction", "flow")
-    full = 5e4 * 0.02
-    answer = assess_loop(known.loop, valve={"stroke": 0.02, "K": 5e4})
-    s, j = answer.amount.s.value, answer.amount.j.value
-    assert answer.forces.fs.value == pytest.approx((s + j) * full / 200)
-    assert answer.forces.fc.value == pytest.approx((s - j) * full / 200)
+def test_a_stem_whose_valve_is_known_has_its_friction_in_newtons():
+    """Of a stem without a positioner, friction and process gain are in their intervals (a development seed)."""
+    known = simulated_loop(8623, "stiction", "pressure", "stem")
+    values = known.stem.values
+    answer = assess_loop(known.loop, valve={"stroke": STROKE, "K": values["spring.K"]})
+    assert answer.forces.fs.lower < values["lugre.fs"] < answer.forces.fs.upper
+    assert answer.forces.fc.lower < values["lugre.fc"] < answer.forces.fc.upper
+    gain = answer.joint.values["process_gain"]
+    assert gain.lower < known.gain < gain.upper
     assert answer.as_json()["stiction"]["fs_N"]["value"] == answer.forces.fs.value
     assert any("without a positioner" in line for line in answer.lines())
-    air = assess_loop(known.loop, valve={"area": 0.0125, "span": 80.0})
-    assert air.forces.fs.value == pytest.approx(answer.forces.fs.value)
+    air = assess_loop(known.loop, valve={"area": 0.01, "span": 0.2 * values["spring.K"] * STROKE})
+    assert air.forces.fs.value == pytest.approx(2 * answer.forces.fs.value)
 
 
 @pytest.mark.parametrize(
