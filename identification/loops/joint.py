@@ -15,6 +15,7 @@ from itertools import combinations
 import numpy as np
 
 from identification.loops.amounts import StictionAmount
+from identification.loops.calibration import STEM_ERRORS
 from identification.loops.loop import ControlLoop, scale_of
 from identification.loops.methods import HammersteinFit
 from identification.standard_tests import Interval
@@ -24,6 +25,8 @@ WIDEST = 1.0
 """Half width of an interval, as a share of its value, from which on a quantity is not told."""
 UNTOLD = ("mass", "Stribeck velocity", "viscous friction", "bristle stiffness", "bristle damping")
 WITHIN = f"{', '.join(UNTOLD)}: not told, as they act within a slip, and that is over between two samples"
+
+ROUGH = f"rough intervals: they rest on the errors in {len(STEM_ERRORS)} simulated stems"
 
 
 @dataclass(frozen=True)
@@ -51,7 +54,7 @@ class JointPosterior:
             return [f"no joint posterior of valve and process: {self.refused}"]
         told = [f"{name} {one.value:.3g} ({one.lower:.3g} to {one.upper:.3g})" for name, one in self.values.items()]
         wide = f"{', '.join(self.open)}: open by more than their size; " if self.open else ""
-        return [f"valve and process together: {', '.join(told)}", wide + WITHIN]
+        return [f"valve and process together: {', '.join(told)}", ROUGH, wide + WITHIN]
 
 
 def joint_posterior(
