@@ -20,7 +20,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import ClassVar, Literal
 
-from simulator.first_look import FirstLook
+from simulator.first_look import FirstLook, Guess
 from simulator.relaxation import Expression as Expression
 from simulator.relaxation import Law
 
@@ -206,6 +206,10 @@ class Effect(ABC):
         """Values by symbol as values by full name, each within its bounds."""
         known = {p.symbol: p for p in self.parameters}
         return {self.parameter_name(s): min(max(v, known[s].lower), known[s].upper) for s, v in values.items()}
+
+    def guessed(self, guess: Guess | None, *beside: str) -> list[dict[str, float]]:
+        """A guess as `first_guess` returns it, with the values of some base parameters that go with it."""
+        return [] if guess is None else [{name: guess.base[name] for name in beside} | self.named(**guess.values)]
 
     def __eq__(self, other: object) -> bool:
         """Effects are values: one that was copied or sent to another process finds the kernels of the first."""

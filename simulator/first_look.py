@@ -218,11 +218,6 @@ def travel(looks: Sequence[FirstLook]) -> tuple[float, float]:
     return min(float(look.x.min()) for look in looks), max(float(look.x.max()) for look in looks)
 
 
-def with_base(guess: Guess, *names: str) -> dict[str, float]:
-    """Some values of the base beside a guess, by full name."""
-    return {name: guess.base[name] for name in names}
-
-
 def along(looks: Sequence[FirstLook], n: int = 24) -> list[float]:
     """Places spread along the travel [m]."""
     low, high = travel(looks)
@@ -235,14 +230,17 @@ def local_shapes(looks: Sequence[FirstLook]) -> list[tuple[float, float]]:
     return [(x, share * (high - low)) for x in along(looks) for share in HALF_WIDTHS]
 
 
-def dragged(drive: Array, halves: Sequence[float]) -> Array:
-    """Where play operators are (n, k) that a drive (n,) takes along at distances `halves` (k,), at the drive first."""
-    held, half = np.full(len(halves), drive[0]), np.asarray(halves, float)
-    found = np.empty((len(drive), len(half)))
+def stacked(drive: Array, reach: float, n: int) -> Array:
+    """What n play elements carry of a drive (n_samples,), as a share of what all carry when they slip, times n: element
+    i is taken along at the distance i reach/n, and they begin at the drive.
+    """
+    part = np.arange(1, n + 1)
+    half, held = reach * part / n, np.full(n, drive[0])
+    found = np.empty((len(drive), n))
     for i, value in enumerate(drive):
         held = np.minimum(np.maximum(held, value - half), value + half)
         found[i] = held
-    return found
+    return np.asarray(((drive[:, None] - found) / part).sum(axis=1) / reach)
 
 
 def _bent(x: Array, v: Array, deflection: float) -> Array:

@@ -41,9 +41,9 @@ def late(name: str, looks: Sequence[FirstLook], base: Mapping[str, float], delay
     """
     if base["spring.K"] <= 0:
         return []
-    left = [_beside(delayed, tau, looks, base).unexplained for tau in DELAYS]
-    tau = DELAYS[int(np.argmin(left))]
-    own = _beside(delayed, tau, looks, base).alone
+    tried = [(tau, _beside(delayed, tau, looks, base)) for tau in DELAYS]
+    tau, least = min(tried, key=lambda one: one[1].unexplained)
+    own = least.alone
     sigma1 = max(base["lugre.sigma1"] - tau * base["lugre.sigma0"], LEAST * base["lugre.sigma1"])
     return [{name: tau, "lugre.sigma2": own["lugre.sigma2"], "mass.m": own["mass.m"], "lugre.sigma1": sigma1}]
 

@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 
 from simulator.effect import Effect, Expression, Parameter, Quantities, Site, Values
-from simulator.first_look import FirstLook, Missing, Trial, along, with_base
+from simulator.first_look import FirstLook, Missing, Trial, along
 
 ROUNDING = 2e-5
 """Distance [m] over which the contact closes: surfaces are rough, and the force stays differentiable."""
@@ -42,4 +42,4 @@ class ContactStiffness(Effect):
             return {"x0": x0}, {"k": lambda r: np.maximum(r.x - x0, 0.0)}
 
         guess = Missing.of(recordings, base).best(map(trial, along(recordings)))
-        return [] if guess is None else [with_base(guess, "spring.K", "spring.F0") | self.named(**guess.values)]
+        return self.guessed(guess, "spring.K", "spring.F0")

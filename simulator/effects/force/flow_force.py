@@ -6,7 +6,7 @@ import itertools
 from collections.abc import Mapping, Sequence
 
 from simulator.effect import Effect, Expression, Parameter, Quantities, Site, Values
-from simulator.first_look import FirstLook, Missing, Trial, local_shapes, with_base
+from simulator.first_look import FirstLook, Missing, Trial, local_shapes
 
 
 class FlowForce(Effect):
@@ -37,4 +37,4 @@ class FlowForce(Effect):
             return {"x0": x0, "w": w}, {"f": lambda r: 1 / (1 + ((r.x - x0) / w) ** 2)}
 
         guess = Missing.of(recordings, base).best(itertools.starmap(trial, local_shapes(recordings)))
-        return [] if guess is None else [with_base(guess, "spring.K", "spring.F0") | self.named(**guess.values)]
+        return self.guessed(guess, "spring.K", "spring.F0")

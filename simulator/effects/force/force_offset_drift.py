@@ -22,5 +22,4 @@ class ForceOffsetDrift(Effect):
 
     def first_guess(self, recordings: Sequence[FirstLook], base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
         """How what is missing grows with time."""
-        guess = Missing.of(recordings, base).best([({}, {"r": lambda r: r.t})])
-        return [] if guess is None else [self.named(**guess.values)]
+        return self.guessed(Missing.of(recordings, base).best([({}, {"r": lambda r: r.t})]))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from simulator.effect import Effect, Expression, Parameter, Quantities, Site, Values
-from simulator.first_look import FirstLook, Missing, with_base
+from simulator.first_look import FirstLook, Missing
 
 
 class HardeningSpring(Effect):
@@ -23,4 +23,4 @@ class HardeningSpring(Effect):
     def first_guess(self, recordings: Sequence[FirstLook], base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
         """The curvature of the loop of force over position, and the straight spring beside it."""
         guess = Missing.of(recordings, base).best([({}, {"k3": lambda r: r.x**3})])
-        return [] if guess is None else [with_base(guess, "spring.K", "spring.F0") | self.named(**guess.values)]
+        return self.guessed(guess, "spring.K", "spring.F0")

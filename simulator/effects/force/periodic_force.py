@@ -45,8 +45,7 @@ class PeriodicForce(Effect):
                 "a": lambda r: np.sin(2 * math.pi * f * r.t), "b": lambda r: np.cos(2 * math.pi * f * r.t)
             }  # fmt: skip
 
-        guess = Missing.of(recordings, base).best(map(trial, _frequencies(recordings, base)))
-        return [] if guess is None else [self.named(**guess.values)]
+        return self.guessed(Missing.of(recordings, base).best(map(trial, _frequencies(recordings, base))))
 
 
 def _frequencies(looks: Sequence[FirstLook], base: Mapping[str, float]) -> list[float]:

@@ -45,5 +45,4 @@ class PositionPeriodicForce(Effect):
             }  # fmt: skip
 
         low, high = travel(recordings)
-        guess = Missing.of(recordings, base).best(map(trial, PER_TRAVEL))
-        return [] if guess is None else [self.named(**guess.values)]
+        return self.guessed(Missing.of(recordings, base).best(map(trial, PER_TRAVEL)))

@@ -31,5 +31,4 @@ class AsymmetricCoulomb(Effect):
 
     def first_guess(self, recordings: Sequence[FirstLook], base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
         """The part of sliding friction that does not change sign; a preload that is not known takes it."""
-        guess = Missing.of(recordings, base).best([({}, {"a": lambda r: np.abs(r.friction(base))})])
-        return [] if guess is None else [self.named(**guess.values)]
+        return self.guessed(Missing.of(recordings, base).best([({}, {"a": lambda r: np.abs(r.friction(base))})]))

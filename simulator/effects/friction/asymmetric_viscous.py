@@ -25,5 +25,4 @@ class AsymmetricViscous(Effect):
 
     def first_guess(self, recordings: Sequence[FirstLook], base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
         """The curvature of the missing force over velocity that is the same on both sides."""
-        guess = Missing.of(recordings, base).best([({}, {"b": lambda r: np.abs(r.v)})])
-        return [] if guess is None else [self.named(**guess.values)]
+        return self.guessed(Missing.of(recordings, base).best([({}, {"b": lambda r: np.abs(r.v)})]))

@@ -30,8 +30,7 @@ class FrictionalMemory(Effect):
 
     def first_guess(self, recordings: Sequence[FirstLook], base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
         """The loop of the friction-velocity map: friction by a late velocity, to first order."""
-        guess = Missing.of(recordings, base).best([({}, {"tau": lambda r: _per_delay(r, base)})])
-        return [] if guess is None else [self.named(**guess.values)]
+        return self.guessed(Missing.of(recordings, base).best([({}, {"tau": lambda r: _per_delay(r, base)})]))
 
 
 def _per_delay(look: FirstLook, base: Mapping[str, float]) -> Array:

@@ -29,5 +29,4 @@ class LoadDependentFriction(Effect):
 
     def first_guess(self, recordings: Sequence[FirstLook], base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
         """How what is missing against the motion grows with the force."""
-        guess = Missing.of(recordings, base).best([({}, {"c": lambda r: r.friction(base) * np.abs(r.u)})])
-        return [] if guess is None else [self.named(**guess.values)]
+        return self.guessed(Missing.of(recordings, base).best([({}, {"c": lambda r: r.friction(base) * np.abs(r.u)})]))

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-
 from simulator.effect import Effect, Expression, Memory, Parameter, Quantities, Site, Values
-from simulator.first_look import FirstLook, Missing, Trial, dragged
+from simulator.first_look import FirstLook, Missing, Trial, stacked
 from simulator.imitation import hidden_in_friction
 from simulator.play import play
 
@@ -50,8 +48,7 @@ class NonlocalPresliding(Effect):
         """How what is missing against the motion grows with the distance from the last reversals."""
 
         def trial(d: float) -> Trial:
-            halves, parts = [d * i / ELEMENTS for i in range(1, ELEMENTS + 1)], np.arange(1, ELEMENTS + 1)
-            return {"d": d}, {"f": lambda r: ((r.x[:, None] - dragged(r.x, halves)) / parts).sum(axis=1) / d}
+            return {"d": d}, {"f": lambda r: stacked(r.x, d, ELEMENTS)}
 
         deflection = base["lugre.fs"] / base["lugre.sigma0"]
         guess = Missing.of(recordings, base, presliding=True).best(

@@ -40,5 +40,4 @@ class PositionDependentFriction(Effect):
             bell: AddedForce = lambda r: r.friction(base) * np.exp(-(((r.x - x0) / w) ** 2))  # noqa: E731
             return {"x0": x0, "w": w}, {"a": bell, "b": lambda r: r.friction(base) * r.x}
 
-        guess = Missing.of(recordings, base).best(itertools.starmap(trial, local_shapes(recordings)))
-        return [] if guess is None else [self.named(**guess.values)]
+        return self.guessed(Missing.of(recordings, base).best(itertools.starmap(trial, local_shapes(recordings))))

@@ -62,8 +62,7 @@ class PositionSpeedFriction(Effect):
             return {"x0": x0, "w": w, "u": u}, bells
 
         shapes = itertools.product(local_shapes(recordings), SPEEDS)
-        guess = Missing.of(recordings, base).best(itertools.starmap(trial, shapes))
-        return [] if guess is None else [self.named(**guess.values)]
+        return self.guessed(Missing.of(recordings, base).best(itertools.starmap(trial, shapes)))
 
 
 def _bell(base: Mapping[str, float], x: float, w: float, u: float) -> AddedForce:

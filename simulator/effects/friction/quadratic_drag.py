@@ -26,5 +26,4 @@ class QuadraticDrag(Effect):
 
     def first_guess(self, recordings: Sequence[FirstLook], base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
         """The curvature of the missing force over velocity that changes its sign with it."""
-        guess = Missing.of(recordings, base).best([({}, {"c": lambda r: r.v * np.abs(r.v)})])
-        return [] if guess is None else [self.named(**guess.values)]
+        return self.guessed(Missing.of(recordings, base).best([({}, {"c": lambda r: r.v * np.abs(r.v)})]))

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-
 from simulator.effect import Effect, Expression, Memory, Parameter, Quantities, Site, Values
-from simulator.first_look import FirstLook, Missing, Trial, dragged
+from simulator.first_look import FirstLook, Missing, Trial, stacked
 from simulator.imitation import hidden_in_friction
 from simulator.play import play
 
@@ -49,8 +47,7 @@ class ActuatorHysteresis(Effect):
         """How what is missing grows with the change of the force since its last reversals."""
 
         def trial(r: float) -> Trial:
-            halves, parts = [r * i / ELEMENTS for i in range(1, ELEMENTS + 1)], np.arange(1, ELEMENTS + 1)
-            return {"r": r}, {"h": lambda look: ((look.u[:, None] - dragged(look.u, halves)) / parts).sum(axis=1) / r}
+            return {"r": r}, {"h": lambda look: stacked(look.u, r, ELEMENTS)}
 
         guess = Missing.of(recordings, base, presliding=True).best(trial(way * base["lugre.fc"]) for way in WAYS)
         if guess is None or guess.values["h"] <= 0:

@@ -26,5 +26,4 @@ class ForceGain(Effect):
 
     def first_guess(self, recordings: Sequence[FirstLook], base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
         """What is missing as a share of the force, beside what is not known of mass and spring."""
-        guess = Missing.of(recordings, base).best([({}, {"g": lambda r: -r.u})])
-        return [] if guess is None else [self.named(**guess.values)]
+        return self.guessed(Missing.of(recordings, base).best([({}, {"g": lambda r: -r.u})]))

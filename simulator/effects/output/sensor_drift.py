@@ -22,5 +22,4 @@ class SensorDrift(Effect):
 
     def first_guess(self, recordings: Sequence[FirstLook], base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
         """The drift of a force that would move the spring as much."""
-        guess = Missing.of(recordings, base).best([({}, {"r": lambda r: -base["spring.K"] * r.t})])
-        return [] if guess is None else [self.named(**guess.values)]
+        return self.guessed(Missing.of(recordings, base).best([({}, {"r": lambda r: -base["spring.K"] * r.t})]))

@@ -43,5 +43,4 @@ class SensorNonlinearity(Effect):
         forces: dict[str, AddedForce] = {
             "q": lambda r: 4 * bow(r), "c": lambda r: bow(r) / S_PEAK * (1 - 2 * r.x / (high - low))
         }  # fmt: skip
-        guess = Missing.of(recordings, base).best([({}, forces)])
-        return [] if guess is None else [self.named(**guess.values)]
+        return self.guessed(Missing.of(recordings, base).best([({}, forces)]))
