@@ -19,39 +19,39 @@ from recordings import Array, BadInput
 from simulator import Excitation, Sensors, kernel, simulate
 
 
-class Test(NamedTuple):
+class FurtherTest(NamedTuple):
     """A further experiment. words : what to record, and why it teaches; excitation : as the simulator runs it."""
 
     words: str
     excitation: str
 
 
-STROKES = Test("a slow sine or ramp over a good part of the stroke, in both directions", "ramp:20,sine:20")
+STROKES = FurtherTest("a slow sine or ramp over a good part of the stroke, in both directions", "ramp:20,sine:20")
 TESTS = {
-    "mass.m": Test(
+    "mass.m": FurtherTest(
         "fast steps or a multisine up to several hertz: the mass shows only when the stem accelerates", "multisine:6"
     ),
     "spring.K": STROKES,
     "spring.F0": STROKES,
-    "lugre.fc": Test("a slow sine with several reversals at different positions", "sine:20,staircase:10"),
-    "lugre.fs": Test(
+    "lugre.fc": FurtherTest("a slow sine with several reversals at different positions", "sine:20,staircase:10"),
+    "lugre.fs": FurtherTest(
         "steps from rest, with a pause before each, so that the stem breaks away often", "staircase:20,sine:20"
     ),
-    "lugre.vs": Test(
+    "lugre.vs": FurtherTest(
         "steps from rest and very slow ramps: the Stribeck region is passed only at low speed", "staircase:10,ramp:20"
     ),
-    "lugre.sigma0": Test(
+    "lugre.sigma0": FurtherTest(
         "presliding: a small sine below break-away about a position at rest, finely resolved", "presliding:20"
     ),
-    "lugre.sigma1": Test(
+    "lugre.sigma1": FurtherTest(
         "small steps and presliding: the bristle damping shows for some milliseconds only", "staircase:5,presliding:5"
     ),
-    "lugre.sigma2": Test(
+    "lugre.sigma2": FurtherTest(
         "strokes at several speeds: viscous friction is told from Coulomb friction by its slope", "chirp:10,sine:20"
     ),
 }
 """Parameter -> the experiment that teaches it."""
-ANY = Test("more varied motion", "mixed:40")
+ANY = FurtherTest("more varied motion", "mixed:40")
 CLOSE = 1000.0
 """Samples a second that an experiment may ask for, where the rate of the recordings does not do."""
 SLIPS = "staircase:5,sine:5"

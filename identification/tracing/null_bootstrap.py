@@ -11,7 +11,7 @@ tests before it rejected (a fixed sequence of tests: Maurer, Hothorn and Lehmach
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -129,7 +129,7 @@ def _largest_gain(found: Model, score: Score, budget: Budget, hopeless: Callable
     """
     most, white = 0.0, is_white(found)
     on_chunks = None if white else best_model_on_chunks(found)
-    for s in (score, *screen(found)):
+    for s in _one_after_the_other(found, score):
         if hopeless(most) or budget.over or (s is not score and PROMISE_FACTOR * s.gain < most):
             break
         fit = CandidateFit(s, (), 0.0) if white else fit_on_chunks(found, on_chunks, s, from_here=True)
@@ -140,6 +140,12 @@ def _largest_gain(found: Model, score: Score, budget: Budget, hopeless: Callable
         if refit is not None and found.cost - refit.cost > most:  # no net gain is more
             most = max(most, net_gain(found, refit, s.effect))
     return most
+
+
+def _one_after_the_other(found: Model, score: Score) -> Iterator[Score]:
+    """The scored effect, and then, where that has not decided, all by their scores beside the model."""
+    yield score
+    yield from screen(found)
 
 
 def _in_full_order(found: Fit) -> Fit:

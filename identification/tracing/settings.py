@@ -39,7 +39,6 @@ that no node resolves explains anything."""
 POOR_LOSS: Final = 1.4
 """Loss from which a model lacks so much that its scores are not to be trusted. Tuned."""
 
-
 # Shortlist and refits: which candidates are fitted, and how far.
 
 CANDIDATES: Final = 8

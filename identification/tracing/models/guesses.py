@@ -13,7 +13,7 @@ from simulator import FirstLook, Parameter
 SMALL = 0.1
 """Share of its scale at which a strength is tried that can only grow, where no guess says more."""
 EffectGuesses = Sequence[Mapping[str, float]]
-"""EffectGuesses of one effect, likeliest first, as parameter values by full name."""
+"""Guesses of one effect, likeliest first, as parameter values by full name."""
 
 
 def looks(model: Model) -> list[FirstLook]:
