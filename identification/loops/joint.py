@@ -14,8 +14,9 @@ from itertools import combinations
 
 import numpy as np
 
-from identification.loops.amounts import StictionAmount
+from identification.loops.amounts import PossibleValves
 from identification.loops.calibration import STEM_ERRORS
+from identification.loops.forces import FrictionForces
 from identification.loops.loop import ControlLoop, scale_of
 from identification.loops.methods import HammersteinFit
 from identification.standard_tests import Interval
@@ -58,19 +59,16 @@ class JointPosterior:
 
 
 def joint_posterior(
-    loop: ControlLoop, period: float | None, best: tuple[float, float], amount: StictionAmount, full: float
+    loop: ControlLoop, period: float | None, best: tuple[float, float], possible: PossibleValves, forces: FrictionForces
 ) -> JointPosterior:
-    """The posterior for a loop whose valve sticks. best : the pair S, J that was found; amount : of stems in which that
-    is found; full : force of the whole range of OP [N].
+    """The posterior for a loop whose valve sticks. best : the pair S, J that was found; possible : stems in which that
+    is found; forces : their friction.
     """
     if loop.integrating:
         return _refused("a level has no gain at rest; fs and fc stand by themselves")
-    gain, possible = process_gain(loop, period, *best), amount.possible
-    drawn = {
-        "fs_N": (possible.s + possible.j) * full / 200, "fc_N": (possible.s - possible.j) * full / 200,
-        "process_gain": gain * possible.gain,
-    }  # fmt: skip
-    values = {name: possible.interval(draws, possible.median(draws)) for name, draws in drawn.items()}
+    gain = process_gain(loop, period, *best) * possible.gain
+    drawn = {"fs_N": possible.s + possible.j, "fc_N": possible.s - possible.j, "process_gain": gain}
+    values = {"fs_N": forces.fs, "fc_N": forces.fc, "process_gain": possible.interval(gain, possible.median(gain))}
     told = {name: one for name, one in values.items() if one.upper - one.lower <= 2 * WIDEST * one.value}
     if not told:
         return _refused(f"these data leave {', '.join(values)} open by more than their size")

@@ -101,7 +101,9 @@ def assess_loop(
     amount = amounts(seen.tried) if answer == "stiction" and loop.op_percent else None
     stem = stem_amounts(seen.tried) if amount and full else None
     forces = friction_forces(stem, full) if stem and full else None
-    joint = joint_posterior(loop, _period(loop, found), seen.tried.best, stem, full) if stem and full else None
+    joint = None
+    if stem and forces:
+        joint = joint_posterior(loop, _period(loop, found), seen.tried.best, stem.possible, forces)
     return Assessment(
         answer, probability, why, loop, problems, guesses, found, amount, others, seen.answers, forces, joint
     )

@@ -18,6 +18,10 @@ def table_of(integrating: bool, whole: bool) -> str:
     return ("integrating" if integrating else "self-regulating") if whole else "search alone"
 
 
+MOST = 2
+"""Pieces of evidence that are told of a cause."""
+
+
 def weighed(evidence: Array, table: str) -> dict[str, float]:
     """The probability of every cause of `CAUSES_TOLD` (they add to 1) for the evidence of a loop.
 
@@ -55,7 +59,6 @@ def speaks_for(evidence: Array, table: str) -> dict[str, tuple[str, ...]]:
     return told
 
 
-MOST = 2
 LIKELY = 0.5
 """Probability of backlash from which on stiction is not excluded: it may have a jump that does not show."""
 
