@@ -22,9 +22,9 @@ from scipy.optimize import minimize
 import identification.loops
 from identification.loops import (
     CAUSES,
+    LOOP_KINDS,
     CalibrationTable,
     LoopFindings,
-    LoopKind,
     SimulatedLoop,
     as_kept,
     error_of,
@@ -39,7 +39,6 @@ from recordings import Array, Progress, silent
 from studies.sticky_loops import hidden_by_positioner
 
 RIDGE = 2.0
-STEM_KINDS: tuple[LoopKind, ...] = ("flow", "pressure", "level", "temperature")
 FOLDS = 6
 FALSE_STICTION, FALSE_NO_STICTION = 0.015, 0.05
 """Shares of other loops called `stiction`, and of loops that feel their sticky valve called `no_stiction`, that
@@ -187,7 +186,7 @@ def stem_errors(
     """The errors of the stems that are found."""
     found = []
     for seed in range(first, last):
-        known = simulated_loop(seed, "stiction", STEM_KINDS[seed % len(STEM_KINDS)], "stem")
+        known = simulated_loop(seed, "stiction", LOOP_KINDS[seed % len(LOOP_KINDS)], "stem")
         seen = loop_findings(as_kept(known.loop, seed)[0])
         progress("stems", seed - first + 1, last - first)
         if seen is not None:

@@ -45,14 +45,17 @@ HIDDEN = {"nothing": "data show the shape of signals", "shape": "they hide it", 
 
 @dataclass(frozen=True)
 class Judged:
-    """A loop whose cause is known, and what was found. told : as of `sticky_loops`; masked : whether a positioner hides
-    its sticky valve."""
+    """A loop whose cause is known, and what was found. told : as of `sticky_loops`."""
 
     seed: int
     known: SimulatedLoop
     found: Assessment
     told: tuple[float, float]
-    masked: bool
+
+    @property
+    def masked(self) -> bool:
+        """Whether a positioner hides its sticky valve."""
+        return hidden_by_positioner(self.known, self.told)
 
     @property
     def sticky(self) -> bool:
@@ -71,8 +74,7 @@ def judged(seed: int) -> Judged:
     known = simulated_loop(seed)
     stem = known.stem
     valve = {"area": stem.full / 8e4, "span": 80.0} if stem else None
-    masked = known.cause == "stiction" and hidden_by_positioner(known)
-    return Judged(seed, known, assess_loop(known.loop, valve=valve), told(known), masked)
+    return Judged(seed, known, assess_loop(known.loop, valve=valve), told(known))
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:

@@ -16,6 +16,8 @@ def told(known: SimulatedLoop) -> tuple[float, float]:
     return told_by_place(known.loop, known.place) if known.cause == "stiction" else (0.0, 0.0)
 
 
-def hidden_by_positioner(known: SimulatedLoop) -> bool:
-    """Whether a positioner keeps what its stem does from the loop."""
-    return known.valve == "positioned" and min(told(known)) <= TOLD
+def hidden_by_positioner(known: SimulatedLoop, shown: tuple[float, float] | None = None) -> bool:
+    """Whether a positioner keeps what its sticking stem does from the loop. shown : as of `told`, where it is known."""
+    if known.valve != "positioned" or known.cause != "stiction":
+        return False
+    return min(told(known) if shown is None else shown) <= TOLD
