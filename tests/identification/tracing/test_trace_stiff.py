@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from stiff_valves import STIFF, stem_test
 
-from identification import Trace, experiment, identify, trace
+from identification import Trace, experiment, trace
 from identification.data.grid import grids
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.noise_aware.damped import damped_for
 from identification.estimators.noise_aware.search import RIGHT
 from recordings import Recording
-from simulator import BASE, CATALOGUE, Catalogue, kernel
+from simulator import BASE, CATALOGUE, kernel
 
 SPOT = {"a": 0.6, "b": 0.0, "x0": 0.02, "w": 0.003}
 """Friction rises by 60 % in a bell of 3 mm at 20 mm."""
@@ -49,16 +49,6 @@ def test_a_recording_that_begins_near_break_away_rests_there():
     estimate = damped_for(kernel(BASE), coordinates, grids([e]), theta).start(theta, 10)
     assert estimate is not None
     assert estimate.loss < RIGHT
-
-
-@pytest.mark.slow
-def test_a_trace_starts_from_what_identify_says_of_the_same_recordings():
-    *fitted, held_out = stem_test(100.0, ("staircase:12", "sine:12", "sine:10"))
-    base = trace(fitted, holdout=[held_out], catalogue=Catalogue(CATALOGUE.pick(BASE))).base
-    alone = identify(fitted, check=False)
-    assert base.fit.order == alone.fit.order == "damped"
-    assert base.model.values == alone.model.values
-    assert base.uncertainty.status == alone.uncertainty.status
 
 
 @pytest.mark.long
