@@ -170,6 +170,7 @@ def _experiment(found: Fit, excitation: str, rate: float) -> Experiment | None:
             values, course, Sensors(rate), stroke=stroke, effects=found.kernel.effects,
             catalogue=found.kernel.catalogue,
         )  # fmt: skip
-    except BadInput:
+        made = experiment(run)
+    except BadInput:  # it cannot be run at this stroke, or has too few samples at this rate
         return None
-    return replace(experiment(run), noise_position=noise * max(1.0, found.rms))
+    return replace(made, noise_position=noise * max(1.0, found.rms))
