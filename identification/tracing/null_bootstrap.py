@@ -17,20 +17,15 @@ from dataclasses import replace
 import numpy as np
 
 from identification.budget import Budget
-from identification.data.experiment import Experiment
-from identification.data.grid import with_smooth_force
-from identification.estimators.fitted import Fit
 from identification.estimators.noise_aware.resolution import RESOLVED_BY_NODES
 from identification.estimators.order import swing
-from identification.estimators.output_error.problem import Problem
-from identification.estimators.output_error.replicates import following
 from identification.tracing import settings
 from identification.tracing.models.base import polished
 from identification.tracing.models.comparison import is_white
-from identification.tracing.models.free_runs import as_fit
 from identification.tracing.models.model import Model
+from identification.tracing.models.replicates import replicate_of
 from identification.tracing.models.search import best_model_on_chunks, continued, first_fits
-from identification.tracing.models.trial_data import trial_data
+from identification.tracing.models.trial_data import TrialData
 from identification.tracing.refine import (
     PROMISE_FACTOR,
     CandidateFit,
@@ -39,9 +34,7 @@ from identification.tracing.refine import (
     refitted,
 )
 from identification.tracing.screen import Score, screen
-from identification.uncertainty.bootstrap import replicate
 from recordings import Progress, silent
-from simulator import kernel
 
 NULL_SEED = 0
 """Seed of the noise, so that a trace gives the same answer every time."""
@@ -114,10 +107,7 @@ def _gain_of_replicate(
     recordings, or any other; None where the model is not found again at all. No further one is tried once so much is
     gained that it is `hopeless`.
     """
-    data = model.data
-    pairs = ((data.experiments, data.fitted), (data.held_out_experiments, data.held_out))
-    plants = [_in_full_order(as_fit(model, with_smooth_force(*pair))) for pair in pairs]
-    found = _found_again(model, *(replicate(plant, rng) for plant in plants))
+    found = _found_again(model, replicate_of(model, rng))
     if found is None:
         return None
     return _largest_gain(found, score, budget, hopeless)
@@ -148,23 +138,8 @@ def _one_after_the_other(found: Model, score: Score) -> Iterator[Score]:
     yield from screen(found)
 
 
-def _in_full_order(found: Fit) -> Fit:
-    """A fit as a plant whose bristles swing, whatever order it was fitted in."""
-    if found.order == "full" or found.problem is None or found.minimum is None:
-        return found
-    full = kernel(found.kernel.effects, "force", found.kernel.catalogue)
-    problem = Problem(full, found.coordinates, found.problem.experiments)
-    return replace(found, problem=problem, minimum=replace(found.minimum, setting=following(found.values)))
-
-
-def _found_again(model: Model, fitted: list[Experiment], held_out: list[Experiment]) -> Model | None:
+def _found_again(model: Model, data: TrialData) -> Model | None:
     """The same effects fitted to other recordings, on chunks from usual values of the base and then to the whole."""
-    new = trial_data(fitted, held_out, model.data.given, model.data.catalogue)
-    new = new.resolving(swing(model.values)) if model.data.damped is None else new.damped_for(model.values)
-    data = replace(
-        model.data, fitted=new.fitted, held_out=new.held_out, experiments=new.experiments,
-        held_out_experiments=new.held_out_experiments, damped=new.damped,
-    )  # fmt: skip
     ends = continued(first_fits(replace(model, data=data), from_here=data.damped is not None))
     refit = ends[0].refitted_to(data) if ends else None
     return None if refit is None else polished(refit)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,9 +10,10 @@ from scipy.stats import norm, ttest_1samp
 from scipy.stats import t as student
 
 from identification.data.grid import Grid
-from identification.estimators.estimate import OUTLIER, ROUGH_LOSS, ROUGH_OUTLIERS, Estimate
+from identification.estimators.estimate import OUTLIER, ROUGH_OUTLIERS, Estimate
 from identification.estimators.imposed_motion.grid import BLOCK
 from identification.estimators.least_squares import cauchy
+from identification.estimators.noise_aware.estimator import UNIT_LOSS
 from identification.tracing import settings
 from identification.tracing.models.model import Model
 from recordings import Array
@@ -60,32 +62,71 @@ def _blocks(values: Array, grid: Grid) -> Array:
 
 @dataclass(frozen=True)
 class Whiteness:
-    """Whether innovations are noise of the size that the recording has. white : they are; p_value : of that;
-    loss : their mean loss, 1 for a complete model; outliers : share of those that are far off.
+    """Whether innovations are noise of the size that the recording has. white : they are; p_value : of that; loss :
+    their mean loss; outliers : share of those that are far off; complete : loss of a complete model at most.
     """
 
     white: bool
     p_value: float
     loss: float
     outliers: float
+    complete: float = settings.COMPLETE_LOSS
 
     @property
     def excess(self) -> float:
         """Loss above that of a complete model; negative where the model is complete."""
-        return self.loss - settings.COMPLETE_LOSS
+        return self.loss - self.complete
 
 
-def whiteness(estimate: Estimate, *, resolved: bool = True) -> Whiteness:
+def whiteness(estimate: Estimate) -> Whiteness:
     """Test of the position's innovations: their mean loss, of independent samples if the model is complete, and their
-    outliers. resolved : break-away is, by the sampling; otherwise what its linearisation leaves counts as noise, as it
-    does where a fit has converged.
+    outliers.
     """
-    complete = settings.COMPLETE_LOSS if resolved else ROUGH_LOSS
     spread = LOSS_SPREAD / np.sqrt(estimate.samples)
-    p_value = float(norm.sf((estimate.loss - complete) / spread))
+    p_value = float(norm.sf((estimate.loss - settings.COMPLETE_LOSS) / spread))
     if estimate.outliers > ROUGH_OUTLIERS:
         p_value = min(p_value, float(norm.sf(OUTLIER)))
     return Whiteness(p_value > settings.STRICT_LEVEL, p_value, estimate.loss, estimate.outliers)
+
+
+def whiteness_beside(
+    estimate: Estimate, grids: tuple[Grid, ...], replicates: Sequence[tuple[Estimate, tuple[Grid, ...]]]
+) -> Whiteness:
+    """Test of the position's innovations where the sampling does not resolve break-away: its linearisation leaves more
+    than noise of a complete model, too, most of it in a few places. So the loss over blocks of time is compared with
+    that of the same blocks of replicates, which lack nothing (paired t test). Without any, nothing is white.
+    """
+    counted = _summed(grids, [np.isfinite(line.scored[1][:, 0]) for line in estimate.linearised])
+    left = [_position_loss(one, some) for one, some in replicates]
+    if not left:
+        return Whiteness(False, 0.0, estimate.loss, estimate.outliers)
+    allowed = np.mean(left, axis=0) + (settings.COMPLETE_LOSS - 1) * counted
+    excess = _position_loss(estimate, grids) - allowed
+    p_value = float(ttest_1samp(excess, 0.0, alternative="greater").pvalue)
+    complete = float(allowed.sum() / counted.sum())
+    return Whiteness(p_value > settings.STRICT_LEVEL, p_value, estimate.loss, estimate.outliers, complete)
+
+
+def _position_loss(estimate: Estimate, grids: tuple[Grid, ...]) -> Array:
+    """The loss of the position's innovations over blocks of time, 1 for each of a complete model."""
+    found = []
+    for line in estimate.linearised:
+        innovations, variances = (z[:, 0] for z in line.scored)
+        seen = np.isfinite(variances)
+        found.append(
+            np.where(
+                seen,
+                cauchy(np.where(seen, innovations, 0.0) / np.sqrt(np.where(seen, variances, 1.0)), estimate.tuning)
+                / UNIT_LOSS,
+                0.0,
+            )
+        )
+    return _summed(grids, found)
+
+
+def _summed(grids: tuple[Grid, ...], values: Sequence[Array]) -> Array:
+    """Sums over blocks of time of what is known at the nodes of some grids (n,) each."""
+    return np.concatenate([_blocks(z, grid) for z, grid in zip(values, grids, strict=True)])
 
 
 def imposed_whiteness(estimate: Estimate, grids: tuple[Grid, ...]) -> Whiteness:
@@ -110,20 +151,24 @@ def imposed_whiteness(estimate: Estimate, grids: tuple[Grid, ...]) -> Whiteness:
 
 def fitted_whiteness(model: Model) -> Whiteness:
     """The test on the fitted grids."""
-    return _whiteness(model, model.estimate, model.data.fitted)
+    if model.data.imposed:
+        return imposed_whiteness(model.estimate, model.data.fitted)
+    if model.data.damped is None:
+        return whiteness(model.estimate)
+    beside = [(one.estimate, one.data.fitted) for one in model.on_replicates]
+    return whiteness_beside(model.estimate, model.data.fitted, beside)
 
 
 def held_out_whiteness(model: Model) -> Whiteness:
     """The test on the held-out grids; failed where the model has no solution on them."""
     if model.held_out is None:
         return Whiteness(False, 0.0, float("inf"), 1.0)
-    return _whiteness(model, model.held_out, model.data.held_out)
-
-
-def _whiteness(model: Model, estimate: Estimate, grids: tuple[Grid, ...]) -> Whiteness:
     if model.data.imposed:
-        return imposed_whiteness(estimate, grids)
-    return whiteness(estimate, resolved=model.data.damped is None)
+        return imposed_whiteness(model.held_out, model.data.held_out)
+    if model.data.damped is None:
+        return whiteness(model.held_out)
+    beside = [(one.held_out, one.data.held_out) for one in model.on_replicates if one.held_out is not None]
+    return whiteness_beside(model.held_out, model.data.held_out, beside)
 
 
 def is_white(model: Model) -> bool:

@@ -12,19 +12,19 @@ from identification.data.close_motion import closely_imposed
 from identification.data.experiment import Experiment
 from identification.data.grid import with_smooth_force
 from identification.estimators.damped import order_bias
-from identification.estimators.fitted import FREE_STEP, Fit, fit_of, fit_of_free_runs
+from identification.estimators.fitted import FREE_STEP, Fit, fit_of_free_runs
 from identification.estimators.imposed_motion.grid import ImposedGrid
-from identification.estimators.noise_aware.estimator import NoiseAware
 from identification.estimators.output_error.homotopy import Minimum
 from identification.estimators.output_error.problem import Problem, ResidualForm
 from identification.identified import Identification
 from identification.result import error_of, free_runs, valve_model
 from identification.sparse_regression.crosscheck import crosscheck
 from identification.tracing.models.model import Model
+from identification.tracing.models.replicates import as_fit
 from identification.tracing.models.trial_data import TrialData
 from identification.uncertainty.covariance import uncertainty_of
 from recordings import Recording
-from simulator import Causality, kernel
+from simulator import kernel
 
 
 def free_run_experiments(data: TrialData) -> tuple[list[Experiment], list[Experiment]]:
@@ -33,23 +33,6 @@ def free_run_experiments(data: TrialData) -> tuple[list[Experiment], list[Experi
         return [closely_imposed(e) for e in data.experiments], [closely_imposed(e) for e in data.held_out_experiments]
     fitted = with_smooth_force(data.experiments, data.fitted)
     return list(fitted), list(with_smooth_force(data.held_out_experiments, data.held_out))
-
-
-def as_fit(model: Model, experiments: Sequence[Experiment]) -> Fit:
-    """The model as a fit to experiments, whose force is smoothed unless it is what the model predicts."""
-    damped = model.data.damped
-    causality: Causality = "motion" if model.data.imposed else "force"
-    valve = kernel(model.effects, causality, model.data.catalogue, damped=damped is not None)
-    problem, estimate = Problem(valve, model.coordinates, experiments), model.estimate
-    if model.data.imposed:
-        unknowns = problem.start(estimate.theta)
-        minimum = Minimum(unknowns, estimate.normal, ResidualForm(0.0), 0, estimate.settled)
-        return fit_of_free_runs(valve, model.coordinates, problem, minimum)
-    form = ResidualForm(FREE_STEP if damped is None else damped.h_max)
-    minimum = Minimum(problem.start(estimate.theta), estimate.normal, form, 0, estimate.settled)
-    work = model.data.estimator(model.effects)
-    assert isinstance(work, NoiseAware)
-    return replace(fit_of(estimate, work, problem, minimum), order="full" if damped is None else "damped")
 
 
 def identification_of(

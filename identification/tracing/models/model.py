@@ -13,10 +13,13 @@ from identification.estimators.coordinates import Coordinates
 from identification.estimators.estimate import Estimate, lean
 from identification.estimators.fitted import Fit
 from identification.tracing import settings
+from identification.tracing.models.replicates import replicate_of
 from identification.tracing.models.trial_data import TrialData
 from recordings import Array
 from simulator import Kernel
 
+REPLICATE_SEED = 0
+"""Seed of the noise, so that a trace gives the same answer every time."""
 MEMORY_STEP = 1e-3
 """Longest sub-step [s] while the memory of a new effect is run along a path: finer changes nothing."""
 
@@ -75,6 +78,14 @@ class Model:
             if found.cost > before.cost - settings.MIN_GAIN / 2:
                 break
         return None if found is None else lean(found)
+
+    @functools.cached_property
+    def on_replicates(self) -> tuple[Model, ...]:
+        """The same parameters on recordings that they could have given, as often as that has a solution."""
+        rng = np.random.default_rng(REPLICATE_SEED)
+        data = [replicate_of(self, rng) for _ in range(settings.REPLICATES)]
+        ends = [(some, some.estimator(self.effects).start(self.estimate.theta, settings.STEPS)) for some in data]
+        return tuple(Model(self.effects, some, lean(end)) for some, end in ends if end is not None)
 
     def on_held_out(self) -> Model:
         """The same model with the held-out grids as the fitted ones, where it has a solution on them."""
