@@ -2,8 +2,9 @@
 
     base model      fit the base effects to the recordings                                        models/base.py
     repeat, up to three times:
-        screen      score every effect of the catalogue at the model (Rao's score test)           screen.py
-        shortlist   fit the best on the model's paths and on chunks of the recordings             shortlist.py
+        guess       read starting values of every effect off the recordings                       models/guesses.py
+        screen      score every effect of the catalogue at its guess (Rao's score test)           screen.py
+        shortlist   fit the best on the model's paths and on chunks, the most promising first     shortlist.py
         refit       refit those that gain most to the whole recordings                            refine.py
         judge       compare them with the model on held-out recordings; accept the simplest       judge.py, classes.py
         prune       drop effects that the others make needless                                    here

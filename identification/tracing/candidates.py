@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -9,8 +10,9 @@ import numpy as np
 from identification.budget import Budget
 from identification.tracing.classes import ranked
 from identification.tracing.judge import NO_TIME, Candidate, judge, not_fitted, not_refitted
+from identification.tracing.models.comparison import is_white
 from identification.tracing.models.model import Model
-from identification.tracing.refine import worth_refitting
+from identification.tracing.refine import CandidateFit, gain_of, worth_refitting
 from identification.tracing.screen import screen
 from identification.tracing.shortlist import shortlisted_fits
 from recordings import Progress, silent
@@ -18,13 +20,36 @@ from recordings import Progress, silent
 
 def candidates_of_round(model: Model, budget: Budget, progress: Progress = silent) -> tuple[Candidate, ...]:
     """All candidates beside a model, best first; at most the first is accepted."""
-    scores = screen(model, progress)
-    fits = shortlisted_fits(model, scores, budget, progress)
-    fits.sort(key=lambda fit: -fit.gain if fit.chunk_fits else np.inf)
-    chosen = list(worth_refitting(model, fits).values())
-    shown = budget.within(chosen, "refits and hold-out", progress, lambda fit: fit.effect)
-    refits = {fit.effect: judge(model, fit) for fit in shown}
-    judged = [refits.get(fit.effect) or not_refitted(fit) for fit in fits]
+    scores, fits, judged = screen(model, progress), list[CandidateFit](), dict[str, Candidate]()
+    for some in shortlisted_fits(model, scores, budget, progress):
+        fits = sorted([*fits, *some], key=lambda fit: -fit.gain if fit.chunk_fits else np.inf)
+        chosen = [fit for effect, fit in worth_refitting(model, fits).items() if effect not in judged]
+        shown = budget.within(chosen, "refits and hold-out", progress, lambda fit: fit.effect)
+        judged |= {fit.effect: judge(model, fit) for fit in shown}
+        if any(_is_enough(c) for c in judged.values()):
+            break
+    judged |= {fit.effect: judge(model, fit) for fit in _best_in_time(model, fits, budget) if fit.effect not in judged}
+    known = [judged.get(fit.effect) or not_refitted(fit) for fit in fits]
     others = [not_fitted(s) for s in scores if all(fit.score is not s for fit in fits)]
-    found = (*ranked(judged, model.data.catalogue), *others)
-    return tuple(replace(c, why=NO_TIME) if c.effect in budget.not_tried else c for c in found)
+    found = (*ranked(known, model.data.catalogue), *others)
+    return tuple(replace(c, why=NO_TIME) if _is_late(c, budget) else c for c in found)
+
+
+def _best_in_time(model: Model, fits: Sequence[CandidateFit], budget: Budget) -> list[CandidateFit]:
+    """Where the time is over, the best refit on the base model's paths: it is there, and only has to be judged."""
+    found = [replace(fit, chunk_fits=()) for fit in fits if budget.over and fit.base_path_refit is not None]
+    return sorted(found, key=lambda fit: -gain_of(model, fit.base_path_refit))[:1]
+
+
+def _is_late(c: Candidate, budget: Budget) -> bool:
+    """Whether the time was over before a candidate was judged."""
+    return c.refit is None and c.effect in budget.not_tried
+
+
+def _is_enough(c: Candidate) -> bool:
+    """Whether further candidates need not be fitted beside one: it is accepted and leaves nothing, and is not one of
+    those that imitate each other.
+    """
+    if not c.accepted or c.refit is None or c.refit.data.catalogue[c.effect].imitated:
+        return False
+    return is_white(c.refit)

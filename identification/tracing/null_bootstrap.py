@@ -23,11 +23,11 @@ from identification.tracing import settings
 from identification.tracing.models.base import polished
 from identification.tracing.models.comparison import is_white
 from identification.tracing.models.model import Model
+from identification.tracing.models.promise import PROMISE_FACTOR
 from identification.tracing.models.replicates import replicate_of
 from identification.tracing.models.search import best_model_on_chunks, continued, first_fits
 from identification.tracing.models.trial_data import TrialData
 from identification.tracing.refine import (
-    PROMISE_FACTOR,
     CandidateFit,
     fit_on_chunks,
     refit_on_base_paths,

@@ -12,11 +12,9 @@ from identification.estimators.estimate import Estimate, lean
 from identification.tracing import settings
 from identification.tracing.models.guesses import strengths
 from identification.tracing.models.model import Model
+from identification.tracing.models.promise import may_reach, newton_step
 from identification.tracing.models.search import continued, differ, first_fits
-from identification.tracing.screen import Score, newton_step
-
-PROMISE_FACTOR = 4.0
-"""How many times as much as the next step promises a refit may still gain, while a shape is not right yet."""
+from identification.tracing.screen import Score
 
 
 @dataclass(frozen=True)
@@ -42,13 +40,17 @@ def gain_of(base: Model, refit: Model | None) -> float:
     return 0.0 if refit is None else base.cost - refit.cost
 
 
-def fit_on_chunks(base: Model, base_on_chunks: Model | None, score: Score, from_here: bool) -> CandidateFit:
-    """A candidate fitted to chunks, against the base model fitted to them. from_here : whether it also starts from the
-    parameters of the base model.
+def fit_on_chunks(
+    base: Model, base_on_chunks: Model | None, score: Score, from_here: bool, best_gain: float = 0.0
+) -> CandidateFit:
+    """A candidate fitted to chunks, against the base model fitted to them, for as long as it may come to something
+    beside another that gains `best_gain` there. from_here : whether it also starts from the parameters of the base
+    model.
     """
-    ends = continued(first_fits(base, score.effect, values=score.values, guesses=score.guesses, from_here=from_here))
-    if base_on_chunks is None or not ends:
+    first = first_fits(base, score.effect, values=score.values, guesses=score.guesses, from_here=from_here)
+    if base_on_chunks is None or not first:
         return CandidateFit(score, (), score.gain)
+    ends = continued(first, base_on_chunks.cost - settings.GAIN_SHARE * best_gain)
     gains = [gain_of(base_on_chunks, end) for end in ends]
     others = [
         end
@@ -85,7 +87,7 @@ def _on_base_paths(base: Model, effect: str, values: Mapping[str, float], best_g
         return (
             promise < settings.CHANCE_GAIN
             or gain + promise < settings.MIN_GAIN / 2
-            or gain + PROMISE_FACTOR * promise < settings.GAIN_SHARE * best_gain
+            or not may_reach(now, base.cost - settings.GAIN_SHARE * best_gain)
         )
 
     work = found.data.estimator(found.effects, worth=settings.CHANCE_GAIN)

@@ -11,20 +11,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from identification.estimators.least_squares import Normal
 from identification.tracing import settings
 from identification.tracing.models.guesses import SMALL, EffectGuesses, guesses, looks, shapes, sizes, strengths
 from identification.tracing.models.model import Model
-from recordings import Array, Progress, silent, tracked
+from identification.tracing.models.promise import newton_step
+from recordings import Progress, silent, tracked
 
 VISIBLE = 1e-12
 """Curvature by a coordinate, relative to the largest, below which it is nothing but rounding."""
 MAX_STRENGTH = 3.0
 """Strength, in scales from neutral, that a score sets at most: first-order predictions overshoot."""
-SINGULAR = 1e-9
-"""Relative singular value below which two parameters are taken for one."""
 
 
 @dataclass(frozen=True)
@@ -91,14 +88,3 @@ def _score(model: Model, effect: str, shape: Mapping[str, float], size: Mapping[
             gain, step = 0.0, SMALL
         values[names[i]] = float(np.clip(values[names[i]] + step * parameter.scale, parameter.lower, parameter.upper))
     return Score(effect, max(gain, 0.0), values)
-
-
-def newton_step(normal: Normal, chosen: NDArray[np.bool_] | None = None) -> tuple[Array, float]:
-    """The Gauss-Newton step (m,) in the chosen coordinates, or in all, and the fall of the cost that it promises."""
-    matrix, gradient = normal.matrix, normal.gradient
-    chosen = np.ones(len(gradient), np.bool_) if chosen is None else chosen
-    scale = np.sqrt(np.maximum(np.diag(matrix)[chosen], 1e-300))
-    inner = matrix[np.ix_(chosen, chosen)] / np.outer(scale, scale)
-    step = np.zeros(len(gradient))
-    step[chosen] = -np.linalg.lstsq(inner, gradient[chosen] / scale, rcond=SINGULAR)[0] / scale
-    return step, float(-gradient @ step)

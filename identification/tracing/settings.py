@@ -36,14 +36,12 @@ judges nothing either, and gives the errors before and after: what chose an effe
 STIFFNESS_GROWTH: Final = 2.0
 """Bristles may become so many times as stiff with an effect added: what lacks an effect may have softened them, but one
 that no node resolves explains anything."""
-POOR_LOSS: Final = 1.4
-"""Loss from which a model lacks so much that its scores are not to be trusted. Tuned."""
 
 # Shortlist and refits: which candidates are fitted, and how far.
 
 CANDIDATES: Final = 8
 """Candidates that are fitted in one way, the best by score; half as many are refitted to whole recordings from chunks.
-Where all are fitted to chunks, only these (and what the base model imitates) also start from the base model's own
+Where more are fitted to chunks, only these (and what the base model imitates) also start from the base model's own
 parameters."""
 AT_LEAST: Final = 2
 """Of them, and of starts after their first steps, those that go on however far behind the best: scores are of first

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from identification.budget import Budget
@@ -20,20 +20,37 @@ Refits = Mapping[str, Model | None]
 
 def shortlisted_fits(
     base: Model, scores: Sequence[Score], budget: Budget, progress: Progress = silent
-) -> list[CandidateFit]:
-    """The candidates that are worth a fit, each fitted as far as it is worth. scores : best first."""
+) -> Iterator[list[CandidateFit]]:
+    """The candidates that are worth a fit, each fitted as far as it is worth. scores : best first. In damped order,
+    where fits cost most, a few at a time, so that these can be judged before others are fitted: those that promise most
+    first, then those that the base model imitates.
+    """
     few = [s for s in scores[: settings.CANDIDATES] if s.gain > settings.CHANCE_GAIN]
     few = [] if base.data.imposed else few
     refits, complete = _refits_on_base_paths(base, few, budget, progress)
     shortlist = _shortlist(base, scores, refits, complete)
     base_on_chunks = best_model_on_chunks(base) if shortlist else None
-    usual = [s.effect for s in scores[: settings.CANDIDATES]]
-    fits = [
-        fit_on_chunks(base, base_on_chunks, s, from_here=s.effect in usual or is_imitated(base, s))
-        for s in budget.within(shortlist, "fits to chunks", progress, _effect)
-    ]
-    fits += [CandidateFit(s, (), s.gain) for s in few if s not in shortlist]
-    return [replace(fit, base_path_refit=refits.get(fit.effect)) for fit in fits]
+    usual, best_gain = scores[: settings.CANDIDATES], 0.0
+    fits = [CandidateFit(s, (), s.gain, refits.get(s.effect)) for s in few if s not in shortlist]
+    for group in _groups(base, shortlist):
+        for s in budget.within(group, "fits to chunks", progress, _effect):
+            from_here = s in usual or is_imitated(base, s)
+            fit = fit_on_chunks(base, base_on_chunks, s, from_here, best_gain)
+            best_gain = max(best_gain, fit.gain if fit.chunk_fits else 0.0)
+            fits.append(replace(fit, base_path_refit=refits.get(s.effect)))
+        yield fits
+        fits = []
+
+
+def _groups(base: Model, shortlist: Sequence[Score]) -> list[list[Score]]:
+    """The shortlist in the groups in which it is fitted and judged."""
+    if base.data.damped is None:
+        return [list(shortlist)]
+    if not shortlist:
+        return [[]]
+    likely, size = shortlist[: settings.CANDIDATES], settings.CANDIDATES // 2
+    groups = (likely[:size], likely[size:], shortlist[settings.CANDIDATES :])
+    return [list(group) for group in groups if group]
 
 
 def is_imitated(base: Model, score: Score) -> bool:
@@ -82,8 +99,7 @@ def _shortlist(base: Model, scores: Sequence[Score], refits: Refits, complete: M
         return [s for s in scores if s in alike or (unclear and is_imitated(base, s))]
     if not lacks:
         return [s for s in promising if is_imitated(base, s) or gain[s.effect] > settings.MIN_GAIN / 2]
-    untrusted = base.estimate.loss > settings.POOR_LOSS
-    return [s for s in scores if untrusted or s in promising or is_imitated(base, s)]
+    return [s for s in scores if base.data.imposed or s in promising or is_imitated(base, s)]  # a rig's cost little
 
 
 def _promises(score: Score, place: int, best: Score) -> bool:

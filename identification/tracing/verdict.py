@@ -75,7 +75,7 @@ def _deserves_name(base: Model, model: Model, effects: int) -> bool:
         return _explained(before, after, share) and _explained(*fitted, share) and after.loss < np.inf
     most = settings.MAX_LOSS_ONE if effects == 1 else settings.MAX_LOSS_SEVERAL
     enough = _explained(before, after, settings.EXPLAINED) and _explained(*fitted, settings.EXPLAINED_FITTED)
-    return enough and after.loss < most
+    return enough and after.excess < most - settings.COMPLETE_LOSS
 
 
 def _explained(before: Whiteness, after: Whiteness, share: float) -> bool:

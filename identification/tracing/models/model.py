@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -110,12 +110,14 @@ class Model:
         """The same effects after further steps."""
         return self.descended(settings.STEPS)
 
-    def descended(self, steps: int, *, coarse: bool = False) -> Model:
+    def descended(
+        self, steps: int, *, coarse: bool = False, vain: Callable[[Estimate], bool] | None = None
+    ) -> Model:  # fmt: skip
         """The same effects after so many further steps, or until two of them change little. coarse : in longer
-        sub-steps.
+        sub-steps; vain : whether it is, to go on.
         """
         work = self.data.estimator(self.effects, coarse=coarse, worth=settings.CHANCE_GAIN)
-        end = work.refit(self.estimate.theta, self.estimate.paths, steps)
+        end = work.refit(self.estimate.theta, self.estimate.paths, steps, vain)
         return self if end is None else Model(self.effects, self.data, lean(end))
 
     def refitted_to(self, data: TrialData) -> Model | None:

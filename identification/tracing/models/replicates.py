@@ -47,8 +47,8 @@ def replicate_of(model: Model, rng: np.random.Generator) -> TrialData:
     """The data of a model as it could have given them, fitted and held out."""
     data = model.data
     pairs = ((data.experiments, data.fitted), (data.held_out_experiments, data.held_out))
-    plants = [_in_full_order(as_fit(model, with_smooth_force(*pair))) for pair in pairs]
-    new = trial_data(*(replicate(plant, rng) for plant in plants), data.given, data.catalogue)
+    fitted, held_out = (replicate(_in_full_order(as_fit(model, with_smooth_force(*pair))), rng) for pair in pairs)
+    new = trial_data(fitted, held_out, data.given, data.catalogue)
     new = new.resolving(swing(model.values)) if data.damped is None else new.damped_for(model.values)
     return replace(
         data, fitted=new.fitted, held_out=new.held_out, experiments=new.experiments,

@@ -16,6 +16,7 @@ from identification.estimators.path_estimator import PathEstimator
 from identification.tracing import settings
 from identification.tracing.models.guesses import EffectGuesses
 from identification.tracing.models.model import Model
+from identification.tracing.models.promise import may_reach
 from recordings import Array
 
 
@@ -51,10 +52,18 @@ def first_fits(
     return [Model(effects, data, fit) for fit in best]
 
 
-def continued(fits: Sequence[Model]) -> list[Model]:
-    """First fits continued, best first."""
-    steps = settings.STEPS - settings.STEPS // 3
-    return sorted((fit.descended(steps, coarse=True) for fit in fits), key=lambda end: end.cost)
+def continued(fits: Sequence[Model], least: float = float("inf")) -> list[Model]:
+    """First fits, best first, continued, each for as long as it may come below the cost `least`, or that of the best
+    end before it. Best first.
+    """
+    steps, ends = settings.STEPS - settings.STEPS // 3, list[Model]()
+
+    def vain(now: Estimate) -> bool:
+        return not may_reach(now, min((least, *(end.cost for end in ends))))
+
+    for fit in fits:
+        ends.append(fit.descended(steps, coarse=True, vain=vain))
+    return sorted(ends, key=lambda end: end.cost)
 
 
 def differ(effect: str, one: Model, other: Model) -> bool:

@@ -6,21 +6,27 @@ import pytest
 from traced_valves import screened, traced
 
 from identification.budget import Budget
+from identification.tracing.models.model import Model
 from identification.tracing.refine import CandidateFit, gain_of, refit_on_base_paths, refitted
+from identification.tracing.screen import Score
 from identification.tracing.settings import GAIN_SHARE
 from identification.tracing.shortlist import is_imitated, shortlisted_fits
 
 
+def fitted(base: Model, scores: list[Score]) -> list[CandidateFit]:
+    return [fit for group in shortlisted_fits(base, scores, Budget()) for fit in group]
+
+
 def test_beside_a_complete_base_model_only_imitated_effects_are_fitted_to_chunks():
     base = traced(None).selection.base
-    fits = shortlisted_fits(base, screened(None), Budget())
+    fits = fitted(base, screened(None))
     assert all(is_imitated(base, fit.score) for fit in fits if fit.chunk_fits)
 
 
 @pytest.mark.slow
 def test_beside_a_complete_candidate_only_those_are_fitted_to_chunks_that_gain_about_as_much():
     base = traced("hardening_spring", k3=3e5).selection.base
-    fits = shortlisted_fits(base, screened("hardening_spring", k3=3e5), Budget())
+    fits = fitted(base, screened("hardening_spring", k3=3e5))
     best = max(gain_of(base, fit.base_path_refit) for fit in fits)
     on_chunks = [fit for fit in fits if fit.chunk_fits]
     assert "hardening_spring" in [fit.effect for fit in on_chunks]
