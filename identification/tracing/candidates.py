@@ -13,7 +13,7 @@ from identification.tracing.judge import NO_TIME, Candidate, judge, not_fitted, 
 from identification.tracing.models.comparison import is_white
 from identification.tracing.models.model import Model
 from identification.tracing.refine import CandidateFit, gain_of, worth_refitting
-from identification.tracing.screen import screen
+from identification.tracing.screen import Score, screen
 from identification.tracing.shortlist import shortlisted_fits
 from recordings import Progress, silent
 
@@ -21,12 +21,12 @@ from recordings import Progress, silent
 def candidates_of_round(model: Model, budget: Budget, progress: Progress = silent) -> tuple[Candidate, ...]:
     """All candidates beside a model, best first; at most the first is accepted."""
     scores, fits, judged = screen(model, progress), list[CandidateFit](), dict[str, Candidate]()
-    for some in shortlisted_fits(model, scores, budget, progress):
+    for some, rest in shortlisted_fits(model, scores, budget, progress):
         fits = sorted([*fits, *some], key=lambda fit: -fit.gain if fit.chunk_fits else np.inf)
         chosen = [fit for effect, fit in worth_refitting(model, fits).items() if effect not in judged]
         shown = budget.within(chosen, "refits and hold-out", progress, lambda fit: fit.effect)
         judged |= {fit.effect: judge(model, fit) for fit in shown}
-        if any(_is_enough(c) for c in judged.values()):
+        if any(_is_enough(c, rest) for c in judged.values()):
             break
     judged |= {fit.effect: judge(model, fit) for fit in _best_in_time(model, fits, budget) if fit.effect not in judged}
     known = [judged.get(fit.effect) or not_refitted(fit) for fit in fits]
@@ -46,10 +46,11 @@ def _is_late(c: Candidate, budget: Budget) -> bool:
     return c.refit is None and c.effect in budget.not_tried
 
 
-def _is_enough(c: Candidate) -> bool:
-    """Whether further candidates need not be fitted beside one: it is accepted and leaves nothing, and is not one of
-    those that imitate each other.
+def _is_enough(c: Candidate, rest: Sequence[Score]) -> bool:
+    """Whether the rest need not be fitted beside a candidate: it is accepted and leaves nothing. What the base model
+    imitates imitates each other, too, so one of those is not enough while others are among the rest.
     """
-    if not c.accepted or c.refit is None or c.refit.data.catalogue[c.effect].imitated:
+    if not c.accepted or c.refit is None or not is_white(c.refit):
         return False
-    return is_white(c.refit)
+    catalogue = c.refit.data.catalogue
+    return not (catalogue[c.effect].imitated and any(catalogue[s.effect].imitated for s in rest))

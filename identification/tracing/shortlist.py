@@ -20,37 +20,25 @@ Refits = Mapping[str, Model | None]
 
 def shortlisted_fits(
     base: Model, scores: Sequence[Score], budget: Budget, progress: Progress = silent
-) -> Iterator[list[CandidateFit]]:
-    """The candidates that are worth a fit, each fitted as far as it is worth. scores : best first. In damped order,
-    where fits cost most, a few at a time, so that these can be judged before others are fitted: those that promise most
-    first, then those that the base model imitates.
+) -> Iterator[tuple[list[CandidateFit], list[Score]]]:
+    """The candidates that are worth a fit, each fitted as far as it is worth, and those that come after them: some at a
+    time, so that these can be judged before others are fitted. scores : best first.
     """
     few = [s for s in scores[: settings.CANDIDATES] if s.gain > settings.CHANCE_GAIN]
     few = [] if base.data.imposed else few
     refits, complete = _refits_on_base_paths(base, few, budget, progress)
-    shortlist = _shortlist(base, scores, refits, complete)
-    base_on_chunks = best_model_on_chunks(base) if shortlist else None
+    groups = _shortlist(base, scores, refits, complete)
+    base_on_chunks = best_model_on_chunks(base) if any(groups) else None
     usual, best_gain = scores[: settings.CANDIDATES], 0.0
-    fits = [CandidateFit(s, (), s.gain, refits.get(s.effect)) for s in few if s not in shortlist]
-    for group in _groups(base, shortlist):
+    fits = [CandidateFit(s, (), s.gain, refits.get(s.effect)) for s in few if all(s not in group for group in groups)]
+    for i, group in enumerate(groups):
         for s in budget.within(group, "fits to chunks", progress, _effect):
             from_here = s in usual or is_imitated(base, s)
             fit = fit_on_chunks(base, base_on_chunks, s, from_here, best_gain)
             best_gain = max(best_gain, fit.gain if fit.chunk_fits else 0.0)
             fits.append(replace(fit, base_path_refit=refits.get(s.effect)))
-        yield fits
+        yield fits, [s for later in groups[i + 1 :] for s in later]
         fits = []
-
-
-def _groups(base: Model, shortlist: Sequence[Score]) -> list[list[Score]]:
-    """The shortlist in the groups in which it is fitted and judged."""
-    if base.data.damped is None:
-        return [list(shortlist)]
-    if not shortlist:
-        return [[]]
-    likely, size = shortlist[: settings.CANDIDATES], settings.CANDIDATES // 2
-    groups = (likely[:size], likely[size:], shortlist[settings.CANDIDATES :])
-    return [list(group) for group in groups if group]
 
 
 def is_imitated(base: Model, score: Score) -> bool:
@@ -72,7 +60,7 @@ def _refits_on_base_paths(
     """
     refits, complete = dict[str, Model | None](), None
     for s in budget.within(few, "refits on the base model's paths", progress, _effect):
-        best_gain = gain_of(base, complete)
+        best_gain = max((gain_of(base, one) for one in refits.values()), default=0.0)
         refits[s.effect] = refit = refit_on_base_paths(base, s, best_gain)
         if refit is None or gain_of(base, refit) < max(settings.CLEAR_GAIN, best_gain):
             continue
@@ -83,9 +71,12 @@ def _refits_on_base_paths(
     return refits, complete
 
 
-def _shortlist(base: Model, scores: Sequence[Score], refits: Refits, complete: Model | None) -> list[Score]:
-    """The candidates that are fitted to chunks. Those that can be refitted on the paths of a complete base model, or
-    beside a complete candidate, are so only where that gains something, or about as much.
+def _shortlist(
+    base: Model, scores: Sequence[Score], refits: Refits, complete: Model | None
+) -> list[list[Score]]:  # fmt: skip
+    """The candidates that are fitted to chunks, in groups, each of which is only fitted if nothing complete is in those
+    before it. Those that can be refitted on the paths of a complete base model, or beside a complete candidate, are so
+    only where that gains something, or about as much.
     """
     gain = {s.effect: gain_of(base, refits.get(s.effect)) for s in scores}
     promising = [s for place, s in enumerate(scores) if _promises(s, place, scores[0])]
@@ -96,10 +87,17 @@ def _shortlist(base: Model, scores: Sequence[Score], refits: Refits, complete: M
         alike = [s for s in promising if base.data.damped is None and max(s.gain, gain[s.effect]) > enough]
         fall = base.estimate.loss - complete.estimate.loss
         unclear = lacks and fall < settings.COMPLETE_LOSS - 1  # as much may still be missing unseen
-        return [s for s in scores if s in alike or (unclear and is_imitated(base, s))]
+        return [[s for s in scores if s in alike or (unclear and is_imitated(base, s))]]
     if not lacks:
-        return [s for s in promising if is_imitated(base, s) or gain[s.effect] > settings.MIN_GAIN / 2]
-    return [s for s in scores if base.data.imposed or s in promising or is_imitated(base, s)]  # a rig's cost little
+        return [[s for s in promising if is_imitated(base, s) or gain[s.effect] > settings.MIN_GAIN / 2]]
+    if base.data.imposed:  # they cost little
+        return [list(scores)]
+    imitated = [s for s in scores if is_imitated(base, s) and s not in promising]
+    others = [s for s in scores if s not in promising and s not in imitated]
+    if base.data.damped is None:
+        return [[s for s in scores if s not in others], others]
+    half = settings.CANDIDATES // 2  # here fits cost most
+    return [group for group in (promising[:half], promising[half:], imitated, others) if group]
 
 
 def _promises(score: Score, place: int, best: Score) -> bool:

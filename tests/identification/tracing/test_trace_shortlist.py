@@ -14,7 +14,7 @@ from identification.tracing.shortlist import is_imitated, shortlisted_fits
 
 
 def fitted(base: Model, scores: list[Score]) -> list[CandidateFit]:
-    return [fit for group in shortlisted_fits(base, scores, Budget()) for fit in group]
+    return [fit for group, _ in shortlisted_fits(base, scores, Budget()) for fit in group]
 
 
 def test_beside_a_complete_base_model_only_imitated_effects_are_fitted_to_chunks():
