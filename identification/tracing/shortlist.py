@@ -90,12 +90,10 @@ def _shortlist(
         return [[s for s in scores if s in alike or (unclear and is_imitated(base, s))]]
     if not lacks:
         return [[s for s in promising if is_imitated(base, s) or gain[s.effect] > settings.MIN_GAIN / 2]]
-    if base.data.imposed:  # they cost little
-        return [list(scores)]
     imitated = [s for s in scores if is_imitated(base, s) and s not in promising]
-    others = [s for s in scores if s not in promising and s not in imitated]
+    others = [s for s in scores if s not in promising and s not in imitated and not is_white(base)]
     if base.data.damped is None:
-        return [[s for s in scores if s not in others], others]
+        return [[s for s in scores if s in promising or s in imitated], others]
     half = settings.CANDIDATES // 2  # here fits cost most
     return [group for group in (promising[:half], promising[half:], imitated, others) if group]
 
