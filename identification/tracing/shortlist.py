@@ -80,7 +80,8 @@ def _shortlist(
     """
     gain = {s.effect: gain_of(base, refits.get(s.effect)) for s in scores}
     promising = [s for place, s in enumerate(scores) if _promises(s, place, scores[0])]
-    lacks = base.data.imposed or not is_white(base)
+    white = is_white(base)
+    lacks = base.data.imposed or not white
     if complete is not None:
         enough = settings.GAIN_SHARE * gain_of(base, complete)
         # a refit may have failed, but hardly one that looked for new paths
@@ -91,7 +92,7 @@ def _shortlist(
     if not lacks:
         return [[s for s in promising if is_imitated(base, s) or gain[s.effect] > settings.MIN_GAIN / 2]]
     imitated = [s for s in scores if is_imitated(base, s) and s not in promising]
-    others = [s for s in scores if s not in promising and s not in imitated and not is_white(base)]
+    others = [s for s in scores if s not in promising and not (white or s in imitated)]
     if base.data.damped is None:
         return [[s for s in scores if s in promising or s in imitated], others]
     half = settings.CANDIDATES // 2  # here fits cost most
