@@ -45,9 +45,18 @@ def test_candidates_that_there_was_no_time_for_say_so_and_none_is_lost():
     found = candidates_of_round(base, spent)
     late = {c.effect for c in found if c.why == NO_TIME}
     assert late
-    assert late == {name for name in spent.not_tried if name in base.data.catalogue.ids}
+    judged = {c.effect for c in found if c.refit is not None}
+    assert late == {name for name in spent.not_tried if name in base.data.catalogue.ids} - judged
     assert not any(c.accepted and c.effect in late for c in found)
     assert {c.effect for c in found} == {c.effect for c in candidates_of_round(base, Budget())}
+
+
+def test_the_best_refit_so_far_is_judged_when_the_time_is_over():
+    base, spent = traced("hardening_spring", k3=3e5).selection.base, budget_of(settings.CANDIDATES)
+    found = candidates_of_round(base, spent)
+    assert spent.not_tried
+    assert [c.effect for c in found if c.refit is not None] == ["hardening_spring"]
+    assert found[0].accepted
 
 
 def test_the_errors_are_reported_on_what_neither_fitted_nor_judged():
