@@ -6,12 +6,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
 from identification.data.experiment import Experiment
 from identification.data.grid import with_smooth_force
+from identification.estimators.coordinates import Coordinates
+from identification.estimators.estimate import Estimate
 from identification.estimators.fitted import FREE_STEP, Fit, fit_of, fit_of_free_runs
 from identification.estimators.noise_aware.estimator import NoiseAware
 from identification.estimators.order import swing
@@ -22,11 +24,32 @@ from identification.tracing.models.trial_data import TrialData, trial_data
 from identification.uncertainty.bootstrap import replicate
 from simulator import Causality, kernel
 
-if TYPE_CHECKING:
-    from identification.tracing.models.model import Model
+
+class Fitted(Protocol):
+    """A model with its estimate on some data, as `Model` is one."""
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """Ids of its effects."""
+
+    @property
+    def data(self) -> TrialData:
+        """What it was fitted to."""
+
+    @property
+    def estimate(self) -> Estimate:
+        """The estimate on the fitted grids."""
+
+    @property
+    def coordinates(self) -> Coordinates:
+        """What is free."""
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Parameter values by full name, SI units."""
 
 
-def as_fit(model: Model, experiments: Sequence[Experiment]) -> Fit:
+def as_fit(model: Fitted, experiments: Sequence[Experiment]) -> Fit:
     """The model as a fit to experiments, whose force is smoothed unless it is what the model predicts."""
     damped = model.data.damped
     causality: Causality = "motion" if model.data.imposed else "force"
@@ -43,7 +66,7 @@ def as_fit(model: Model, experiments: Sequence[Experiment]) -> Fit:
     return replace(fit_of(estimate, work, problem, minimum), order="full" if damped is None else "damped")
 
 
-def replicate_of(model: Model, rng: np.random.Generator) -> TrialData:
+def replicate_of(model: Fitted, rng: np.random.Generator) -> TrialData:
     """The data of a model as it could have given them, fitted and held out."""
     data = model.data
     pairs = ((data.experiments, data.fitted), (data.held_out_experiments, data.held_out))
