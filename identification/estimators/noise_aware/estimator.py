@@ -43,8 +43,9 @@ RESTING, DENSE = 4, 30.0
 """Steps of the path alone before a step of the parameters is judged, at most, and the positions in a second from
 which that helps: between rarer ones paths come to rest so slowly that resting alone lowers the cost, whatever the step
 did."""
-SETTLED, MOST_FAILURES = 0.3, 4
-"""A descent has settled with moves below so many standard deviations, or after so many failures in a row."""
+SETTLED, LEFT, MOST_FAILURES = 0.3, 0.3, 4
+"""A descent has settled with moves below so many standard deviations, where a step would lower the cost by less than
+so much by the normal equations, or after so many failures in a row."""
 
 STAGES = (
     (PathFreedom(1.0, 1e-5, 0.05, 5e-4), 10),
@@ -165,6 +166,9 @@ class NoiseAware:
             held = replace(now.normal, matrix=stiff + damping * np.diag(np.diag(stiff)))
             solved = gauss_newton(held, now.theta, LONGEST, bounds)
             if solved is None:
+                break
+            if failures == 0 and solved.free and solved.decrease < LEFT:
+                settled = True
                 break
             step = solved.move
             trial = self.trial(now, step)
