@@ -6,9 +6,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from identification.tracing.models.model import Model
+from identification.data.grid import Grid
+from identification.tracing.models.model import MEMORY_STEP, Model
 from identification.tracing.models.trial_data import TrialData
-from simulator import FirstLook, Parameter
+from recordings import Array
+from simulator import BASE, FirstLook, Parameter, kernel, shows_imposed
 
 SMALL = 0.1
 """Share of its scale at which a strength is tried that can only grow, where no guess says more."""
@@ -17,9 +19,31 @@ EffectGuesses = Sequence[Mapping[str, float]]
 
 
 def looks(model: Model) -> list[FirstLook]:
-    """The fitted recordings of a model at a first look."""
+    """The fitted recordings of a model at a first look, without what its effects beside the base explain already."""
     held = set(model.coordinates.names) - set(model.coordinates.free_names)
-    return [FirstLook.of(grid.t, grid.motion, grid.force.u, model.values, held) for grid in model.data.fitted]
+    return [
+        FirstLook.of(grid.t, grid.motion, grid.force.u - _added(model, grid), model.values, held)
+        for grid in model.data.fitted
+    ]
+
+
+def _added(model: Model, grid: Grid) -> Array:
+    """What effects beside the base add to the force along the smoothed motion (n,) [N], as far as they show there."""
+    known, nothing = model.data.catalogue, np.zeros(len(grid.t))
+    more = [effect for effect in model.effects if effect not in BASE and shows_imposed(known[effect])]
+    if not more:
+        return nothing
+    driven = grid.driven_along(np.column_stack([grid.motion[:, :2], grid.force.u, nothing]))
+    with_more, base = (_force(model, model.data.in_order(*BASE, *some), grid, driven) for some in (more, ()))
+    return nothing if with_more is None or base is None else with_more - base
+
+
+def _force(model: Model, effects: tuple[str, ...], grid: Grid, driven: Array) -> Array | None:
+    """The force that a motion (n, 4) takes with some effects of a model (n,) [N]; None without a solution."""
+    target = kernel(effects, "motion", model.data.catalogue)
+    start = target.start(driven[0, 0], 0.0, driven[0, 3])
+    run = target.run(grid.t, driven, target.vector(model.values), start, h_max=MEMORY_STEP)
+    return None if run.failed is not None else run.outputs[:, 0]
 
 
 def guesses(model: Model, seen: Sequence[FirstLook], effect: str) -> EffectGuesses:

@@ -11,8 +11,9 @@ import numpy as np
 from simulator.effect import Effect, Expression, Parameter, Quantities, Site, Values
 from simulator.first_look import FirstLook, Missing, Trial, travel
 
-PER_TRAVEL = tuple(i / 4 for i in range(6, 241))
-"""Periods that the travel may hold, for a first guess: of fewer it looks like a curved spring."""
+PER_TRAVEL = tuple(i / 4 for i in range(6, 601))
+"""Periods that the travel may hold, for a first guess: of fewer it looks like a curved spring, and a fine thread has
+that many. A quarter of one more is another rhythm."""
 
 
 class PositionPeriodicForce(Effect):

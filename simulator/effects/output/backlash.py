@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import heapq
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
@@ -19,6 +20,8 @@ MOST = 0.9
 """Share of Coulomb friction that a play has put there at most."""
 LONGEST, AFTER = 3.0, 0.1
 """How long before the reading moves again a reversal is looked at, and how long after it [s]."""
+MANY = 100
+"""Reversals that are looked at: those of the longest silence, for noise makes thousands of short ones."""
 
 
 class PositionBacklash(Effect):
@@ -51,10 +54,9 @@ class PositionBacklash(Effect):
         low, high = travel(recordings)
         some = np.array([0.0, *SHARES]) * (high - low)
         widths = some[some * K < 2 * MOST * fc]
-        off = np.zeros(len(widths))
-        for silence in itertools.chain.from_iterable(map(_silences, recordings)):
-            off += _off(silence, widths, base)
-        width = float(widths[np.argmin(off)])
+        silences = itertools.chain.from_iterable(map(_silences, recordings))
+        longest = heapq.nlargest(MANY, silences, key=lambda one: one.dt * len(one.x))
+        width = float(widths[np.argmin(_off(longest, widths, base))]) if longest else 0.0
         if width == 0.0:
             return []
         return [
@@ -88,18 +90,35 @@ def _silences(look: FirstLook) -> Iterator[StillReading]:
         yield StillReading(dt, look.x[part], look.u[part], float(look.v[first]), float(np.sign(look.v[before])))
 
 
-def _off(silence: StillReading, widths: Array, base: Mapping[str, float]) -> Array:
-    """How far a reading behind each width of a play (k,) is off in a reversal, the mean over it [m]."""
-    K, fc, m, h = base["spring.K"], base["lugre.fc"], base["mass.m"], silence.dt
-    x, v = silence.x[0] + silence.way * widths / 2, np.full(len(widths), silence.v)
-    y, off, bent = np.full(len(widths), silence.x[0]), np.zeros(len(widths)), np.full(len(widths), silence.way)
-    for force, seen in zip(silence.u, silence.x, strict=True):
+def _off(silences: Sequence[StillReading], widths: Array, base: Mapping[str, float]) -> Array:
+    """How far a reading behind each width of a play (k,) is off in some reversals, the sum of their means [m]."""
+    K, fc, m, sigma0 = (base[name] for name in ("spring.K", "lugre.fc", "mass.m", "lugre.sigma0"))
+    seen, force, share = _side_by_side(silences)
+    h, first, way = (np.array([[getattr(one, name)] for one in silences]) for name in ("dt", "v", "way"))
+    x, v, bent = seen[0] + way * widths / 2, first + 0 * widths, way + 0 * widths
+    y, off = seen[0] + 0 * widths, np.zeros(len(widths))
+    for x_seen, u, counts in zip(seen, force, share, strict=True):
         level = fc - K * widths / 2 + (base["lugre.fs"] - fc) * np.exp(-((v / base["lugre.vs"]) ** 2))
-        left = 1 - bent * np.sign(force - K * x - base["spring.F0"] - level * bent)
-        damping = base["lugre.sigma2"] + left * (base["lugre.sigma1"] + h * base["lugre.sigma0"])
-        v = (m * v + h * (force - K * x - base["spring.F0"] - level * bent)) / (m + h * damping)
-        bent = np.clip(bent + left * base["lugre.sigma0"] / level * h * v, -1.0, 1.0)
+        missing = u - K * x - base["spring.F0"] - level * bent
+        left = 1 - bent * np.sign(missing)
+        damping = base["lugre.sigma2"] + left * (base["lugre.sigma1"] + h * sigma0)
+        v = (m * v + h * missing) / (m + h * damping)
+        bent = np.clip(bent + left * sigma0 / level * h * v, -1.0, 1.0)
         x = x + h * v
         y = np.clip(y, x - widths / 2, x + widths / 2)
-        off += np.abs(y - seen)
-    return off / len(silence.x)
+        off += (counts * np.abs(y - x_seen)).sum(axis=0)
+    return off
+
+
+def _side_by_side(silences: Sequence[StillReading]) -> tuple[Array, Array, Array]:
+    """Readings and forces of reversals, and what each sample counts in the mean over its own: nothing behind its end,
+    (n, n_silences, 1) each.
+    """
+    n = max(len(one.x) for one in silences)
+    x, u = (
+        np.stack([np.pad(getattr(one, name), (0, n - len(one.x)), "edge") for one in silences], axis=1)
+        for name in ("x", "u")
+    )
+    lengths = np.array([len(one.x) for one in silences])
+    counts = (np.arange(n)[:, None] < lengths) / lengths
+    return x[..., None], u[..., None], counts[..., None]

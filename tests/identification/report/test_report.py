@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from _page import Page, as_number
+from own_effect import found as own_effect_fit
 from report_samples import HOSTILE_TAG, HOSTILE_TITLE, long_run
-from test_own_effect import found as own_effect_fit
 
 from identification import Identification, Outcome
 from identification.report import figures, write_report
