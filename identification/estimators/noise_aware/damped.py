@@ -48,6 +48,8 @@ LOOSE, LOOSE_STEPS = (10.0, 3.0), 3
 """Factors on the noise of the force while a new path comes to rest at first, one after the other, and steps of each."""
 RESTING = 2
 """Steps of the path alone before a step of the parameters is judged, where it has not helped at once."""
+LEFT = 0.3
+"""Fall of the cost that a step has to promise by the normal equations to be tried."""
 CHANCE = 10.0
 """Fall of the cost that other paths give by chance: a step that promises less is not tried along them."""
 NOTABLE = 30.0
@@ -91,7 +93,7 @@ class DampedNoiseAware(NoiseAware):
 
     def on_new_paths(
         self, theta: Array, best: Estimate | None = None, vain: Callable[[Estimate], bool] | None = None,
-        most: float = UNEXPLAINED,
+        most: float = HOPELESS,
     ) -> Estimate | None:  # fmt: skip
         """The end of descents from theta (m,), each along new paths, as long as that helps. None where the model
         diverges. best : the estimate so far, where there is one; vain : whether it is, to go on; most : loss that two
@@ -163,6 +165,11 @@ class DampedNoiseAware(NoiseAware):
             ends = [end for end in (best, way()) if end is not None]
             best = min(ends, key=lambda end: end.cost, default=None)
         return best
+
+    @property
+    def left(self) -> float:
+        """Fall of the cost by the normal equations below which no step is tried: other paths cost more by chance."""
+        return LEFT
 
     @property
     def last_stages(self) -> Stages:
@@ -261,6 +268,8 @@ def best_on_chunks(
         progress("search on chunks", tries - 1, len(starts))
         least = min((end.loss for end in ends), default=UNEXPLAINED)
         end = small.on_new_paths(start, most=min(UNEXPLAINED, NOT_FAR * least))
+        if end is not None and enough(end):  # what damped steps leave is no reason to stop where they are not needed
+            end = small.on_new_paths(end.theta, end)
         ends += [] if end is None else [end]
         hopeless = tries >= HOPELESS_TRIES and all(end.loss > UNEXPLAINED for end in ends)
         if ends and (hopeless or _is_known(ends) or enough(_best(ends)) or time_is_over()):

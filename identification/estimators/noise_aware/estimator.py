@@ -43,9 +43,8 @@ RESTING, DENSE = 4, 30.0
 """Steps of the path alone before a step of the parameters is judged, at most, and the positions in a second from
 which that helps: between rarer ones paths come to rest so slowly that resting alone lowers the cost, whatever the step
 did."""
-SETTLED, LEFT, MOST_FAILURES = 0.3, 0.3, 4
-"""A descent has settled with moves below so many standard deviations, where a step would lower the cost by less than
-so much by the normal equations, or after so many failures in a row."""
+SETTLED, MOST_FAILURES = 0.3, 4
+"""A descent has settled with moves below so many standard deviations, or after so many failures in a row."""
 
 STAGES = (
     (PathFreedom(1.0, 1e-5, 0.05, 5e-4), 10),
@@ -89,6 +88,11 @@ class NoiseAware:
     def dense(self) -> bool:
         """Whether positions are so close that resting paths can be waited for (`DENSE`)."""
         return self.positions > DENSE * sum(float(s.t[-1] - s.t[0]) for s in self.grids)
+
+    @property
+    def left(self) -> float:
+        """Fall of the cost by the normal equations below which no step is tried: here every one is."""
+        return 0.0
 
     def with_freedom(self, freedom: PathFreedom) -> NoiseAware:
         """The same fit with another freedom of the paths."""
@@ -167,7 +171,7 @@ class NoiseAware:
             solved = gauss_newton(held, now.theta, LONGEST, bounds)
             if solved is None:
                 break
-            if failures == 0 and solved.free and solved.decrease < LEFT:
+            if failures == 0 and solved.free and solved.decrease < self.left:
                 settled = True
                 break
             step = solved.move
