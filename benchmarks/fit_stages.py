@@ -47,16 +47,15 @@ FIRST_PATH, DIRECT, STAGES = (
     resolve_name(f"{FULL}.{name}") for name in ("linearised_model:first_path", "search:DIRECT", "estimator:STAGES")
 )
 DAMPED_ORDER: dict[str, Mapping[str, Any]] = {
-    "32 starts instead of 128": {f"{SEARCH}.STARTS": 32},
+    "8 starts instead of 32": {f"{SEARCH}.STARTS": 8},
     "one start followed instead of six": {f"{SEARCH}.FOLLOWED": 1},
-    "one wide loss instead of two": {f"{SEARCH}.TUNINGS": (20.0, 3.0)},
-    "no other masses and curves in windows": {f"{SEARCH}.TRADED": 0, f"{SEARCH}.CHANGED": 0},
     "no bristle in balance on first paths": {f"{CHUNKS}.balanced_path": FIRST_PATH},
     "no paths set back to the data": {f"{CHUNKS}.set_back_path": nothing},
+    "no loose forces on new paths": {f"{CHUNKS}.LOOSE": ()},
     "no new paths on chunks": {f"{CHUNKS}.ROUNDS": 1},
     "steps of paths that do harm are kept": {f"{CHUNKS}.WORSE": float("inf")},
     "steps are judged before paths rest": {f"{FULL}.estimator.NoiseAware.dense": False},
-    "one descent on whole recordings": {f"{CHUNKS}.DESCENTS": 1},
+    "steps are not judged along other paths": {f"{CHUNKS}.CHANCE": float("inf")},
     "no bias of the order": {f"{DAMPED}.order_bias": nothing},
 }  # fmt: skip
 FULL_ORDER: dict[str, Mapping[str, Any]] = {

@@ -2,7 +2,7 @@
 
 Runs in windows find their way from nothing but the loop of force over position, at any sampling. Where the force is
 noisy the noise-aware estimate goes on from there: it tells friction many times better. Where a slip is a jump between
-samples far apart it may explain nothing, so the fit in windows stands in.
+samples far apart its paths may not find every slip; then runs in windows go on from its end.
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ from identification.estimators.fitted import Fit, Outcome, fit_of, free_run_star
 from identification.estimators.noise_aware.damped import best_on_chunks, damped_for, on_whole_recordings
 from identification.estimators.noise_aware.fit import fit_noise_aware
 from identification.estimators.noise_aware.resolution import RESOLVED_BY_NODES
-from identification.estimators.noise_aware.search import RIGHT
 from identification.estimators.order import Order, slip_is_seen, turn
 from identification.estimators.output_error.damped import fit_in_windows, search_for
 from identification.estimators.output_error.homotopy import Minimum
@@ -27,7 +26,7 @@ from identification.estimators.output_error.replicates import replicate_without_
 from recordings import Array, Progress, silent
 from simulator import Kernel, kernel
 
-STEPS = 4
+STEPS = 2
 """Steps of the fit to what the model gives in full order."""
 
 
@@ -45,15 +44,17 @@ def fit_damped(
     search = search_for(valve, coordinates, smooth, order)
     if search is None:
         return Fit(Outcome.TOO_SHORT, valve, coordinates)
-    ends = search.ends(progress)
+    starts = [end.theta[: coordinates.n_free] for end in search.ends(progress)]
+    found = None
     if segment_grids and order == "damped":
-        starts = [end.theta[: coordinates.n_free] for end in ends]
         found = _noise_aware(valve, coordinates, smooth, segment_grids, starts, progress, told)
-        if found is not None and (found.order == "full" or found.outcome is Outcome.CONVERGED or _sees_slips(found)):
-            return found
-    found = fit_in_windows(search, ends, order, progress)
-    doubted = segment_grids and order == "damped" and found.outcome is Outcome.CONVERGED and _sees_slips(found)
-    return replace(found, outcome=Outcome.NOT_CONVERGED) if doubted else found
+    if found is None:
+        return fit_in_windows(search, starts, order, progress)
+    if found.order == "full" or found.outcome is Outcome.CONVERGED or _sees_slips(found):
+        return found
+    assert found.estimate is not None
+    in_windows = fit_in_windows(search, [found.estimate.theta], order, progress)
+    return in_windows if in_windows.outcome is Outcome.CONVERGED else found
 
 
 def _sees_slips(found: Fit) -> bool:
@@ -66,7 +67,7 @@ def _noise_aware(
     starts: Sequence[Array], progress: Progress, told: bool,
 ) -> Fit | None:  # fmt: skip
     """The noise-aware fit from some starting values (m,), the likeliest first, in full order where they lead to a swing
-    that nodes resolve; None where none leads to what explains the data.
+    that nodes resolve; None where the model diverges from all.
     """
     if not starts:
         return None
@@ -76,10 +77,10 @@ def _noise_aware(
         return not told and turn(coordinates.values(end.theta), problem.spacing) < RESOLVED_BY_NODES
 
     best = best_on_chunks(damped_for(valve, coordinates, segment_grids, starts[0]), starts, is_resolved, progress)
-    if best is not None and is_resolved(best):
-        return fit_noise_aware(valve, coordinates, smooth, segment_grids, [best.theta], progress)
-    if best is None or best.loss > RIGHT:
+    if best is None:
         return None
+    if is_resolved(best):
+        return fit_noise_aware(valve, coordinates, smooth, segment_grids, [best.theta], progress)
     progress("fit to whole recordings", 0, 0)
     work = damped_for(valve, coordinates, segment_grids, best.theta)
     estimate = on_whole_recordings(work, best.theta)
@@ -88,7 +89,7 @@ def _noise_aware(
     form = ResidualForm(work.freedom.h_max)
     minimum = Minimum(free_run_start(problem, estimate), estimate.normal, form, 0, estimate.settled)
     found = replace(fit_of(estimate, work, problem, minimum), order="damped")
-    return replace(found, bias=order_bias(found))
+    return replace(found, bias=order_bias(found)) if found.outcome is Outcome.CONVERGED else found
 
 
 def order_bias(found: Fit) -> Array | None:

@@ -16,10 +16,10 @@ from identification.budget import time_is_over
 from identification.data.grid import Grid
 from identification.estimators.anchors import deflection_at_rest
 from identification.estimators.coordinates import Coordinates
-from identification.estimators.estimate import HOPELESS, Estimate, Innovations, converged, costs, lean
-from identification.estimators.noise_aware.estimator import EQUAL, NEW_PATH, RESTING, NoiseAware, Stages
+from identification.estimators.estimate import HOPELESS, Estimate, Innovations, costs, lean
+from identification.estimators.noise_aware.estimator import EQUAL, NEW_PATH, NoiseAware, Stages
 from identification.estimators.noise_aware.linearised_model import PathFreedom, first_path
-from identification.estimators.noise_aware.search import RIGHT, chunks
+from identification.estimators.noise_aware.search import HOPELESS_TRIES, NOT_FAR, RIGHT, UNEXPLAINED, chunks
 from identification.estimators.noise_aware.set_back import set_back_path
 from identification.estimators.order import sub_step
 from identification.parallel import each
@@ -31,19 +31,31 @@ FREEDOM = PathFreedom(1.0, 1e-4, 0.1)
 FINER = 4
 """Part of the longest sub-step that resolves a slip which the fit takes: the step's own error biases mass and viscous
 friction by more than the noise does (at full size by ten standard deviations, at a quarter by none that shows)."""
+COARSER = 2
+"""Times that a sub-step is longer on chunks: what that makes wrong, the descent on whole recordings mends."""
 WIDEST = 0.01
 """Time between the nodes of a path [s] at most."""
 STRETCH = 0.5
 """Length [s] of the stretches in which paths are chosen: a slip, and the rest behind it."""
 WORSE, BACK = 0.1, 0.3
 """Rise of the cost of a stretch from which a step of its path does harm, and the share of the step that is kept."""
-STEPS, ROUNDS, LAST, DESCENTS = 6, 6, 12, 2
-"""Steps of a descent on chunks before it goes on along new paths, times that it does at most, steps on whole recordings
-and descents there at most."""
+STEPS, ROUNDS, LAST = 6, 6, 12
+"""Steps of a descent on chunks before it goes on along new paths, times that it does at most, and steps on whole
+recordings."""
 SLOW = 0.5
 """Share of the Stribeck velocity below which the stem creeps."""
+LOOSE, LOOSE_STEPS = (10.0, 3.0), 3
+"""Factors on the noise of the force while a new path comes to rest at first, one after the other, and steps of each."""
+RESTING = 2
+"""Steps of the path alone before a step of the parameters is judged, where it has not helped at once."""
+LEFT = 0.3
+"""Fall of the cost that a step has to promise by the normal equations to be tried."""
+CHANCE = 10.0
+"""Fall of the cost that other paths give by chance: a step that promises less is not tried along them."""
 NOTABLE = 30.0
 """Fall of the cost from which going on along new paths is worth its time."""
+VAIN_TRIES = 2
+"""Starts in a row that lead to nothing better after which the best end is taken."""
 CHUNK, CHUNK_S = 1000, 4.0
 """Least nodes and seconds of a chunk."""
 
@@ -55,9 +67,20 @@ class DampedNoiseAware(NoiseAware):
     def start(self, theta: Array, steps: int = NEW_PATH) -> Estimate | None:
         """The estimate at fixed parameters theta (m,), along new paths that take so many steps. None where the model
         diverges.
+
+        A path that slips a sample early or late stays there, as no small step leads to the right slip. So paths first
+        come to rest under forces that are known less well than they are, and are kept where that explains more.
         """
         p = self.coordinates.p(theta)
-        return self._along_best_of(theta, each(lambda grid: [balanced_path(self.kernel, grid, p)], self.grids), steps)
+        firsts = self._best_paths(theta, lambda i: [balanced_path(self.kernel, self.grids[i], p), self._set_back(i, p)])
+        if firsts is None:
+            return None
+        loose: Sequence[Array] = firsts
+        for force in LOOSE:
+            end = self.with_freedom(replace(self.freedom, force=force)).along(theta, loose, LOOSE_STEPS)
+            loose = loose if end is None else end.paths
+        best = self._best_paths(theta, lambda i: [loose[i], firsts[i]])
+        return None if best is None else self.along(theta, best, steps)
 
     def refit(
         self, theta: Array, paths: Sequence[Array], steps: int, vain: Callable[[Estimate], bool] | None = None
@@ -69,14 +92,16 @@ class DampedNoiseAware(NoiseAware):
         return self.on_new_paths(theta if best is None else best.theta, best, vain)
 
     def on_new_paths(
-        self, theta: Array, best: Estimate | None = None, vain: Callable[[Estimate], bool] | None = None
-    ) -> Estimate | None:
+        self, theta: Array, best: Estimate | None = None, vain: Callable[[Estimate], bool] | None = None,
+        most: float = HOPELESS,
+    ) -> Estimate | None:  # fmt: skip
         """The end of descents from theta (m,), each along new paths, as long as that helps. None where the model
-        diverges. best : the estimate so far, where there is one; vain : whether it is, to go on.
+        diverges. best : the estimate so far, where there is one; vain : whether it is, to go on; most : loss that two
+        descents may leave.
 
         The smoother holds on to slips that a path has, and to rests; the model at better parameters has others.
         """
-        for _ in range(ROUNDS):
+        for done in range(ROUNDS):
             if best is not None and (time_is_over() or (vain is not None and vain(best))):
                 break
             start = self.start(theta)
@@ -85,7 +110,8 @@ class DampedNoiseAware(NoiseAware):
             end = self.descend(start, STEPS, vain)
             fall = float("inf") if best is None else best.cost - end.cost
             best = lean(end) if fall > 0 or best is None else best
-            if fall < NOTABLE or end.loss > HOPELESS:
+            lost = end.loss > (most if done else HOPELESS)
+            if fall < NOTABLE or lost or np.array_equal(end.theta, theta):
                 break
             theta = end.theta
         return best
@@ -127,15 +153,23 @@ class DampedNoiseAware(NoiseAware):
             return None if first is None else self.rested(first, RESTING)
 
         def on_best() -> Estimate | None:
-            pairs = [list(pair) for pair in zip(moved, now.paths, strict=True)]
-            return self._along_best_of(theta, pairs, RESTING)
+            p = self.coordinates.p(theta)
+            best = self._best_paths(theta, lambda i: [moved[i], now.paths[i], self._set_back(i, p)])
+            return None if best is None else self.along(theta, best, RESTING)
 
-        for way in (at_rest, on_best) if self.dense else ():
+        promised = -float(2 * now.normal.gradient @ step + step @ now.normal.matrix @ step)
+        ways = (at_rest, on_best) if promised > CHANCE else (at_rest,)
+        for way in ways if self.dense else ():
             if best is not None and best.cost < now.cost + EQUAL:
                 break
             ends = [end for end in (best, way()) if end is not None]
             best = min(ends, key=lambda end: end.cost, default=None)
         return best
+
+    @property
+    def left(self) -> float:
+        """Fall of the cost by the normal equations below which no step is tried: other paths cost more by chance."""
+        return LEFT
 
     @property
     def last_stages(self) -> Stages:
@@ -147,20 +181,24 @@ class DampedNoiseAware(NoiseAware):
         """The freedom of the paths by which ends of fits are judged."""
         return self.freedom
 
-    def _along_best_of(self, theta: Array, paths: Sequence[Sequence[Array | None]], steps: int) -> Estimate | None:
-        """The estimate along the best of some paths for every grid, after so many steps of them."""
+    def _set_back(self, i: int, p: Array) -> Array | None:
+        return set_back_path(self.kernel, self.grids[i], p, self.freedom.h_max)
+
+    def _best_paths(
+        self, theta: Array, candidates: Callable[[int], Sequence[Array | None]]
+    ) -> list[Array] | None:  # fmt: skip
+        """For every grid the best of its candidates; None where one has none with a solution."""
         p = self.coordinates.p(theta)
-        best = each(lambda i: self._best_of(i, p, paths[i]), range(len(self.grids)))
+        best = each(lambda i: self._best_of(i, p, candidates(i)), range(len(self.grids)))
         known = [path for path in best if path is not None]
-        return self.along(theta, known, steps) if len(known) == len(best) else None
+        return known if len(known) == len(best) else None
 
     def _best_of(self, i: int, p: Array, paths: Sequence[Array | None]) -> Array | None:
-        """Of some paths of grid i (n, n_states), and one that is set back to the data, in every stretch the one about
-        which the model explains the measurements best. None where it has no solution.
+        """Of some paths of grid i (n, n_states), in every stretch the one about which the model explains the
+        measurements best. None where it has no solution.
         """
-        grid = self.grids[i]
-        known, misfits, stretch = list[Array](), list[Array](), _stretches(grid)
-        for path in (*paths, set_back_path(self.kernel, grid, p, self.freedom.h_max)):
+        known, misfits, stretch = list[Array](), list[Array](), _stretches(self.grids[i])
+        for path in paths:
             line = None if path is None else self.line(i, p, path)
             if path is not None and line is not None:
                 known.append(path)
@@ -221,32 +259,41 @@ def close(segment_grids: Sequence[Grid]) -> list[Grid]:
 def best_on_chunks(
     whole: DampedNoiseAware, starts: Sequence[Array], enough: Callable[[Estimate], bool], progress: Progress = silent
 ) -> Estimate | None:
-    """The best end on chunks from starting values (m,), the likeliest first, until it is enough, or two explain the
-    data and agree: one may explain the data and not be the best. None where the model diverges from all.
+    """The best end on chunks from starting values (m,), the likeliest first, until it is enough or known to be the
+    right one: one may explain the data and not be the best. None where the model diverges from all.
     """
-    small, ends = replace(whole, grids=chunks(whole.grids, CHUNK, CHUNK_S)), list[Estimate]()
-    for done, start in enumerate(starts):
-        progress("search on chunks", done, len(starts))
-        end = small.on_new_paths(start)
+    freedom = replace(whole.freedom, h_max=COARSER * whole.freedom.h_max)
+    small, ends = replace(whole, grids=chunks(whole.grids, CHUNK, CHUNK_S), freedom=freedom), list[Estimate]()
+    for tries, start in enumerate(starts, 1):
+        progress("search on chunks", tries - 1, len(starts))
+        least = min((end.loss for end in ends), default=UNEXPLAINED)
+        end = small.on_new_paths(start, most=min(UNEXPLAINED, NOT_FAR * least))
+        if end is not None and enough(end):  # what damped steps leave is no reason to stop where they are not needed
+            end = small.on_new_paths(end.theta, end)
         ends += [] if end is None else [end]
-        costs_of_right = sorted(end.cost for end in ends if end.loss < RIGHT)
-        agreed = len(costs_of_right) > 1 and costs_of_right[1] < costs_of_right[0] + NOTABLE
-        if agreed or (ends and (enough(min(ends, key=lambda end: end.cost)) or time_is_over())):
+        hopeless = tries >= HOPELESS_TRIES and all(end.loss > UNEXPLAINED for end in ends)
+        if ends and (hopeless or _is_known(ends) or enough(_best(ends)) or time_is_over()):
             break
-    return min(ends, key=lambda end: end.cost) if ends else None
+    return _best(ends) if ends else None
+
+
+def _best(ends: Sequence[Estimate]) -> Estimate:
+    return min(ends, key=lambda end: end.cost)
+
+
+def _is_known(ends: Sequence[Estimate]) -> bool:
+    """Whether the best of some ends explains the data and is the right one: several later ones are no better, or
+    another is beside it, by its cost or, as paths cost more or less by chance, by its parameters.
+    """
+    best = _best(ends)
+    if best.loss > RIGHT:
+        return False
+    off = [(end.cost - best.cost, end.theta - best.theta) for end in ends if end is not best and end.loss < RIGHT]
+    beside = any(min(cost, float(move @ best.normal.matrix @ move)) < NOTABLE for cost, move in off)
+    return beside or any(end is best for end in ends[:-VAIN_TRIES])
 
 
 def on_whole_recordings(whole: DampedNoiseAware, theta: Array) -> Estimate | None:
-    """The fit to whole recordings from theta (m,); where it fails, once more from there. None where the model
-    diverges.
-    """
-    found = None
-    for _ in range(DESCENTS):
-        end = whole.in_stages(theta)
-        end = None if end is None else whole.strict(end)
-        if end is not None and (found is None or end.cost < found.cost):
-            found = end
-        if found is None or converged(found, resolved=False) or found.loss > HOPELESS or time_is_over():
-            break
-        theta = found.theta
-    return found
+    """The fit to whole recordings from theta (m,). None where the model diverges."""
+    end = whole.in_stages(theta)
+    return None if end is None else whole.strict(end)

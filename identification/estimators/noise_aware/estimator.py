@@ -89,6 +89,11 @@ class NoiseAware:
         """Whether positions are so close that resting paths can be waited for (`DENSE`)."""
         return self.positions > DENSE * sum(float(s.t[-1] - s.t[0]) for s in self.grids)
 
+    @property
+    def left(self) -> float:
+        """Fall of the cost by the normal equations below which no step is tried: here every one is."""
+        return 0.0
+
     def with_freedom(self, freedom: PathFreedom) -> NoiseAware:
         """The same fit with another freedom of the paths."""
         return replace(self, freedom=freedom)
@@ -165,6 +170,9 @@ class NoiseAware:
             held = replace(now.normal, matrix=stiff + damping * np.diag(np.diag(stiff)))
             solved = gauss_newton(held, now.theta, LONGEST, bounds)
             if solved is None:
+                break
+            if failures == 0 and solved.free and solved.decrease < self.left:
+                settled = True
                 break
             step = solved.move
             trial = self.trial(now, step)

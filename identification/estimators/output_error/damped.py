@@ -8,7 +8,7 @@ one slip does says more of friction than when the hundredth happened.
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -33,16 +33,13 @@ WINDOW = 0.25
 """A free run is set back to the data once in so many seconds."""
 FEWEST = 5
 """Samples between two settings back."""
-TUNINGS = (100.0, 20.0, 3.0)
+TUNINGS = (20.0, 3.0)
 """Tunings of the Cauchy loss, in sigmas, one after the other: to the first, a slip that is missed is a small error."""
-STARTS, FOLLOWED, TRADED, CHANGED = 128, 6, 3, 3
-"""Starts that are compared, those of them that are followed, `_trades` of the best end, and in every round changes of
-it. A wide loss does not tell which end will be the best in the narrow one, so all are followed to it.
-"""
-ROUNDS = 5
-"""Rounds of `changes`, as long as they help and the recordings are not explained."""
-TRIALS, EXPLAINED = 3, 1.2
-"""Replicates, and how many times the loss of theirs a fit may leave for the search to end."""
+STARTS, FOLLOWED = 32, 6
+"""Starts that are compared, and those of them that are followed. A wide loss does not tell which end will be the best
+in the narrow one, so all are followed to it."""
+TRIALS = 3
+"""Replicates."""
 SEARCHED, CHUNK = 60.0, 10.0
 """Seconds of the recordings that are searched on, in chunks of so many."""
 SAMPLES = 6000
@@ -57,8 +54,6 @@ viscous friction by more than the noise does (at full size by 50 standard deviat
 """
 LITTLE = 1e-3
 """Share of the cost that another step may promise when the last fit stops: friction has kinks, and no step keeps it."""
-BETTER = 0.98
-"""Share of the cost below which a change is kept."""
 GUESSED = 0.03
 """Share of the level of friction by which a straight line between samples may miss the force; beyond, what the valve
 did until the next setting back is not held against the model."""
@@ -88,24 +83,18 @@ def search_for(valve: Kernel, coordinates: Coordinates, smooth: Sequence[Experim
     return Search(whole, parts, loop)
 
 
-def fit_in_windows(search: Search, ends: Sequence[Solution], order: Order, progress: Progress = silent) -> Fit:
-    """The fit from where a search ended, the best end first."""
+def fit_in_windows(search: Search, starts: Sequence[Array], order: Order, progress: Progress = silent) -> Fit:
+    """The fit from some starting values (n_free,), the likeliest first."""
     whole, coordinates = search.whole, search.coordinates
-    best = search.best(ends)
+    progress("fit to whole recordings", 0, 0)
+    best = search.best(starts)
     end = None if best is None else search.refined(best.theta[: coordinates.n_free])
-    for done in range(ROUNDS + 1):
-        if best is None or end is None:
-            return Fit(Outcome.DIVERGED, whole.kernel, coordinates)
-        progress("fit to whole recordings", done, ROUNDS + 1)
-        form, level = search.form(TUNINGS[-1], FINER), end.normal.cost / whole.samples
-        usual = replicates(whole, end.theta, form, TRIALS)
-        settled = end.settled or end.left < LITTLE * end.normal.cost
-        minimum = Minimum(end.theta, end.normal, form, search.evaluations, settled, level)
-        found = fit_of_windows(whole, minimum, usual)
-        better = best if usual is None or level < EXPLAINED * usual.level else search.changed(best)
-        if better is best:
-            break
-        best, end = better, search.refined(better.theta[: coordinates.n_free])
+    if end is None:
+        return Fit(Outcome.DIVERGED, whole.kernel, coordinates)
+    form, level = search.form(TUNINGS[-1], FINER), end.normal.cost / whole.samples
+    settled = end.settled or end.left < LITTLE * end.normal.cost
+    minimum = Minimum(end.theta, end.normal, form, search.evaluations, settled, level)
+    found = fit_of_windows(whole, minimum, replicates(whole, end.theta, form, TRIALS))
     return replace(found, order=order)
 
 
@@ -142,33 +131,10 @@ class Search:
             ends += [] if end is None else [end]
         return sorted(ends, key=lambda end: end.normal.cost)
 
-    def best(self, ends: Sequence[Solution]) -> Solution | None:
-        """The best end of the descents that go on from where the search ended."""
-        found: Solution | None = None
-        for end in ends:
-            found = _better(found, self._staged(self.problem, end.theta[: self.coordinates.n_free], TUNINGS[-1:]))
-        for _ in range(ROUNDS):
-            better = None if found is None else self._improved(found, _trades(self._values(found)), TRADED)
-            if better is found:
-                break
-            found = better
-        return found
-
-    def changed(self, best: Solution) -> Solution:
-        """The end, or a better one from one of the likeliest changes of it."""
-        return self._improved(best, _changes(self._values(best)), CHANGED)
-
-    def _improved(self, best: Solution, changes: Sequence[Mapping[str, float]], most: int) -> Solution:
-        """The end, or a better one from the likeliest of some changes of it, at most so many."""
-        found = best
-        for theta in self._ranked([self.coordinates.theta_of(values) for values in changes])[:most]:
-            end = self._staged(self.problem, theta, TUNINGS[1:])
-            if end is not None and end.normal.cost < BETTER * found.normal.cost:
-                found = end
-        return found
-
-    def _values(self, found: Solution) -> dict[str, float]:
-        return self.coordinates.values(found.theta[: self.coordinates.n_free])
+    def best(self, starts: Sequence[Array]) -> Solution | None:
+        """The best end of the descents from some starting values (n_free,)."""
+        ends = [self._staged(self.problem, theta, TUNINGS[-1:]) for theta in starts]
+        return min((end for end in ends if end is not None), key=lambda end: end.normal.cost, default=None)
 
     def _ranked(self, starts: Sequence[Array]) -> list[Array]:
         """The starts, those of least cost first."""
@@ -216,36 +182,6 @@ class Search:
                 return None
             unknowns, self.evaluations = found.theta, self.evaluations + found.evaluations
         return found
-
-
-def _better(one: Solution | None, other: Solution | None) -> Solution | None:
-    ends = [end for end in (one, other) if end is not None]
-    return min(ends, key=lambda end: end.normal.cost) if ends else None
-
-
-def _changes(values: Mapping[str, float]) -> list[dict[str, float]]:
-    """Other values worth trying: friction curves and bristles that look alike until the fit follows them."""
-    fc, fs, vs = values["lugre.fc"], values["lugre.fs"], values["lugre.vs"]
-    s0, m = values["lugre.sigma0"], values["mass.m"]
-    curves = [{"lugre.fs": fc + f * abs(fs - fc), "lugre.vs": g * vs} for f in (0.5, 1.0, 2.0) for g in (0.4, 1.0, 2.5)]
-    curves += [{"lugre.fs": 1.4 * fc, "lugre.vs": vs} for vs in (1e-3, 3e-3, 1e-2)]
-    bristles = [{"lugre.sigma0": f * s0, "lugre.sigma1": 0.5 * np.sqrt(f * s0 * m)} for f in (0.2, 1.0, 5.0)]
-    return [dict(values) | change for change in (*curves, *bristles)] + _trades(values)
-
-
-def _trades(values: Mapping[str, float]) -> list[dict[str, float]]:
-    """Other masses and viscosities with the same friction at the peak speed of a slip, (fs - fc) / sqrt(K m): a heavy
-    stem on overdamped bristles slips about as far as a light one, and no descent leads from one to the other.
-    """
-    fc, s0, s2, m = (values[name] for name in ("lugre.fc", "lugre.sigma0", "lugre.sigma2", "mass.m"))
-    peak = abs(values["lugre.fs"] - fc) / np.sqrt(max(values["spring.K"], 1.0) * m)
-    return [
-        dict(values) | {
-            "mass.m": f * m, "lugre.sigma2": g * s2, "lugre.fc": max(fc + (1 - g) * s2 * peak, 0.3 * fc),
-            "lugre.sigma1": 0.5 * np.sqrt(s0 * f * m),
-        }
-        for f in (0.3, 0.5, 2.0) for g in (0.5, 1.0, 2.0)
-    ]  # fmt: skip
 
 
 def _parts(experiments: Sequence[Experiment]) -> list[Experiment]:

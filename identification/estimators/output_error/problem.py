@@ -66,6 +66,7 @@ class Problem:
         memory = [i + offset for i, m in enumerate(kernel.layout.memory) if m.free]
         self.local = [*range(offset), *memory]
         self.n_free = coordinates.n_free
+        self._known_resets = dict[tuple[int, float], Array]()
 
     @property
     def n_local(self) -> int:
@@ -178,10 +179,13 @@ class Problem:
     def _resets(self, segment: Segment, window: float) -> Array | None:
         if np.isinf(window) or self.kernel.causality == "motion":
             return None
-        resets, m = np.full((len(segment.t), len(self.kernel.states)), np.nan), segment.motion
-        at, rest = anchors(segment.t, m.crept, m.a, window, segment.dt)
-        resets[at, 0], resets[at, 1] = m.x[at], np.where(rest, 0.0, m.v[at])
-        return resets
+        key = id(segment), window  # of a piece, so it lives as long as the problem
+        if key not in self._known_resets:
+            resets, m = np.full((len(segment.t), len(self.kernel.states)), np.nan), segment.motion
+            at, rest = anchors(segment.t, m.crept, m.a, window, segment.dt)
+            resets[at, 0], resets[at, 1] = m.x[at], np.where(rest, 0.0, m.v[at])
+            self._known_resets[key] = resets
+        return self._known_resets[key]
 
 
 def _noise(experiment: Experiment, kernel: Kernel) -> float:
