@@ -16,7 +16,7 @@ from identification.budget import time_is_over
 from identification.data.grid import Grid
 from identification.estimators.anchors import deflection_at_rest
 from identification.estimators.coordinates import Coordinates
-from identification.estimators.estimate import HOPELESS, Estimate, Innovations, costs, lean
+from identification.estimators.estimate import HOPELESS, Estimate, Innovations, converged, costs, lean
 from identification.estimators.noise_aware.estimator import EQUAL, NEW_PATH, NoiseAware, Stages
 from identification.estimators.noise_aware.linearised_model import PathFreedom, first_path
 from identification.estimators.noise_aware.search import HOPELESS_TRIES, NOT_FAR, RIGHT, UNEXPLAINED, chunks
@@ -39,9 +39,9 @@ STRETCH = 0.5
 """Length [s] of the stretches in which paths are chosen: a slip, and the rest behind it."""
 WORSE, BACK = 0.1, 0.3
 """Rise of the cost of a stretch from which a step of its path does harm, and the share of the step that is kept."""
-STEPS, ROUNDS, LAST = 6, 6, 12
-"""Steps of a descent on chunks before it goes on along new paths, times that it does at most, and steps on whole
-recordings."""
+STEPS, ROUNDS, LAST, DESCENTS = 6, 6, 12, 2
+"""Steps of a descent on chunks before it goes on along new paths, times that it does at most, steps on whole
+recordings and descents there at most."""
 SLOW = 0.5
 """Share of the Stribeck velocity below which the stem creeps."""
 LOOSE, LOOSE_STEPS = (10.0, 3.0), 3
@@ -50,8 +50,8 @@ RESTING = 2
 """Steps of the path alone before a step of the parameters is judged, where it has not helped at once."""
 LEFT = 0.3
 """Fall of the cost that a step has to promise by the normal equations to be tried."""
-CHANCE = 10.0
-"""Fall of the cost that other paths give by chance: a step that promises less is not tried along them."""
+CHANCE = 1.0
+"""Fall of the cost below which a step is not tried along other paths: they give as much by chance."""
 NOTABLE = 30.0
 """Fall of the cost from which going on along new paths is worth its time."""
 VAIN_TRIES = 2
@@ -294,6 +294,17 @@ def _is_known(ends: Sequence[Estimate]) -> bool:
 
 
 def on_whole_recordings(whole: DampedNoiseAware, theta: Array) -> Estimate | None:
-    """The fit to whole recordings from theta (m,). None where the model diverges."""
-    end = whole.in_stages(theta)
-    return None if end is None else whole.strict(end)
+    """The fit to whole recordings from theta (m,); where it fails, once more from there, along new paths. None where
+    the model diverges.
+    """
+    found = None
+    for _ in range(DESCENTS):
+        end = whole.in_stages(theta)
+        end = None if end is None else whole.strict(end)
+        if end is not None and (found is None or end.cost < found.cost):
+            found = end
+        failed = found is not None and not converged(found, resolved=False) and found.loss < HOPELESS
+        if found is None or not failed or np.array_equal(found.theta, theta) or time_is_over():
+            break
+        theta = found.theta
+    return found
