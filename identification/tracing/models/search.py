@@ -53,8 +53,8 @@ def first_fits(
 
 
 def continued(fits: Sequence[Model], least: float = float("inf")) -> list[Model]:
-    """First fits, best first, continued, each for as long as it may come below the cost `least`, or that of the best
-    end before it. Best first.
+    """First fits continued, best first. In damped order, where a descent goes on along new paths, each for as long as
+    it may come below the cost `least`, or that of the best end before it.
     """
     steps, ends = settings.STEPS - settings.STEPS // 3, list[Model]()
 
@@ -62,7 +62,7 @@ def continued(fits: Sequence[Model], least: float = float("inf")) -> list[Model]
         return not may_reach(now, min((least, *(end.cost for end in ends))))
 
     for fit in fits:
-        ends.append(fit.descended(steps, coarse=True, vain=vain))
+        ends.append(fit.descended(steps, coarse=True, vain=None if fit.data.damped is None else vain))
     return sorted(ends, key=lambda end: end.cost)
 
 
