@@ -50,8 +50,8 @@ RESTING = 2
 """Steps of the path alone before a step of the parameters is judged, where it has not helped at once."""
 LEFT = 0.3
 """Fall of the cost that a step has to promise by the normal equations to be tried."""
-CHANCE = 1.0
-"""Fall of the cost below which a step is not tried along other paths: they give as much by chance."""
+CHANCE = 10.0
+"""Fall of the cost that other paths give by chance: a step that promises less is not tried along them."""
 NOTABLE = 30.0
 """Fall of the cost from which going on along new paths is worth its time."""
 VAIN_TRIES = 2
