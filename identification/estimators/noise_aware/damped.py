@@ -62,7 +62,13 @@ CHUNK, CHUNK_S = 1000, 4.0
 
 @dataclass(frozen=True)
 class DampedNoiseAware(NoiseAware):
-    """The fit of one kernel of a force with error, in damped steps, to some grids (a `PathEstimator`)."""
+    """The fit of one kernel of a force with error, in damped steps, to some grids (a `PathEstimator`).
+
+    thorough : paths rest twice as long before a step of the parameters is judged, and it is tried along others,
+    whatever it promises.
+    """
+
+    thorough: bool = False
 
     def start(self, theta: Array, steps: int = NEW_PATH) -> Estimate | None:
         """The estimate at fixed parameters theta (m,), along new paths that take so many steps. None where the model
@@ -148,17 +154,18 @@ class DampedNoiseAware(NoiseAware):
         """
         theta, moved = now.theta + step, self.moved(now, step)
         first = best = self.along(theta, moved, 0)
+        resting = 2 * RESTING if self.thorough else RESTING
 
         def at_rest() -> Estimate | None:
-            return None if first is None else self.rested(first, RESTING)
+            return None if first is None else self.rested(first, resting)
 
         def on_best() -> Estimate | None:
             p = self.coordinates.p(theta)
             best = self._best_paths(theta, lambda i: [moved[i], now.paths[i], self._set_back(i, p)])
-            return None if best is None else self.along(theta, best, RESTING)
+            return None if best is None else self.along(theta, best, resting)
 
         promised = -float(2 * now.normal.gradient @ step + step @ now.normal.matrix @ step)
-        ways = (at_rest, on_best) if promised > CHANCE else (at_rest,)
+        ways = (at_rest, on_best) if self.thorough or promised > CHANCE else (at_rest,)
         for way in ways if self.dense else ():
             if best is not None and best.cost < now.cost + EQUAL:
                 break
@@ -294,8 +301,8 @@ def _is_known(ends: Sequence[Estimate]) -> bool:
 
 
 def on_whole_recordings(whole: DampedNoiseAware, theta: Array) -> Estimate | None:
-    """The fit to whole recordings from theta (m,); where it fails, once more from there, along new paths. None where
-    the model diverges.
+    """The fit to whole recordings from theta (m,); where it fails, once more from there, thoroughly and along new
+    paths. None where the model diverges.
     """
     found = None
     for _ in range(DESCENTS):
@@ -306,5 +313,5 @@ def on_whole_recordings(whole: DampedNoiseAware, theta: Array) -> Estimate | Non
         failed = found is not None and not converged(found, resolved=False) and found.loss < HOPELESS
         if found is None or not failed or np.array_equal(found.theta, theta) or time_is_over():
             break
-        theta = found.theta
+        theta, whole = found.theta, replace(whole, thorough=True)
     return found
