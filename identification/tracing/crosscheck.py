@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from identification.data.grid import Grid
+from identification.estimators.imposed_motion.grid import first_state
 from identification.sparse_regression.weak_form import WINDOW, weak
 from identification.tracing import settings
 from identification.tracing.models.guesses import EffectGuesses, guesses, looks, shapes, strengths
@@ -139,7 +140,7 @@ def _terms(windows: Windows, effect: str, found: EffectGuesses) -> Iterator[Arra
 def _imposed(target: Kernel, model: Model, grid: Grid, path: Array, p: Array) -> tuple[Array, Array] | None:
     """The force that a motion takes (n,), and its derivatives by parameters and first memory (n, n_columns)."""
     driven = grid.driven_along(path)
-    start = target.start(driven[0, 0], 0.0, driven[0, 3])
+    start = first_state(target, driven)
     for i, state in enumerate(target.states):
         if not model.data.imposed and state in model.kernel.states:
             start[i] = path[0, model.kernel.states.index(state)]

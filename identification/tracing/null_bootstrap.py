@@ -22,7 +22,7 @@ from identification.estimators.order import swing
 from identification.tracing import settings
 from identification.tracing.models.base import polished
 from identification.tracing.models.comparison import is_white
-from identification.tracing.models.model import Model
+from identification.tracing.models.model import REPLICATE_SEED, Model
 from identification.tracing.models.promise import PROMISE_FACTOR
 from identification.tracing.models.replicates import replicate_of
 from identification.tracing.models.search import best_model_on_chunks, continued, first_fits
@@ -35,9 +35,6 @@ from identification.tracing.refine import (
 )
 from identification.tracing.screen import Score, screen
 from recordings import Progress, silent
-
-NULL_SEED = 0
-"""Seed of the noise, so that a trace gives the same answer every time."""
 
 
 def null_probability(
@@ -52,7 +49,7 @@ def null_probability(
     if not doubtful and model.cost - refit.cost > _clear_gain(model):
         return None
     gain, values = net_gain(model, refit, effect), {n: refit.values[n] for n in refit.values if n not in model.values}
-    rng, gains = np.random.default_rng(NULL_SEED), list[float]()
+    rng, gains = np.random.default_rng(REPLICATE_SEED), list[float]()
     replicates = settings.NULL_REPLICATES
     for done in range(1, replicates + 1):
         if not budget.allows(f"null replicates of {effect}"):

@@ -10,7 +10,7 @@ from scipy.stats import norm, ttest_1samp
 from scipy.stats import t as student
 
 from identification.data.grid import Grid
-from identification.estimators.estimate import OUTLIER, ROUGH_OUTLIERS, Estimate
+from identification.estimators.estimate import OUTLIER, ROUGH_OUTLIERS, Estimate, costs
 from identification.estimators.imposed_motion.grid import BLOCK
 from identification.estimators.least_squares import cauchy
 from identification.estimators.noise_aware.estimator import UNIT_LOSS
@@ -38,20 +38,14 @@ class Comparison:
 
 def compare(before: Estimate, after: Estimate, grids: tuple[Grid, ...]) -> Comparison:
     """How much better the second estimate explains the position, block by block."""
-    gains = np.concatenate([_blocks(_costs(before, i) - _costs(after, i), grid) for i, grid in enumerate(grids)])
+    costs_of = [
+        [costs(line.innovations, line.variances, one.tuning) for line in one.linearised] for one in (before, after)
+    ]
+    gains = _summed(grids, [was - now for was, now in zip(*costs_of, strict=True)])
     spread = float(np.std(gains, ddof=1)) or 1e-12
     value = float(np.mean(gains)) / (spread / np.sqrt(len(gains)))
     elsewhere = float(np.sort(gains)[: -settings.LEFT_OUT_BLOCKS].sum())
     return Comparison(float(gains.sum()), value, float(student.sf(value, len(gains) - 1)), elsewhere)
-
-
-def _costs(estimate: Estimate, i: int) -> Array:
-    """Robust loss plus log variance of the innovations of one grid (n,)."""
-    line = estimate.linearised[i]
-    seen = np.isfinite(line.variances)
-    variances = np.where(seen, line.variances, 1.0)
-    loss = cauchy(np.where(seen, line.innovations, 0.0) / np.sqrt(variances), estimate.tuning)
-    return np.asarray((loss + np.log(variances)).sum(axis=1), float)
 
 
 def _blocks(values: Array, grid: Grid) -> Array:
@@ -113,14 +107,8 @@ def _position_loss(estimate: Estimate, grids: tuple[Grid, ...]) -> Array:
     for line in estimate.linearised:
         innovations, variances = (z[:, 0] for z in line.scored)
         seen = np.isfinite(variances)
-        found.append(
-            np.where(
-                seen,
-                cauchy(np.where(seen, innovations, 0.0) / np.sqrt(np.where(seen, variances, 1.0)), estimate.tuning)
-                / UNIT_LOSS,
-                0.0,
-            )
-        )
+        normal = np.where(seen, innovations, 0.0) / np.sqrt(np.where(seen, variances, 1.0))
+        found.append(cauchy(normal, estimate.tuning) / UNIT_LOSS)
     return _summed(grids, found)
 
 

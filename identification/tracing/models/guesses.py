@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from identification.data.grid import Grid
+from identification.estimators.imposed_motion.grid import first_state
 from identification.tracing.models.model import MEMORY_STEP, Model
 from identification.tracing.models.trial_data import TrialData
 from recordings import Array
@@ -41,8 +42,7 @@ def _added(model: Model, grid: Grid) -> Array:
 def _force(model: Model, effects: tuple[str, ...], grid: Grid, driven: Array) -> Array | None:
     """The force that a motion (n, 4) takes with some effects of a model (n,) [N]; None without a solution."""
     target = kernel(effects, "motion", model.data.catalogue)
-    start = target.start(driven[0, 0], 0.0, driven[0, 3])
-    run = target.run(grid.t, driven, target.vector(model.values), start, h_max=MEMORY_STEP)
+    run = target.run(grid.t, driven, target.vector(model.values), first_state(target, driven), h_max=MEMORY_STEP)
     return None if run.failed is not None else run.outputs[:, 0]
 
 

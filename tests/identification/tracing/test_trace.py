@@ -30,9 +30,8 @@ def test_a_complete_model_lacks_nothing():
 
 
 ON_RECORDINGS = {
-    "full": lambda: recorded()[
-        :3
-    ],  # the mass turns by 1.04 rad a sample: starting values are too stiff, the search is not
+    # the mass turns by 1.04 rad a sample: starting values are too stiff, the search is not
+    "full": lambda: recorded()[:3],
     "damped": lambda: stem_test(100.0, ("staircase:12", "sine:12", "sine:10")),
 }
 
