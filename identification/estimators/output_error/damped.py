@@ -20,7 +20,7 @@ from identification.data.experiment import Experiment, Segment
 from identification.estimators.anchors import anchors
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.fitted import Fit, Outcome, fit_of_windows
-from identification.estimators.least_squares import Solution, cauchy, minimise
+from identification.estimators.least_squares import Solution, minimise
 from identification.estimators.order import Order, at_rest, sub_step
 from identification.estimators.output_error.force_position_loop import ForcePositionLoop, force_position_loop
 from identification.estimators.output_error.homotopy import Minimum
@@ -33,21 +33,21 @@ WINDOW = 0.25
 """A free run is set back to the data once in so many seconds."""
 FEWEST = 5
 """Samples between two settings back."""
-TUNINGS = (20.0, 3.0)
+WIDE, NARROW = 20.0, 3.0
 """Tunings of the Cauchy loss, in sigmas, one after the other: to the first, a slip that is missed is a small error."""
-STARTS, FOLLOWED = 32, 6
-"""Starts that are compared, and those of them that are followed. A wide loss does not tell which end will be the best
-in the narrow one, so all are followed to it."""
+STARTS, STEPS, FEWER = 64, (1, 4, 10), 4
+"""Starts, and steps that are made from them in the wide loss. After so many steps those of least cost go on, one in so
+many: successive halving (Jamieson and Talwalkar, AISTATS 2016). The cost before any step does not tell a good start."""
 TRIALS = 3
 """Replicates."""
 SEARCHED, CHUNK = 60.0, 10.0
 """Seconds of the recordings that are searched on, in chunks of so many."""
 SAMPLES = 6000
 """Samples that are searched on, about: closer ones are thinned, for a slip takes longer than they are apart."""
-SCREEN = 20.0
-"""Tuning by which starts are compared."""
-ITERATIONS, LAST = 10, 40
-"""Steps of a stage, and of the last one."""
+LAST = 40
+"""Steps in the narrow loss."""
+ROUGHLY, GAIN = 1e-3, 3e-5
+"""Fall of the cost, as a share of it, that another step has to promise in the wide loss and in the narrow one."""
 FINER = 4
 """Part of the search's sub-step that the last fit takes: the step's own error biases mass, Stribeck velocity and
 viscous friction by more than the noise does (at full size by 50 standard deviations, at a quarter by none that shows).
@@ -91,7 +91,7 @@ def fit_in_windows(search: Search, starts: Sequence[Array], order: Order, progre
     end = None if best is None else search.refined(best.theta[: coordinates.n_free])
     if end is None:
         return Fit(Outcome.DIVERGED, whole.kernel, coordinates)
-    form, level = search.form(TUNINGS[-1], FINER), end.normal.cost / whole.samples
+    form, level = search.form(NARROW, FINER), end.normal.cost / whole.samples
     settled = end.settled or end.left < LITTLE * end.normal.cost
     minimum = Minimum(end.theta, end.normal, form, search.evaluations, settled, level)
     found = fit_of_windows(whole, minimum, replicates(whole, end.theta, form, TRIALS))
@@ -123,27 +123,37 @@ class Search:
         return ResidualForm(self.h / finer, self.window, tuning)
 
     def ends(self, progress: Progress = silent) -> list[Solution]:
-        """Where the likeliest starts lead through the wide losses, the best first."""
-        ends: list[Solution] = []
-        for done, theta in enumerate(self._ranked(self._starts())[:FOLLOWED]):
-            progress("search", done, FOLLOWED)
-            end = self._staged(self.problem, theta, TUNINGS[:-1])
-            ends += [] if end is None else [end]
-        return sorted(ends, key=lambda end: end.normal.cost)
+        """Where the starts lead that go down best in the wide loss, the best in the narrow one first."""
+        on, most = [self.problem.start(theta) for theta in self._starts()], STARTS
+        for stage, steps in enumerate(STEPS):
+            progress("search", stage, len(STEPS))
+            on, most = [end.theta for end in self._ranked(on[:most], self.form(WIDE), steps)], most // FEWER
+        return self._ranked(on, self.form(NARROW, 2), LAST, GAIN)
 
     def best(self, starts: Sequence[Array]) -> Solution | None:
         """The best end of the descents from some starting values (n_free,)."""
-        ends = [self._staged(self.problem, theta, TUNINGS[-1:]) for theta in starts]
-        return min((end for end in ends if end is not None), key=lambda end: end.normal.cost, default=None)
-
-    def _ranked(self, starts: Sequence[Array]) -> list[Array]:
-        """The starts, those of least cost first."""
-        costs = [self._cost(theta) for theta in starts]
-        return [starts[i] for i in np.argsort(costs) if np.isfinite(costs[i])]
+        on = [self.problem.start(theta) for theta in starts]
+        return next(iter(self._ranked(on, self.form(NARROW, 2), LAST, GAIN)), None)
 
     def refined(self, theta: Array) -> Solution | None:
         """The end on whole recordings from theta (n_free,), with sub-steps whose error is below the noise."""
-        return self._staged(self.whole, theta, TUNINGS[-1:], FINER)
+        return self._descent(self.whole, self.whole.start(theta), self.form(NARROW, FINER), LAST, GAIN)
+
+    def _ranked(
+        self, starts: Sequence[Array], form: ResidualForm, steps: int, tolerance: float = ROUGHLY
+    ) -> list[Solution]:
+        """Where some steps from each start lead, the ends of least cost first."""
+        ends = [self._descent(self.problem, unknowns, form, steps, tolerance) for unknowns in starts]
+        return sorted((end for end in ends if end is not None), key=lambda end: end.normal.cost)
+
+    def _descent(
+        self, problem: Problem, unknowns: Array, form: ResidualForm, steps: int, tolerance: float
+    ) -> Solution | None:  # fmt: skip
+        bounds = (self.coordinates if problem is self.whole else self.likely).bounds.padded(len(unknowns))
+        evaluate = functools.partial(in_windows, problem, form)
+        end = minimise(evaluate, unknowns, bounds=bounds, iterations=steps, tolerance=tolerance)
+        self.evaluations += 0 if end is None else end.evaluations
+        return end
 
     def _starts(self) -> list[Array]:
         """Starting values: what the loop tells, and evenly spread what it does not (Sobol's sequence)."""
@@ -158,29 +168,6 @@ class Search:
                 values[level] *= self.loop.level
             values["lugre.sigma1"] = 0.5 * np.sqrt(values["lugre.sigma0"] * values["mass.m"])
             found.append(self.coordinates.theta_of(values))
-        return found
-
-    def _cost(self, theta: Array) -> float:
-        responses = self.problem.responses(self.problem.start(theta), self.form(SCREEN))
-        if any(r is None for r in responses):
-            return float("inf")
-        r = np.concatenate([self.problem.residual(i, one) for i, one in enumerate(responses) if one is not None])
-        return float(cauchy(r, SCREEN).sum())
-
-    def _staged(self, problem: Problem, theta: Array, tunings: Sequence[float], finer: int = 2) -> Solution | None:
-        """The end of stages with ever narrower losses, the last one in finer sub-steps."""
-        unknowns, found = problem.start(theta), None
-        bounds = (self.coordinates if problem is self.whole else self.likely).bounds.padded(len(unknowns))
-        for tuning in tunings:
-            last = tuning == TUNINGS[-1]
-            evaluate = functools.partial(in_windows, problem, self.form(tuning, finer if last else 1))
-            found = minimise(
-                evaluate, unknowns, bounds=bounds, iterations=LAST if last else ITERATIONS,
-                tolerance=3e-5 if last else 1e-3,
-            )  # fmt: skip
-            if found is None:
-                return None
-            unknowns, self.evaluations = found.theta, self.evaluations + found.evaluations
         return found
 
 
