@@ -1,8 +1,8 @@
 """The fit in damped order: by runs that are set back to the data, and with the force estimated where that converges.
 
 Runs in windows find their way from nothing but the loop of force over position, at any sampling. Where the force is
-noisy the noise-aware estimate goes on from there: it tells friction many times better. Where a slip is a jump between
-samples far apart its paths may not find every slip; then runs in windows go on from its end.
+noisy the noise-aware estimate goes on from there: it tells friction many times better. Where a slip is over before the
+next sample it does not know how well: there runs in windows go on from its end, and how far they go is the bias.
 """
 
 from __future__ import annotations
@@ -13,16 +13,16 @@ from dataclasses import replace
 from identification.data.experiment import Experiment
 from identification.data.grid import Grid, grids
 from identification.estimators.coordinates import Coordinates
-from identification.estimators.estimate import Estimate
+from identification.estimators.estimate import Estimate, converged, no_worse
 from identification.estimators.fitted import Fit, Outcome, fit_of, free_run_start
 from identification.estimators.noise_aware.damped import best_on_chunks, damped_for, on_whole_recordings
 from identification.estimators.noise_aware.fit import fit_noise_aware
 from identification.estimators.noise_aware.resolution import RESOLVED_BY_NODES
-from identification.estimators.order import Order, slip_is_seen, turn
+from identification.estimators.order import Order, slip_is_over, turn
 from identification.estimators.output_error.damped import fit_in_windows, search_for
 from identification.estimators.output_error.homotopy import Minimum
 from identification.estimators.output_error.problem import Problem, ResidualForm
-from identification.estimators.output_error.replicates import replicate_without_noise
+from identification.estimators.output_error.replicates import replicate_of
 from recordings import Array, Progress, silent
 from simulator import Kernel, kernel
 
@@ -50,16 +50,12 @@ def fit_damped(
         found = _noise_aware(valve, coordinates, smooth, segment_grids, starts, progress, told)
     if found is None:
         return fit_in_windows(search, starts, order, progress)
-    if found.order == "full" or found.outcome is Outcome.CONVERGED or _sees_slips(found):
+    if found.problem is None or found.estimate is None or not slip_is_over(found.values, found.problem.spacing):
         return found
-    assert found.estimate is not None
-    in_windows = fit_in_windows(search, [found.estimate.theta], order, progress)
-    return in_windows if in_windows.outcome is Outcome.CONVERGED else found
-
-
-def _sees_slips(found: Fit) -> bool:
-    """Whether the course of slips shows, so that the noise-aware estimate explains what is a valve of this kind."""
-    return found.problem is not None and slip_is_seen(found.values, found.problem.spacing)
+    theta = found.estimate.theta
+    in_windows = fit_in_windows(search, [theta], order, progress)
+    ended = in_windows.minimum
+    return in_windows if ended is None else replace(in_windows, bias=ended.unknowns[: len(theta)] - theta)
 
 
 def _noise_aware(
@@ -83,13 +79,26 @@ def _noise_aware(
         return fit_noise_aware(valve, coordinates, smooth, segment_grids, [best.theta], progress)
     progress("fit to whole recordings", 0, 0)
     work = damped_for(valve, coordinates, segment_grids, best.theta)
-    estimate = on_whole_recordings(work, best.theta)
+    estimate, good = on_whole_recordings(work, best.theta, lambda end: _explains(problem, end))
     if estimate is None:
         return None
     form = ResidualForm(work.freedom.h_max)
     minimum = Minimum(free_run_start(problem, estimate), estimate.normal, form, 0, estimate.settled)
     found = replace(fit_of(estimate, work, problem, minimum), order="damped")
-    return replace(found, bias=order_bias(found)) if found.outcome is Outcome.CONVERGED else found
+    if not good:
+        return found
+    found = replace(found, outcome=Outcome.CONVERGED)
+    return replace(found, bias=order_bias(found))
+
+
+def _explains(problem: Problem, end: Estimate) -> bool:
+    """Whether the innovations of an estimate look like noise, or like those that its model has on a replicate: a slip
+    of few samples is no straight line, and even a right model leaves outliers there.
+    """
+    if converged(end, resolved=False):
+        return True
+    usual = _fitted_to_replicate(problem, end.theta, noise=True)
+    return usual is not None and no_worse(end, usual)
 
 
 def order_bias(found: Fit) -> Array | None:
@@ -99,8 +108,13 @@ def order_bias(found: Fit) -> Array | None:
     assert found.problem is not None
     assert found.estimate is not None
     theta = found.estimate.theta
-    experiments = replicate_without_noise(found.problem, theta)
+    again = _fitted_to_replicate(found.problem, theta, noise=False)
+    return None if again is None else again.theta - theta
+
+
+def _fitted_to_replicate(problem: Problem, theta: Array, *, noise: bool) -> Estimate | None:
+    """The estimate some steps from theta (m,) on a replicate of the experiments; None without a solution."""
+    experiments = replicate_of(problem, theta, noise=noise)
     if experiments is None:
         return None
-    again = damped_for(found.kernel, found.coordinates, grids(experiments), theta).fit(theta, STEPS)
-    return None if again is None else again.theta - theta
+    return damped_for(problem.kernel, problem.coordinates, grids(experiments), theta).fit(theta, STEPS)

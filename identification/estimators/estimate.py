@@ -120,3 +120,11 @@ def converged(estimate: Estimate, *, resolved: bool = True) -> bool:
     """Whether the innovations look like noise. resolved : break-away is, by the sampling."""
     loss, outliers = (CLEAN_LOSS, CLEAN_OUTLIERS) if resolved else (ROUGH_LOSS, ROUGH_OUTLIERS)
     return estimate.loss < loss + 3 / np.sqrt(estimate.samples) and estimate.outliers < outliers
+
+
+def no_worse(estimate: Estimate, usual: Estimate) -> bool:
+    """Whether the innovations are no larger, and no more of them are far off, than those of another estimate, but for
+    chance.
+    """
+    few = usual.outliers + 3 * np.sqrt(usual.outliers / usual.samples)
+    return bool(estimate.loss < usual.loss + 3 / np.sqrt(estimate.samples) and estimate.outliers <= few)

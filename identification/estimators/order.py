@@ -74,3 +74,8 @@ def slip_is_seen(values: Mapping[str, float], spacing: float) -> bool:
 def sub_step(values: Mapping[str, float]) -> float:
     """The longest sub-step [s] of the damped order that resolves the slip."""
     return SLIP / slip(values)
+
+
+def slip_is_over(values: Mapping[str, float], spacing: float) -> bool:
+    """Whether a slip, half a swing of the mass on its spring, is over before the next sample, `spacing` [s] later."""
+    return slip(values) * spacing > np.pi

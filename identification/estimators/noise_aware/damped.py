@@ -16,7 +16,7 @@ from identification.budget import time_is_over
 from identification.data.grid import Grid
 from identification.estimators.anchors import deflection_at_rest
 from identification.estimators.coordinates import Coordinates
-from identification.estimators.estimate import HOPELESS, Estimate, Innovations, converged, costs, lean
+from identification.estimators.estimate import HOPELESS, Estimate, Innovations, costs, lean
 from identification.estimators.noise_aware.estimator import EQUAL, NEW_PATH, NoiseAware, Stages
 from identification.estimators.noise_aware.linearised_model import PathFreedom, first_path
 from identification.estimators.noise_aware.search import HOPELESS_TRIES, NOT_FAR, RIGHT, UNEXPLAINED, chunks
@@ -300,18 +300,19 @@ def _is_known(ends: Sequence[Estimate]) -> bool:
     return beside or any(end is best for end in ends[:-VAIN_TRIES])
 
 
-def on_whole_recordings(whole: DampedNoiseAware, theta: Array) -> Estimate | None:
-    """The fit to whole recordings from theta (m,); where it fails, once more from there, thoroughly and along new
-    paths. None where the model diverges.
+def on_whole_recordings(
+    whole: DampedNoiseAware, theta: Array, explains: Callable[[Estimate], bool]
+) -> tuple[Estimate | None, bool]:
+    """The fit to whole recordings from theta (m,), and whether it explains them; where it does not, once more from
+    there, thoroughly and along new paths. None where the model diverges.
     """
-    found = None
+    found, good = None, False
     for _ in range(DESCENTS):
         end = whole.in_stages(theta)
         end = None if end is None else whole.strict(end)
         if end is not None and (found is None or end.cost < found.cost):
-            found = end
-        failed = found is not None and not converged(found, resolved=False) and found.loss < HOPELESS
-        if found is None or not failed or np.array_equal(found.theta, theta) or time_is_over():
+            found, good = end, explains(end)
+        if found is None or good or found.loss > HOPELESS or np.array_equal(found.theta, theta) or time_is_over():
             break
         theta, whole = found.theta, replace(whole, thorough=True)
-    return found
+    return found, good

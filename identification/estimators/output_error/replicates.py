@@ -79,16 +79,17 @@ def replicates(
     return Replicates(np.array(moves), np.array(levels)) if moves else None
 
 
-def replicate_without_noise(problem: Problem, theta: Array) -> list[Experiment] | None:
-    """The experiments as the valve of theta (n_free,) would have given them in full order, without noise; None where
-    the model diverges. What a fit to them differs from theta by is the bias of its order.
+def replicate_of(problem: Problem, theta: Array, *, noise: bool) -> list[Experiment] | None:
+    """The experiments as the valve of theta (n_free,) would have given them in full order; None where the model
+    diverges. Without noise, what a fit to them differs from theta by is the bias of its order; with noise, what a fit
+    leaves of them a right model leaves.
     """
     predicted = _in_full_order(problem, theta)
     if predicted is None:
         return None
     rest, rng = iter(predicted), np.random.default_rng(0)
     return [
-        e.with_segments(tuple(noisy(e, s, next(rest), rng, size=0.0, force=False) for s in e.segments))
+        e.with_segments(tuple(noisy(e, s, next(rest), rng, size=float(noise), force=noise) for s in e.segments))
         for e in problem.experiments
     ]
 
