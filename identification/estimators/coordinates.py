@@ -124,6 +124,10 @@ class Coordinates:
         base = np.where(chosen, [values.get(name, 0.0) for name in self.names], self.base)
         return replace(self, base=base, free=self.free & ~chosen)
 
+    def with_defaults(self, values: Mapping[str, float]) -> Coordinates:
+        """The same with other values before any fit, by full name."""
+        return replace(self, base=np.array([values.get(n, v) for n, v in self.defaults.items()]))
+
     def told(self, theta: Array) -> Normal:
         """Normal equations (n_free,) of the user's priors, which are normal in the parameters themselves."""
         p, n, names = self.p(theta), self.n_free, self.free_names

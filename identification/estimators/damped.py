@@ -91,6 +91,21 @@ def _noise_aware(
     return replace(found, bias=order_bias(found))
 
 
+def damped_start(
+    valve: Kernel, coordinates: Coordinates, smooth: Sequence[Experiment], segment_grids: Sequence[Grid]
+) -> Array | None:
+    """Starting values (m,) for the fit of a valve to whole recordings, as `fit_damped` finds them, from nothing but the
+    defaults of the coordinates for what is not of the base model; None where nothing leads anywhere.
+    """
+    search = search_for(valve, coordinates, smooth, "damped")
+    starts = [] if search is None else [end.theta[: coordinates.n_free] for end in search.ends()]
+    if not starts:
+        return None
+    work = damped_for(valve, coordinates, segment_grids, starts[0])
+    best = best_on_chunks(work, starts, lambda _: False)
+    return None if best is None else best.theta
+
+
 def _explains(problem: Problem, end: Estimate) -> bool:
     """Whether the innovations of an estimate look like noise, or like those that its model has on a replicate: a slip
     of few samples is no straight line, and even a right model leaves outliers there.

@@ -10,6 +10,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from identification.data.grid import grids, with_smooth_force
+from identification.estimators.damped import damped_start
 from identification.estimators.estimate import Estimate, lean
 from identification.estimators.noise_aware.search import usual_values
 from identification.estimators.path_estimator import PathEstimator
@@ -18,6 +20,7 @@ from identification.tracing.models.guesses import EffectGuesses
 from identification.tracing.models.model import Model
 from identification.tracing.models.promise import may_reach
 from recordings import Array
+from simulator import kernel
 
 
 def best_model_on_chunks(model: Model) -> Model | None:
@@ -77,3 +80,18 @@ def _started(work: PathEstimator, starts: Sequence[Array]) -> list[Estimate]:
     """First fits from some starting values, best first."""
     fits = [work.fit(start, settings.STEPS // 3) for start in starts]
     return sorted((lean(fit) for fit in fits if fit is not None), key=lambda fit: fit.cost)
+
+
+def fitted_anew(model: Model, effect: str, values: Mapping[str, float]) -> Model | None:
+    """A model in damped order and one more effect at some values, fitted from the recordings alone, as the base model
+    was: with the same starts, and none of the parameters that it bent. None where that leads nowhere.
+    """
+    data = model.data
+    effects, segment_grids = data.in_order(*model.effects, effect), grids(data.experiments)
+    known = data.defaults(effect) | model.values | dict(values)
+    theta = damped_start(
+        kernel(effects, "force", data.catalogue), data.coordinates(effects).with_defaults(known),
+        with_smooth_force(data.experiments, segment_grids), segment_grids,
+    )  # fmt: skip
+    end = None if theta is None else data.estimator(effects, worth=settings.CHANCE_GAIN).fit(theta, settings.STEPS)
+    return None if end is None else Model(effects, data, lean(end)).refitted()
