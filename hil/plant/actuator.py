@@ -52,7 +52,8 @@ class ActuatorSetup:
     stimulus but has a value of its own, as commanded; faults : occur whatever is commanded; noise : the benchmark's;
     seed : of the noise; parameters : of the actuator; friction : LuGre parameters by symbol, where they deviate;
     hidden : effects of the catalogue, by id and symbol, that nobody is told of, and hidden_on : whether they act from
-    the start; catalogue : where effects are looked up. Friction and effects need the form ``lugre``.
+    the start; catalogue : where effects are looked up; made_by : what runs it, `Actuator` or a class that does so in
+    another way. Friction and effects need the form ``lugre``.
     """
 
     form: Form = "play"
@@ -66,6 +67,7 @@ class ActuatorSetup:
     hidden: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     hidden_on: bool = True
     catalogue: Catalogue = CATALOGUE
+    made_by: type[Actuator] = Actuator
 
 
 class ActuatorPlant:
@@ -159,7 +161,7 @@ class ActuatorPlant:
             raise BadInput("hidden_effect", "there is none to switch on", remedy, parameter="effects")
         if friction:
             effects["lugre"] = friction
-        actuator = Actuator(orders.form, setup.parameters, effects, catalogue=setup.catalogue)
+        actuator = setup.made_by(orders.form, setup.parameters, effects, catalogue=setup.catalogue)
         return actuator, (*setup.faults, *self._injected, *orders.ordered_fault())
 
     def _hidden(self, effect: str, on: bool) -> Mapping[str, float]:

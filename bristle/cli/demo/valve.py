@@ -79,21 +79,20 @@ def terminable() -> Iterator[None]:
 
 
 @asynccontextmanager
-async def served(*options: str, longest_s: float = LONGEST_S) -> AsyncIterator[str]:
-    """`bristle serve` with the valve of the demo in a process of its own, in lock-step; its address. It has gone when
-    this is left.
+async def served(*, allow_faults: bool = False, longest_s: float = LONGEST_S) -> AsyncIterator[str]:
+    """The valve of the demo, served in a process of its own, in lock-step; its address. It has gone when this is left.
 
-    longest_s : it ends by itself after so long [s]. Raises BadInput when it does not start.
+    allow_faults : its friction can be changed by register; longest_s : it ends by itself after so long [s]. Raises
+    BadInput when it does not start.
     """
-    settings = [word for name, value in SETTINGS.items() for word in ("--set", f"{name}={value!r}")]
-    about = ("--friction", "lugre", "--effect", HIDDEN, "--noise", "--seed", str(SEED))
-    ending = ("--lock-step", "--duration", f"{longest_s:g}")
-    words = (*about, *ending, *settings, *options)
-    command = (sys.executable, "-m", "bristle", "serve", "--listen", "tcp://127.0.0.1:0", *words)
+    settings = [f"{name}={value!r}" for name, value in SETTINGS.items()]
+    about = {"settings": settings, "effects": [HIDDEN], "seed": SEED}
+    words = json.dumps([about, allow_faults, longest_s])
+    command = (sys.executable, "-m", "bristle.cli.demo.plant", words)
     process: Process = await asyncio.create_subprocess_exec(*command, stdout=PIPE, start_new_session=True)
     try:
         if process.stdout is None or not (line := await process.stdout.readline()):
-            raise BadInput("simulated valve", "it did not start", "try bristle serve by hand to see why")
+            raise BadInput("simulated valve", "it did not start", "run bristle demo again to see why")
         yield str(json.loads(line)["listening"][0])
     finally:
         if process.returncode is None:

@@ -91,7 +91,7 @@ def watch_stage(model: Path, out: Path, say: Say, ending: Ending, keep: bool = F
 
 async def _stage(model: ValveModel, events: Path, say: Say, ending: Ending, keep: bool) -> None:
     longest_s = KEPT_S if keep else LONGEST_S
-    async with served("--allow-faults", longest_s=longest_s) as address, controller(address) as plant:
+    async with served(allow_faults=True, longest_s=longest_s) as address, controller(address) as plant:
         await _watched(address, plant, model, events, say, ending, keep)
 
 
