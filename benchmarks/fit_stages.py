@@ -47,8 +47,9 @@ FIRST_PATH, DIRECT, STAGES = (
     resolve_name(f"{FULL}.{name}") for name in ("linearised_model:first_path", "search:DIRECT", "estimator:STAGES")
 )
 DAMPED_ORDER: dict[str, Mapping[str, Any]] = {
-    "8 starts instead of 32": {f"{SEARCH}.STARTS": 8},
-    "one start followed instead of six": {f"{SEARCH}.FOLLOWED": 1},
+    "16 starts instead of 64": {f"{SEARCH}.STARTS": 16},
+    "four starts, and none of them dropped": {f"{SEARCH}.STARTS": 4, f"{SEARCH}.STEPS": (10,)},
+    "ends are not judged beside replicates": {f"{DAMPED}.no_worse": nothing},
     "no bristle in balance on first paths": {f"{CHUNKS}.balanced_path": FIRST_PATH},
     "no paths set back to the data": {f"{CHUNKS}.set_back_path": nothing},
     "no loose forces on new paths": {f"{CHUNKS}.LOOSE": ()},

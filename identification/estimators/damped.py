@@ -7,7 +7,7 @@ next sample it does not know how well: there runs in windows go on from its end,
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from identification.data.experiment import Experiment
@@ -18,7 +18,7 @@ from identification.estimators.fitted import Fit, Outcome, fit_of, free_run_star
 from identification.estimators.noise_aware.damped import best_on_chunks, damped_for, on_whole_recordings
 from identification.estimators.noise_aware.fit import fit_noise_aware
 from identification.estimators.noise_aware.resolution import RESOLVED_BY_NODES
-from identification.estimators.order import Order, slip_is_over, turn
+from identification.estimators.order import Order, slip_is_over, slip_is_seen, turn
 from identification.estimators.output_error.damped import fit_in_windows, search_for
 from identification.estimators.output_error.homotopy import Minimum
 from identification.estimators.output_error.problem import Problem, ResidualForm
@@ -50,12 +50,19 @@ def fit_damped(
         found = _noise_aware(valve, coordinates, smooth, segment_grids, starts, progress, told)
     if found is None:
         return fit_in_windows(search, starts, order, progress)
-    if found.problem is None or found.estimate is None or not slip_is_over(found.values, found.problem.spacing):
+    if found.problem is None or found.estimate is None or _is_sure(found.estimate, found.values, found.problem.spacing):
         return found
     theta = found.estimate.theta
     in_windows = fit_in_windows(search, [theta], order, progress)
     ended = in_windows.minimum
     return in_windows if ended is None else replace(in_windows, bias=ended.unknowns[: len(theta)] - theta)
+
+
+def _is_sure(estimate: Estimate, values: Mapping[str, float], spacing: float) -> bool:
+    """Whether a noise-aware estimate knows how good it is: where a slip is over before the next sample, only if its
+    innovations are noise.
+    """
+    return not slip_is_over(values, spacing) or converged(estimate, resolved=False)
 
 
 def _noise_aware(
@@ -107,11 +114,11 @@ def damped_start(
 
 
 def _explains(problem: Problem, end: Estimate) -> bool:
-    """Whether the innovations of an estimate look like noise, or like those that its model has on a replicate: a slip
-    of few samples is no straight line, and even a right model leaves outliers there.
+    """Whether the innovations of an estimate look like noise or, where samples do not show the course of a slip, like
+    those that its model has on a replicate: even a right model leaves outliers there.
     """
-    if converged(end, resolved=False):
-        return True
+    if converged(end, resolved=False) or slip_is_seen(problem.coordinates.values(end.theta), problem.spacing):
+        return converged(end, resolved=False)
     usual = _fitted_to_replicate(problem, end.theta, noise=True)
     return usual is not None and no_worse(end, usual)
 

@@ -23,6 +23,7 @@ from identification.estimators.order import (
     SEEN,
     at_rest,
     slip,
+    slip_is_over,
     slip_is_seen,
     swing,
     turn,
@@ -56,7 +57,8 @@ QUICK = ("mass.m", "lugre.fs", "lugre.vs", "lugre.sigma0", "lugre.sigma1")
 than so many radians from sample to sample (`RESOLVED_BY_NODES` where the force is noisy), estimate and interval can
 both be wrong, and they are reported as unresolved."""
 SLIPPING = ("mass.m", "lugre.vs", "lugre.sigma0", "lugre.sigma2")
-"""What is known of these in damped order comes from the course of slips."""
+"""What is known of these in damped order comes from the course of slips. Where a slip is over before the next sample,
+Coulomb friction is not told either: it trades with viscous friction by several percent."""
 ENOUGH_FOR_SLIPS = 20.0
 """Samples a second by which slips show at all."""
 AT_BOUND = 1e-4
@@ -250,9 +252,11 @@ def rate_that_shows(fit: Fit, name: str) -> float:
 
 def _slips_unseen(fit: Fit, name: str) -> bool:
     """Whether a parameter shows in the course of slips, and these are jumps between two samples."""
-    if fit.order == "full" or fit.problem is None or name not in SLIPPING:
+    if fit.order == "full" or fit.problem is None:
         return False
-    return not slip_is_seen(fit.values, fit.problem.spacing)
+    if name == "lugre.fc":
+        return slip_is_over(fit.values, fit.problem.spacing)
+    return name in SLIPPING and not slip_is_seen(fit.values, fit.problem.spacing)
 
 
 def _too_quick(fit: Fit, name: str) -> str:

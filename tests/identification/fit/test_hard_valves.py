@@ -1,0 +1,65 @@
+"""Stiff valves on which a fit can go astray: a Stribeck curve that ends at 1.5 mm/s, and slips of two samples behind a
+positioner, whose innovations are not noise even at the true parameters.
+"""
+
+from __future__ import annotations
+
+import functools
+
+import pytest
+
+from benchmarks.plant_sampling import GROSS, behind_a_positioner, recordings
+from identification import Outcome, fit, uncertainty_of
+from identification.estimators.estimate import converged
+from identification.estimators.order import slip, slip_is_over, slip_is_seen
+
+MAKE = {"stem": recordings, "loop": behind_a_positioner}
+CASES = [("stem", 9501, 100.0), ("stem", 9508, 50.0), ("loop", 9127, 50.0), ("loop", 9130, 50.0)]
+"""Kind, seed of the valve and rate [Hz]."""
+
+
+@functools.cache
+def fitted(kind, seed, rate):
+    truth, experiments = MAKE[kind](seed, rate)
+    return truth, fit(experiments)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("kind", "seed", "rate"), CASES)
+def test_they_converge_to_the_valve_and_claim_nothing_wrong(kind, seed, rate):
+    truth, found = fitted(kind, seed, rate)
+    assert found.outcome is Outcome.CONVERGED
+    assert found.order == "damped"
+    for name, share in (("spring.K", 1e-3), ("lugre.fs", 0.01), ("lugre.fc", 0.03)):
+        assert found.values[name] == pytest.approx(truth[name], rel=share)
+    known = uncertainty_of(found)
+    told = [name for name in known.names if known.status[name] == "identified"]
+    assert {"spring.K", "spring.F0", "lugre.fs"} <= {*told}
+    assert all(abs(found.values[name] - truth[name]) < GROSS * known.spread[name] for name in told)
+
+
+@pytest.mark.slow
+def test_a_fit_that_leaves_outliers_has_converged_where_its_own_replicate_leaves_as_many():
+    _, found = fitted("loop", 9127, 50.0)
+    assert found.estimate is not None
+    assert not converged(found.estimate, resolved=False)
+    assert found.outcome is Outcome.CONVERGED
+
+
+def test_a_slip_is_over_after_half_a_swing_on_the_spring():
+    values = {"spring.K": 40e3, "mass.m": 4.0}
+    assert slip(values) == pytest.approx(100.0)
+    assert not slip_is_over(values, 0.0314)
+    assert slip_is_over(values, 0.0315)
+    assert not slip_is_seen(values, 0.0315)
+
+
+@pytest.mark.slow
+def test_where_a_slip_is_over_before_the_next_sample_coulomb_friction_is_unresolved():
+    """Runs in windows have it wrong by 12 %, with an interval of 1 %: it trades with viscous friction."""
+    _, found = fitted("stem", 9708, 20.0)
+    assert slip_is_over(found.values, 0.05)
+    known = uncertainty_of(found)
+    assert known.status["lugre.fc"] == "unresolved"
+    assert "too quick for 20 samples a second" in known.note["lugre.fc"]
+    assert known.status["lugre.fs"] == "identified"
