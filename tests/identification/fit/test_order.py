@@ -19,6 +19,7 @@ from identification.estimators.order import (
     RESOLVED,
     RESOLVED_EXACT,
     order_of,
+    slip_is_over,
     slip_is_seen,
     sub_step,
     swing,
@@ -88,15 +89,16 @@ def test_it_does_not_end_with_a_heavy_stem_on_overdamped_bristles():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("rate", "shares"),
+    ("rate", "estimator", "shares"),
     [
-        (200.0, {"lugre.fc": 3e-3, "lugre.fs": 1e-3, "mass.m": 0.03, "lugre.sigma2": 0.03}),
-        (50.0, {"lugre.fc": 0.01, "lugre.fs": 1e-3, "lugre.sigma2": 0.03}),  # a slip is a jump: the mass is unresolved
+        (200.0, "noise-aware", {"lugre.fc": 3e-3, "lugre.fs": 1e-3, "mass.m": 0.03, "lugre.sigma2": 0.03}),
+        (50.0, "output-error", {"lugre.fc": 3e-3, "lugre.fs": 1e-3, "mass.m": 0.03, "lugre.sigma2": 0.03}),
     ],
 )
-def test_where_the_force_is_noisy_it_is_estimated_at_any_rate(rate, shares):
+def test_a_noisy_force_is_estimated_unless_a_slip_is_over_before_the_next_sample(rate, estimator, shares):
     found = fitted(rate)
-    assert found.estimator == "noise-aware"
+    assert found.estimator == estimator
+    assert slip_is_over(found.values, 1 / rate) == (estimator == "output-error")
     for name, share in shares.items():
         assert found.values[name] == pytest.approx(STIFF[name], rel=share)
 
