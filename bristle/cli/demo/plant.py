@@ -64,7 +64,7 @@ class RungeKutta(Actuator):
         path, pressure, rubbing = _integrated(np.array(state.values), u[:, 0].copy(), supply, stem, friction, air)
         signals = np.zeros((len(u), len(COLUMN)))
         x = path[:, 0]
-        shown = {
+        shown: dict[str, Array | float] = {
             "CV": u[:, 0], "P1": u[:, 1], "P2": u[:, 2], "T1": u[:, 3], "X": x / p.stroke, "CVI": path[:, 6],
             "Ps": pressure, "Pz": supply, "X3": 1.0, "position": x / p.stroke, "pressure": pressure, "x": x,
             "v": path[:, 1], "friction": rubbing, "density": 1e3,
