@@ -44,7 +44,7 @@ def fit_damped(
     search = search_for(valve, coordinates, smooth, order)
     if search is None:
         return Fit(Outcome.TOO_SHORT, valve, coordinates)
-    starts = [end.theta[: coordinates.n_free] for end in search.ends(progress)]
+    starts = search.ends(progress)
     found = None
     if segment_grids and order == "damped":
         found = _noise_aware(valve, coordinates, smooth, segment_grids, starts, progress, told)
@@ -55,7 +55,7 @@ def fit_damped(
     theta = found.estimate.theta
     in_windows = fit_in_windows(search, [theta], order, progress)
     ended = in_windows.minimum
-    return in_windows if ended is None else replace(in_windows, bias=ended.unknowns[: len(theta)] - theta)
+    return found if ended is None else replace(in_windows, bias=ended.unknowns[: len(theta)] - theta)
 
 
 def _is_sure(estimate: Estimate, values: Mapping[str, float], spacing: float) -> bool:
@@ -105,11 +105,11 @@ def damped_start(
     defaults of the coordinates for what is not of the base model; None where nothing leads anywhere.
     """
     search = search_for(valve, coordinates, smooth, "damped")
-    starts = [] if search is None else [end.theta[: coordinates.n_free] for end in search.ends()]
+    starts = [] if search is None else search.ends()
     if not starts:
         return None
     work = damped_for(valve, coordinates, segment_grids, starts[0])
-    best = best_on_chunks(work, starts, lambda _: False)
+    best = best_on_chunks(work, starts, enough=lambda _: False)
     return None if best is None else best.theta
 
 
@@ -117,8 +117,10 @@ def _explains(problem: Problem, end: Estimate) -> bool:
     """Whether the innovations of an estimate look like noise or, where samples do not show the course of a slip, like
     those that its model has on a replicate: even a right model leaves outliers there.
     """
-    if converged(end, resolved=False) or slip_is_seen(problem.coordinates.values(end.theta), problem.spacing):
-        return converged(end, resolved=False)
+    if converged(end, resolved=False):
+        return True
+    if slip_is_seen(problem.coordinates.values(end.theta), problem.spacing):
+        return False
     usual = _fitted_to_replicate(problem, end.theta, noise=True)
     return usual is not None and no_worse(end, usual)
 

@@ -22,13 +22,13 @@ from recordings import Progress, silent
 def candidates_of_round(model: Model, budget: Budget, progress: Progress = silent) -> tuple[Candidate, ...]:
     """All candidates beside a model, best first; at most the first is accepted."""
     scores, fits, judged = screen(model, progress), list[CandidateFit](), dict[str, Candidate]()
-    anew, damped = set[str](), model.data.damped is not None
+    anew, lacks = set[str](), model.data.damped is not None and not is_white(model)
     for some, rest in shortlisted_fits(model, scores, budget, progress):
         fits = sorted([*fits, *some], key=lambda fit: -fit.gain if fit.chunk_fits else np.inf)
         chosen = [fit for effect, fit in worth_refitting(model, fits).items() if effect not in judged]
         shown = budget.within(chosen, "refits and hold-out", progress, lambda fit: fit.effect)
         judged |= {fit.effect: judge(model, fit) for fit in shown}
-        if damped and not is_white(model) and not any(_is_enough(c, rest) for c in judged.values()):
+        if lacks and not any(_is_enough(c, rest) for c in judged.values()):
             judged |= _best_anew(model, fits, judged, anew, budget)
         if any(_is_enough(c, rest) for c in judged.values()):
             break

@@ -122,22 +122,26 @@ class Search:
         """How the residual is formed, with a tuning of the loss and a sub-step that is so many times finer."""
         return ResidualForm(self.h / finer, self.window, tuning)
 
-    def ends(self, progress: Progress = silent) -> list[Solution]:
-        """Where the starts lead that go down best in the wide loss, the best in the narrow one first."""
+    def ends(self, progress: Progress = silent) -> list[Array]:
+        """Where the starts lead that go down best in the wide loss, (n_free,), the best in the narrow one first."""
         on, most = [self.problem.start(theta) for theta in self._starts()], STARTS
         for stage, steps in enumerate(STEPS):
             progress("search", stage, len(STEPS))
             on, most = [end.theta for end in self._ranked(on[:most], self.form(WIDE), steps)], most // FEWER
-        return self._ranked(on, self.form(NARROW, 2), LAST, GAIN)
+        return [end.theta[: self.coordinates.n_free] for end in self._narrowed(on)]
 
     def best(self, starts: Sequence[Array]) -> Solution | None:
         """The best end of the descents from some starting values (n_free,)."""
         on = [self.problem.start(theta) for theta in starts]
-        return next(iter(self._ranked(on, self.form(NARROW, 2), LAST, GAIN)), None)
+        return next(iter(self._narrowed(on)), None)
 
     def refined(self, theta: Array) -> Solution | None:
         """The end on whole recordings from theta (n_free,), with sub-steps whose error is below the noise."""
         return self._descent(self.whole, self.whole.start(theta), self.form(NARROW, FINER), LAST, GAIN)
+
+    def _narrowed(self, starts: Sequence[Array]) -> list[Solution]:
+        """Where the narrow loss leads from each start, the ends of least cost first."""
+        return self._ranked(starts, self.form(NARROW, 2), LAST, GAIN)
 
     def _ranked(
         self, starts: Sequence[Array], form: ResidualForm, steps: int, tolerance: float = ROUGHLY

@@ -10,7 +10,7 @@ International Economic Review 40(2), 1999).
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -70,7 +70,8 @@ def replicates(
     moves, levels = [], []
     for _ in range(trials):
         coordinates = problem.coordinates.with_drawn_priors(theta, rng)
-        drawn = Problem(problem.kernel, coordinates, _drawn(problem.experiments, predicted, rng))
+        again = with_smooth_force(_drawn(problem.experiments, predicted, rng))
+        drawn = Problem(problem.kernel, coordinates, again)
         evaluate = functools.partial(in_windows, drawn, form)
         end = minimise(evaluate, drawn.start(theta), bounds=bounds, iterations=steps, tolerance=0.0)
         if end is not None:
@@ -87,11 +88,7 @@ def replicate_of(problem: Problem, theta: Array, *, noise: bool) -> list[Experim
     predicted = _in_full_order(problem, theta)
     if predicted is None:
         return None
-    rest, rng = iter(predicted), np.random.default_rng(0)
-    return [
-        e.with_segments(tuple(noisy(e, s, next(rest), rng, size=float(noise), force=noise) for s in e.segments))
-        for e in problem.experiments
-    ]
+    return _drawn(problem.experiments, predicted, np.random.default_rng(0), noise=noise)
 
 
 def _in_full_order(problem: Problem, theta: Array) -> list[Array] | None:
@@ -126,10 +123,14 @@ def in_windows(problem: Problem, form: ResidualForm, unknowns: Array) -> Normal 
     return None if normal is None else normal.plus(prior(c.free_names, unknowns[: c.n_free], UNRESOLVED))
 
 
-def _drawn(experiments: tuple[Experiment, ...], predicted: list[Array], rng: np.random.Generator) -> list[Experiment]:
-    """The experiments with predicted positions (n_samples,) of each segment and new noise, the force smoothed anew."""
-    rest, found = iter(predicted), []
-    for e in experiments:
-        segments = tuple(noisy(e, s, next(rest), rng) for s in e.segments)
-        found.append(e.with_segments(segments))
-    return with_smooth_force(found)
+def _drawn(
+    experiments: Sequence[Experiment], predicted: Sequence[Array], rng: np.random.Generator, *, noise: bool = True
+) -> list[Experiment]:
+    """The experiments with predicted positions (n_samples,) of each segment, and new noise in position and force unless
+    that is not wanted.
+    """
+    rest = iter(predicted)
+    return [
+        e.with_segments(tuple(noisy(e, s, next(rest), rng, size=float(noise), force=noise) for s in e.segments))
+        for e in experiments
+    ]
