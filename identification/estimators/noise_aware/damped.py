@@ -1,8 +1,8 @@
 """The noise-aware estimate where the sampling shows a slip and not the bristle: parameters and paths in damped steps.
 
-A slip lasts a few samples here. About the smoothed motion, which blurs it, the model does not find home; so paths
-start, stretch by stretch, from whichever explains the measurements better, the smoothed motion or runs of the model
-that are set back to the data. A step of a path that does harm in a stretch is taken back there.
+A slip lasts a few samples here. A path that slips a sample late costs hundreds, at the right parameters as at others,
+and hides what a step of the parameters gains. So the cost of parameters is that of the best of several paths, stretch
+by stretch: along the smoothed motion, runs of the model, and those that were best before. Steps are Gauss-Newton's.
 """
 
 from __future__ import annotations
@@ -14,13 +14,12 @@ import numpy as np
 
 from identification.budget import time_is_over
 from identification.data.grid import Grid
-from identification.estimators.anchors import deflection_at_rest
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.estimate import HOPELESS, Estimate, Innovations, costs, lean
-from identification.estimators.noise_aware.estimator import EQUAL, NEW_PATH, NoiseAware, Stages
-from identification.estimators.noise_aware.linearised_model import PathFreedom, first_path
+from identification.estimators.noise_aware.estimator import NEW_PATH, NoiseAware, Stages
+from identification.estimators.noise_aware.linearised_model import PathFreedom
+from identification.estimators.noise_aware.paths import along_smooth_motion, first_paths, without_overshoot
 from identification.estimators.noise_aware.search import HOPELESS_TRIES, NOT_FAR, RIGHT, UNEXPLAINED, chunks
-from identification.estimators.noise_aware.set_back import set_back_path
 from identification.estimators.order import sub_step
 from identification.parallel import each
 from recordings import Array, IndexArray, Progress, silent
@@ -39,88 +38,90 @@ STRETCH = 0.5
 """Length [s] of the stretches in which paths are chosen: a slip, and the rest behind it."""
 WORSE, BACK = 0.1, 0.3
 """Rise of the cost of a stretch from which a step of its path does harm, and the share of the step that is kept."""
-STEPS, ROUNDS, LAST, DESCENTS = 6, 6, 12, 2
-"""Steps of a descent on chunks before it goes on along new paths, times that it does at most, steps on whole
-recordings and descents there at most."""
-SLOW = 0.5
-"""Share of the Stribeck velocity below which the stem creeps."""
+STEPS, LAST, DESCENTS = 6, 12, 2
+"""Steps by which a descent on chunks shows whether it is worth going on, steps of it then and on whole recordings, and
+descents there at most."""
 LOOSE, LOOSE_STEPS = (10.0, 3.0), 3
 """Factors on the noise of the force while a new path comes to rest at first, one after the other, and steps of each."""
-RESTING = 2
-"""Steps of the path alone before a step of the parameters is judged, where it has not helped at once."""
+OTHERS, RESTING = (along_smooth_motion, without_overshoot), 2
+"""What is tried beside a path about which some innovations lie far off, and steps in which it comes to rest."""
+FEW, ALMOST_NONE = 1e-3, 5e-4
+"""Share of innovations far off from which an end on chunks is not taken for the right one, and up to which nothing is
+tried beside a path."""
 LEFT = 0.3
 """Fall of the cost that a step has to promise by the normal equations to be tried."""
-CHANCE = 10.0
-"""Fall of the cost that other paths give by chance: a step that promises less is not tried along them."""
-NOTABLE = 30.0
-"""Fall of the cost from which going on along new paths is worth its time."""
-VAIN_TRIES = 2
-"""Starts in a row that lead to nothing better after which the best end is taken."""
 CHUNK, CHUNK_S = 1000, 4.0
 """Least nodes and seconds of a chunk."""
 
 
 @dataclass(frozen=True)
 class DampedNoiseAware(NoiseAware):
-    """The fit of one kernel of a force with error, in damped steps, to some grids (a `PathEstimator`).
+    """The fit of one kernel of a force with error, in damped steps, to some grids (a `PathEstimator`)."""
 
-    thorough : paths rest twice as long before a step of the parameters is judged, and it is tried along others,
-    whatever it promises.
-    """
-
-    thorough: bool = False
-
-    def start(self, theta: Array, steps: int = NEW_PATH) -> Estimate | None:
+    def start(
+        self, theta: Array, steps: int = NEW_PATH, known: Sequence[Sequence[Array]] = ()
+    ) -> Estimate | None:  # fmt: skip
         """The estimate at fixed parameters theta (m,), along new paths that take so many steps. None where the model
-        diverges.
-
-        A path that slips a sample early or late stays there, as no small step leads to the right slip. So paths first
-        come to rest under forces that are known less well than they are, and are kept where that explains more.
+        diverges. known : paths of all grids, (n, n_states) each, that go on wherever they explain more.
         """
         p = self.coordinates.p(theta)
-        firsts = self._best_paths(theta, lambda i: [balanced_path(self.kernel, self.grids[i], p), self._set_back(i, p)])
-        if firsts is None:
-            return None
-        loose: Sequence[Array] = firsts
+
+        def candidates(i: int) -> list[Array | None]:
+            new = first_paths(self.kernel, self.grids[i], p, self.freedom.h_max)
+            return [*new, *(paths[i] for paths in known)]
+
+        best = self._best_paths(theta, candidates)
+        if best is not None and not known:
+            best = self._loosened(theta, best)
+        end = None if best is None else self.along(theta, best, steps)
+        return None if end is None else self._mended(end)
+
+    def _loosened(self, theta: Array, firsts: Sequence[Array]) -> list[Array] | None:
+        """New paths that first come to rest under forces that are known less well than they are, where that explains
+        more: one that slips late stays there otherwise.
+        """
+        loose = firsts
         for force in LOOSE:
             end = self.with_freedom(replace(self.freedom, force=force)).along(theta, loose, LOOSE_STEPS)
             loose = loose if end is None else end.paths
-        best = self._best_paths(theta, lambda i: [loose[i], firsts[i]])
-        return None if best is None else self.along(theta, best, steps)
+        return self._best_paths(theta, lambda i: [loose[i], firsts[i]])
+
+    def _mended(self, now: Estimate) -> Estimate:
+        """An estimate along the better of its path and each of `OTHERS`, stretch by stretch."""
+        for other in OTHERS:
+            end = None if now.outliers < ALMOST_NONE else self._beside(now, other)
+            now = now if end is None or end.cost > now.cost else end
+        return now
+
+    def _beside(self, now: Estimate, other: Callable[[Kernel, Grid, Array, Array], Array | None]) -> Estimate | None:
+        """An estimate along the better of its path and another that comes to rest. None where there is no other."""
+        p = self.coordinates.p(now.theta)
+        paths = self._of_all(lambda i: other(self.kernel, self.grids[i], p, now.paths[i]))
+        end = None if paths is None else self.along(now.theta, paths, RESTING)
+        if end is None:
+            return None
+        best = self._best_paths(now.theta, lambda i: [now.paths[i], end.paths[i]])
+        return None if best is None else self.along(now.theta, best, NEW_PATH)
 
     def refit(
         self, theta: Array, paths: Sequence[Array], steps: int, vain: Callable[[Estimate], bool] | None = None
     ) -> Estimate | None:
-        """The estimate after descents: first along paths that another model left, then each along new paths, as long as
-        that helps. None where the model diverges.
-        """
-        best = super().refit(theta, paths, steps, vain)
-        return self.on_new_paths(theta if best is None else best.theta, best, vain)
+        """The estimate after a descent along new paths, or those that another model left. None where it diverges."""
+        start = self.start(theta, known=[paths])
+        return None if start is None else self.descend(start, steps, vain)
 
-    def on_new_paths(
-        self, theta: Array, best: Estimate | None = None, vain: Callable[[Estimate], bool] | None = None,
-        most: float = HOPELESS,
-    ) -> Estimate | None:  # fmt: skip
-        """The end of descents from theta (m,), each along new paths, as long as that helps. None where the model
-        diverges. best : the estimate so far, where there is one; vain : whether it is, to go on; most : loss that two
-        descents may leave.
-
-        The smoother holds on to slips that a path has, and to rests; the model at better parameters has others.
+    def on_new_paths(self, theta: Array, most: float = HOPELESS) -> Estimate | None:
+        """The end of a descent from theta (m,) along new paths; most : loss that its first steps may leave. None where
+        the model diverges.
         """
-        for done in range(ROUNDS):
-            if best is not None and (time_is_over() or (vain is not None and vain(best))):
+        now = self.start(theta)
+        for steps in (STEPS, LAST):
+            if now is None or now.loss > HOPELESS:
                 break
-            start = self.start(theta)
-            if start is None:
+            now = self.descend(now, steps)
+            if now.settled or now.loss > most:
                 break
-            end = self.descend(start, STEPS, vain)
-            fall = float("inf") if best is None else best.cost - end.cost
-            best = lean(end) if fall > 0 or best is None else best
-            lost = end.loss > (most if done else HOPELESS)
-            if fall < NOTABLE or lost or np.array_equal(end.theta, theta):
-                break
-            theta = end.theta
-        return best
+        return None if now is None else lean(now)
 
     def relaxed(
         self, i: int, p: Array, path: Array, line: Innovations, steps: int
@@ -148,30 +149,11 @@ class DampedNoiseAware(NoiseAware):
         return None if back is None else (path, back)
 
     def trial(self, now: Estimate, step: Array) -> Estimate | None:
-        """The estimate a step further. Where that is not better at once, its paths come to rest first; where that does
-        not help, paths at rest from the best of the moved path, the present one and one that is set back to the data
-        may. Other paths cost hundreds more or less by chance, so they come last: judged by them, good steps are lost.
+        """The estimate a step further, along new paths, the present ones, or those moved along, whichever explain more.
+
+        The present and the moved ones alone would cost thousands more, and good steps be lost.
         """
-        theta, moved = now.theta + step, self.moved(now, step)
-        first = best = self.along(theta, moved, 0)
-        resting = 2 * RESTING if self.thorough else RESTING
-
-        def at_rest() -> Estimate | None:
-            return None if first is None else self.rested(first, resting)
-
-        def on_best() -> Estimate | None:
-            p = self.coordinates.p(theta)
-            best = self._best_paths(theta, lambda i: [moved[i], now.paths[i], self._set_back(i, p)])
-            return None if best is None else self.along(theta, best, resting)
-
-        promised = -float(2 * now.normal.gradient @ step + step @ now.normal.matrix @ step)
-        ways = (at_rest, on_best) if self.thorough or promised > CHANCE else (at_rest,)
-        for way in ways if self.dense else ():
-            if best is not None and best.cost < now.cost + EQUAL:
-                break
-            ends = [end for end in (best, way()) if end is not None]
-            best = min(ends, key=lambda end: end.cost, default=None)
-        return best
+        return self.start(now.theta + step, known=[now.paths, self.moved(now, step)])
 
     @property
     def left(self) -> float:
@@ -188,17 +170,18 @@ class DampedNoiseAware(NoiseAware):
         """The freedom of the paths by which ends of fits are judged."""
         return self.freedom
 
-    def _set_back(self, i: int, p: Array) -> Array | None:
-        return set_back_path(self.kernel, self.grids[i], p, self.freedom.h_max)
-
     def _best_paths(
         self, theta: Array, candidates: Callable[[int], Sequence[Array | None]]
     ) -> list[Array] | None:  # fmt: skip
         """For every grid the best of its candidates; None where one has none with a solution."""
         p = self.coordinates.p(theta)
-        best = each(lambda i: self._best_of(i, p, candidates(i)), range(len(self.grids)))
-        known = [path for path in best if path is not None]
-        return known if len(known) == len(best) else None
+        return self._of_all(lambda i: self._best_of(i, p, candidates(i)))
+
+    def _of_all(self, path_of: Callable[[int], Array | None]) -> list[Array] | None:
+        """A path for every grid; None where one has none."""
+        found = each(path_of, range(len(self.grids)))
+        known = [path for path in found if path is not None]
+        return known if len(known) == len(found) else None
 
     def _best_of(self, i: int, p: Array, paths: Sequence[Array | None]) -> Array | None:
         """Of some paths of grid i (n, n_states), in every stretch the one about which the model explains the
@@ -213,25 +196,6 @@ class DampedNoiseAware(NoiseAware):
         if not known:
             return None
         return np.ascontiguousarray(np.array(known)[np.argmin(misfits, axis=0)[stretch], np.arange(len(stretch))])
-
-
-def balanced_path(kernel: Kernel, grid: Grid, p: Array) -> Array | None:
-    """A first path (n, n_states) on which the bristle balances the forces wherever the stem creeps or rests. None
-    without a solution.
-
-    A valve whose controller integrates creeps for seconds just below break-away. No run of the model stays there: an
-    error of the force that nobody can measure makes it slip, and its bristle slides off. The balance knows better.
-    """
-    path = first_path(kernel, grid, p)
-    if path is None:
-        return None
-    values = dict(zip(kernel.parameters, p.tolist(), strict=True))
-    x, v, _ = grid.motion.T
-    slow = np.abs(v) < SLOW * values["lugre.vs"]
-    held = deflection_at_rest(values, grid.force.u - values["lugre.sigma2"] * v, x)
-    z = kernel.states.index("lugre.z")
-    path[:, 1], path[:, z] = v, np.where(slow, held, path[:, z])
-    return path
 
 
 def _stretches(grid: Grid) -> IndexArray:
@@ -266,8 +230,8 @@ def close(segment_grids: Sequence[Grid]) -> list[Grid]:
 def best_on_chunks(
     whole: DampedNoiseAware, starts: Sequence[Array], enough: Callable[[Estimate], bool], progress: Progress = silent
 ) -> Estimate | None:
-    """The best end on chunks from starting values (m,), the likeliest first, until it is enough or known to be the
-    right one: one may explain the data and not be the best. None where the model diverges from all.
+    """The best end on chunks from starting values (m,), the likeliest first, until it is enough or explains them. None
+    where the model diverges from all.
     """
     freedom = replace(whole.freedom, h_max=COARSER * whole.freedom.h_max)
     small, ends = replace(whole, grids=chunks(whole.grids, CHUNK, CHUNK_S), freedom=freedom), list[Estimate]()
@@ -276,10 +240,10 @@ def best_on_chunks(
         least = min((end.loss for end in ends), default=UNEXPLAINED)
         end = small.on_new_paths(start, most=min(UNEXPLAINED, NOT_FAR * least))
         if end is not None and enough(end):  # what damped steps leave is no reason to stop where they are not needed
-            end = small.on_new_paths(end.theta, end)
+            end = small.on_new_paths(end.theta)
         ends += [] if end is None else [end]
         hopeless = tries >= HOPELESS_TRIES and all(end.loss > UNEXPLAINED for end in ends)
-        if ends and (hopeless or _is_known(ends) or enough(_best(ends)) or time_is_over()):
+        if ends and (hopeless or _explained(_best(ends)) or enough(_best(ends)) or time_is_over()):
             break
     return _best(ends) if ends else None
 
@@ -288,23 +252,16 @@ def _best(ends: Sequence[Estimate]) -> Estimate:
     return min(ends, key=lambda end: end.cost)
 
 
-def _is_known(ends: Sequence[Estimate]) -> bool:
-    """Whether the best of some ends explains the data and is the right one: several later ones are no better, or
-    another is beside it, by its cost or, as paths cost more or less by chance, by its parameters.
-    """
-    best = _best(ends)
-    if best.loss > RIGHT:
-        return False
-    off = [(end.cost - best.cost, end.theta - best.theta) for end in ends if end is not best and end.loss < RIGHT]
-    beside = any(min(cost, float(move @ best.normal.matrix @ move)) < NOTABLE for cost, move in off)
-    return beside or any(end is best for end in ends[:-VAIN_TRIES])
+def _explained(end: Estimate) -> bool:
+    """Whether an end explains the chunks."""
+    return end.loss < RIGHT and end.outliers < FEW
 
 
 def on_whole_recordings(
     whole: DampedNoiseAware, theta: Array, explains: Callable[[Estimate], bool]
 ) -> tuple[Estimate | None, bool]:
     """The fit to whole recordings from theta (m,), and whether it explains them; where it does not, once more from
-    there, thoroughly and along new paths. None where the model diverges.
+    there, along new paths. None where the model diverges.
     """
     found, good = None, False
     for _ in range(DESCENTS):
@@ -314,5 +271,5 @@ def on_whole_recordings(
             found, good = end, explains(end)
         if found is None or good or found.loss > HOPELESS or np.array_equal(found.theta, theta) or time_is_over():
             break
-        theta, whole = found.theta, replace(whole, thorough=True)
+        theta = found.theta
     return found, good

@@ -27,6 +27,8 @@ from simulator import Kernel, native_module
 NOISE_X, NOISE_V = 1e-8, 2e-5
 """Noise of the model itself per interval, position [m] and velocity [m/s]: below what can be measured, but enough for
 the paths of very stiff bristles to settle."""
+LEAD = 0.01
+"""Longest sub-step [s] of the memory before a part begins: it has long to settle."""
 FIRST_V, FIRST_SLOPE = 1e-4, 1e3
 """Standard deviations of the first velocity [m/s] and slope of the force [N/s]."""
 
@@ -84,7 +86,7 @@ def first_path(kernel: Kernel, grid: Grid, p: Array, h_max: float = 1e-3) -> Arr
     deflection = max(value["lugre.fc"], value["lugre.fs"]) / value["lugre.sigma0"]  # a valve may rest near break-away
     held = grid.force.u[0] - value["spring.K"] * path[0, 0] - value["spring.F0"]
     path[0, kernel.states.index("lugre.z")] = np.clip(held / value["lugre.sigma0"], -deflection, deflection)
-    before = None if grid.lead is None else first_path(kernel, grid.lead, p, h_max)
+    before = None if grid.lead is None else first_path(kernel, grid.lead, p, LEAD)
     if before is not None:
         path[0, 2:-2] = before[-1, 2:-2]
     run = kernel.shoot(grid.t, grid.force.u, p, path, h_max=h_max, carry="memory")

@@ -8,13 +8,12 @@ where from a blurred slip it does not.
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from identification.data.grid import Grid
 from identification.estimators.anchors import Anchors, anchors, deflection_at_rest, held_force
-from identification.estimators.noise_aware.linearised_model import first_path
 from recordings import Array
 from simulator import Kernel
 
@@ -22,23 +21,23 @@ WINDOW = 0.25
 """A run is set back to the data once in so many seconds, where the valve rests far from break-away."""
 
 
-def set_back_path(kernel: Kernel, grid: Grid, p: Array, h_max: float) -> Array | None:
+def set_back_path(kernel: Kernel, grid: Grid, p: Array, h_max: float, first: Array, off: float = 0.0) -> Array | None:
     """The path (n, n_states) of runs of the model under the smoothed force that are set back to the smoothed motion,
-    from a first path. None without a solution.
+    from a first path; off : what is added to the force, in its noise. None without a solution.
     """
-    path = first_path(kernel, grid, p)
-    if path is None:
-        return None
+    grid = replace(grid, force=replace(grid.force, u=grid.force.u + off * grid.force.noise))
+    path = first.copy()
+    path[:, -2] = grid.force.u
     known = Rests.of(kernel, grid, p)
     at, rest = known.anchors
     memory = path[at[0] if len(at) else 0, 2:-2].copy()
-    first = None if grid.lead is None else _since_last_rest(kernel, grid.lead, p, path[0], h_max)
-    if first is not None and (not len(at) or at[0] > 0):
-        at, rest, path[0], memory = np.array([0, *at]), np.array([False, *rest]), first, first[2:-2].copy()
+    since = None if grid.lead is None else _since_last_rest(kernel, grid.lead, p, path[0], h_max)
+    if since is not None and (not len(at) or at[0] > 0):
+        at, rest, path[0], memory = np.array([0, *at]), np.array([False, *rest]), since, since[2:-2].copy()
     for k, (begin, end) in enumerate(itertools.pairwise((*at, len(grid.t) - 1))):
         own = np.ascontiguousarray(path[begin : end + 1])
         own[0, 2:-2] = memory
-        if first is None or begin > 0:
+        if since is None or begin > 0:
             own[0] = known.set_back(begin, own[0], at_rest=bool(rest[k]))
         if not _run(kernel, grid.part(begin, end + 1), p, own, h_max):
             return None
