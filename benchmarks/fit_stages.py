@@ -28,6 +28,7 @@ from simulator import Excitation, Sensors, random_valve, simulate
 Made = tuple[dict[str, float], list[Experiment]]
 SEARCH = "identification.estimators.output_error.damped"
 CHUNKS = "identification.estimators.noise_aware.damped"
+PATHS = "identification.estimators.noise_aware.paths"
 DAMPED = "identification.estimators.damped"
 FULL = "identification.estimators.noise_aware"
 COURSES = ("staircase:20", "sine:20")
@@ -43,20 +44,23 @@ def as_it_is(first: Any, *_: Any) -> Any:
     return first
 
 
-FIRST_PATH, DIRECT, STAGES = (
-    resolve_name(f"{FULL}.{name}") for name in ("linearised_model:first_path", "search:DIRECT", "estimator:STAGES")
-)
+def first_of_all(*given: Any) -> Any:
+    """In the place of what changes its last argument."""
+    return given[-1]
+
+
+DIRECT, STAGES = (resolve_name(f"{FULL}.{name}") for name in ("search:DIRECT", "estimator:STAGES"))
 DAMPED_ORDER: dict[str, Mapping[str, Any]] = {
     "16 starts instead of 64": {f"{SEARCH}.STARTS": 16},
     "four starts, and none of them dropped": {f"{SEARCH}.STARTS": 4, f"{SEARCH}.STEPS": (10,)},
     "ends are not judged beside replicates": {f"{DAMPED}.no_worse": nothing},
-    "no bristle in balance on first paths": {f"{CHUNKS}.balanced_path": FIRST_PATH},
-    "no paths set back to the data": {f"{CHUNKS}.set_back_path": nothing},
+    "no bristle in balance on first paths": {f"{PATHS}.balanced": first_of_all},
+    "no runs of the model": {f"{PATHS}.set_back_path": nothing},
+    "no runs under other forces": {f"{PATHS}.OFF": (0.0,)},
     "no loose forces on new paths": {f"{CHUNKS}.LOOSE": ()},
-    "no new paths on chunks": {f"{CHUNKS}.ROUNDS": 1},
+    "nothing beside a path that misses slips": {f"{CHUNKS}.OTHERS": ()},
     "steps of paths that do harm are kept": {f"{CHUNKS}.WORSE": float("inf")},
-    "steps are judged before paths rest": {f"{FULL}.estimator.NoiseAware.dense": False},
-    "steps are not judged along other paths": {f"{CHUNKS}.CHANCE": float("inf")},
+    "one descent on whole recordings": {f"{CHUNKS}.DESCENTS": 1},
     "no bias of the order": {f"{DAMPED}.order_bias": nothing},
 }  # fmt: skip
 FULL_ORDER: dict[str, Mapping[str, Any]] = {

@@ -10,6 +10,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from identification.data.experiment import Experiment
 from identification.data.grid import Grid, grids
 from identification.estimators.coordinates import Coordinates
@@ -95,7 +97,7 @@ def _noise_aware(
     if not good:
         return found
     found = replace(found, outcome=Outcome.CONVERGED)
-    return replace(found, bias=order_bias(found))
+    return replace(found, bias=bias_of(found))
 
 
 def damped_start(
@@ -123,6 +125,17 @@ def _explains(problem: Problem, end: Estimate) -> bool:
         return False
     usual = _fitted_to_replicate(problem, end.theta, noise=True)
     return usual is not None and no_worse(end, usual)
+
+
+def bias_of(found: Fit) -> Array:
+    """How far a noise-aware fit of damped order may be off beside its noise (m,), in coordinates: by the bias of the
+    order, and by the step that the normal equations still promise at its end. No step is kept there that makes a few
+    slips of the paths worse.
+    """
+    assert found.estimate is not None
+    left = found.estimate.covariance @ found.estimate.normal.gradient
+    bias = order_bias(found)
+    return np.abs(left) if bias is None else np.hypot(left, bias)
 
 
 def order_bias(found: Fit) -> Array | None:

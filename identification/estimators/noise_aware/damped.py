@@ -38,7 +38,7 @@ STRETCH = 0.5
 """Length [s] of the stretches in which paths are chosen: a slip, and the rest behind it."""
 WORSE, BACK = 0.1, 0.3
 """Rise of the cost of a stretch from which a step of its path does harm, and the share of the step that is kept."""
-STEPS, LAST, DESCENTS = 6, 12, 2
+STEPS, LAST, DESCENTS = 6, 12, 4
 """Steps by which a descent on chunks shows whether it is worth going on, steps of it then and on whole recordings, and
 descents there at most."""
 LOOSE, LOOSE_STEPS = (10.0, 3.0), 3

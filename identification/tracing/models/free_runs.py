@@ -11,7 +11,7 @@ import numpy as np
 from identification.data.close_motion import closely_imposed
 from identification.data.experiment import Experiment
 from identification.data.grid import with_smooth_force
-from identification.estimators.damped import order_bias
+from identification.estimators.damped import bias_of
 from identification.estimators.fitted import FREE_STEP, Fit, fit_of_free_runs
 from identification.estimators.imposed_motion.grid import ImposedGrid
 from identification.estimators.output_error.homotopy import Minimum
@@ -63,7 +63,7 @@ def _known(model: Model, experiments: Sequence[Experiment]) -> Fit:
     its order.
     """
     found = as_fit(model.with_path_steps(0), experiments)
-    return found if found.order == "full" else replace(found, bias=order_bias(found))
+    return found if found.order == "full" else replace(found, bias=bias_of(found))
 
 
 def holdout_rmse(model: Model, experiments: Sequence[Experiment], held_out: Sequence[Experiment]) -> float:
