@@ -134,7 +134,7 @@ def uncertainty_of(fit: Fit) -> Uncertainty:
                 f"a slip is over within the {fit.problem.spacing:g} s between samples; "
                 f"{ENOUGH_FOR_SLIPS:.0f} a second would show it"
             )
-    inflation = float(np.median(np.sqrt(np.diag(robust)[:n] / np.diag(classic)[:n])))
+    inflation = float(np.median(np.sqrt(np.maximum(np.diag(robust)[:n], 0.0) / np.diag(classic)[:n])))
     return Uncertainty(
         names, std, correlation, float(np.sqrt(eigen[-1] / max(eigen[0], 1e-30))), status, note, inflation
     )
