@@ -34,14 +34,14 @@ def budget_of(calls: int) -> Budget:
 
 
 def test_with_no_time_left_the_base_model_is_the_answer():
-    base, spent = traced("hardening_spring", k3=3e6).selection.base, budget_of(1)
+    base, spent = traced("hardening_spring", k3=3e5).selection.base, budget_of(1)
     _, model, added, rounds = forward_selection(base, spent)
     assert (model, added, rounds) == (base, (), [])
     assert spent.not_tried == ["round 1"]
 
 
 def test_candidates_that_there_was_no_time_for_say_so_and_none_is_lost():
-    base, spent = traced("hardening_spring", k3=3e6).selection.base, budget_of(3)
+    base, spent = traced("hardening_spring", k3=3e5).selection.base, budget_of(3)
     found = candidates_of_round(base, spent)
     late = {c.effect for c in found if c.why == NO_TIME}
     assert late
