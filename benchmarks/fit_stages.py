@@ -44,7 +44,7 @@ def as_it_is(first: Any, *_: Any) -> Any:
     return first
 
 
-def first_of_all(*given: Any) -> Any:
+def last_of_all(*given: Any) -> Any:
     """In the place of what changes its last argument."""
     return given[-1]
 
@@ -54,8 +54,8 @@ DAMPED_ORDER: dict[str, Mapping[str, Any]] = {
     "16 starts instead of 64": {f"{SEARCH}.STARTS": 16},
     "four starts, and none of them dropped": {f"{SEARCH}.STARTS": 4, f"{SEARCH}.STEPS": (10,)},
     "ends are not judged beside replicates": {f"{DAMPED}.no_worse": nothing},
-    "no bristle in balance on first paths": {f"{PATHS}.balanced": first_of_all},
-    "no runs of the model": {f"{PATHS}.set_back_path": nothing},
+    "no bristle in balance on first paths": {f"{PATHS}.balanced": last_of_all},
+    "no runs of the model": {f"{PATHS}.OFF": ()},
     "no runs under other forces": {f"{PATHS}.OFF": (0.0,)},
     "no loose forces on new paths": {f"{CHUNKS}.LOOSE": ()},
     "nothing beside a path that misses slips": {f"{CHUNKS}.OTHERS": ()},

@@ -12,6 +12,7 @@ import functools
 from dataclasses import dataclass, replace
 from importlib import resources
 from types import ModuleType
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,8 +28,9 @@ from simulator import Kernel, native_module
 NOISE_X, NOISE_V = 1e-8, 2e-5
 """Noise of the model itself per interval, position [m] and velocity [m/s]: below what can be measured, but enough for
 the paths of very stiff bristles to settle."""
-LEAD = 0.01
-"""Longest sub-step [s] of the memory before a part begins: it has long to settle."""
+SUB_STEP, LEAD = 1e-3, 0.01
+"""Longest sub-steps [s] of memory along a motion that is given, and before a part begins: there it has long to settle.
+"""
 FIRST_V, FIRST_SLOPE = 1e-4, 1e3
 """Standard deviations of the first velocity [m/s] and slope of the force [N/s]."""
 
@@ -72,7 +74,7 @@ def correction(line: Innovations, move: Array) -> Array:
     return out
 
 
-def first_path(kernel: Kernel, grid: Grid, p: Array, h_max: float = 1e-3) -> Array | None:
+def first_path(kernel: Kernel, grid: Grid, p: Array, h_max: float = SUB_STEP) -> Array | None:
     """A path (n, n_states) along the smoothed motion and force, on which the memory of the effects has run along: that
     of a part since before it began, for plays remember turns that are long past.
     """
@@ -89,8 +91,18 @@ def first_path(kernel: Kernel, grid: Grid, p: Array, h_max: float = 1e-3) -> Arr
     before = None if grid.lead is None else first_path(kernel, grid.lead, p, LEAD)
     if before is not None:
         path[0, 2:-2] = before[-1, 2:-2]
-    run = kernel.shoot(grid.t, grid.force.u, p, path, h_max=h_max, carry="memory")
-    return None if run.failed is not None or not np.isfinite(path).all() else path
+    return path if ran_along(kernel, grid.t, grid.force.u, p, path, h_max) else None
+
+
+def ran_along(
+    kernel: Kernel, t: Array, u: Array, p: Array, path: Array, h_max: float = SUB_STEP,
+    carry: Literal["memory", "motion and memory"] = "memory",
+) -> bool:  # fmt: skip
+    """Run the memory, or motion and memory, along a path (n, n_states) from its first state, under a force u (n,) [N],
+    and write it there; whether it has a solution.
+    """
+    run = kernel.shoot(t, u, p, path, h_max=h_max, carry=carry)
+    return run.failed is None and bool(np.isfinite(path).all())
 
 
 def linearise(

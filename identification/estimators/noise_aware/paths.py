@@ -10,15 +10,13 @@ import numpy as np
 
 from identification.data.grid import Grid
 from identification.estimators.anchors import deflection_at_rest
-from identification.estimators.noise_aware.linearised_model import first_path
-from identification.estimators.noise_aware.set_back import set_back_path
+from identification.estimators.noise_aware.linearised_model import first_path, ran_along
+from identification.estimators.noise_aware.set_back import set_back_paths
 from recordings import Array
 from simulator import Kernel
 
 OFF = (0.0, -1.0, 1.0)
 """Offsets of the force, in its noise, under which the model is run: one of the runs breaks away, or stops, in time."""
-SUB_STEP = 1e-3
-"""Longest sub-step [s] of the memory along a motion that is given."""
 SLOW = 0.5
 """Share of the Stribeck velocity below which the stem creeps."""
 
@@ -30,7 +28,7 @@ def first_paths(kernel: Kernel, grid: Grid, p: Array, h_max: float) -> list[Arra
     first = first_path(kernel, grid, p)
     if first is None:
         return []
-    return [balanced(kernel, grid, p, first), *(set_back_path(kernel, grid, p, h_max, first, off) for off in OFF)]
+    return [balanced(kernel, grid, p, first), *set_back_paths(kernel, grid, p, h_max, first, OFF)]
 
 
 def balanced(kernel: Kernel, grid: Grid, p: Array, first: Array) -> Array:
@@ -55,8 +53,7 @@ def along_smooth_motion(kernel: Kernel, grid: Grid, p: Array, path: Array) -> Ar
     """
     found = path.copy()
     found[:, 1] = grid.motion[:, 1]
-    run = kernel.shoot(grid.t, np.ascontiguousarray(path[:, -2]), p, found, h_max=SUB_STEP, carry="memory")
-    return None if run.failed is not None or not np.isfinite(found).all() else found
+    return found if ran_along(kernel, grid.t, np.ascontiguousarray(path[:, -2]), p, found) else None
 
 
 def without_overshoot(kernel: Kernel, grid: Grid, p: Array, path: Array) -> Array:

@@ -8,30 +8,43 @@ where from a blurred slip it does not.
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 
 from identification.data.grid import Grid
 from identification.estimators.anchors import Anchors, anchors, deflection_at_rest, held_force
+from identification.estimators.noise_aware.linearised_model import ran_along
 from recordings import Array
 from simulator import Kernel
 
+BOTH: Final = "motion and memory"
+"""What runs of the model carry on."""
 WINDOW = 0.25
 """A run is set back to the data once in so many seconds, where the valve rests far from break-away."""
 
 
-def set_back_path(kernel: Kernel, grid: Grid, p: Array, h_max: float, first: Array, off: float = 0.0) -> Array | None:
-    """The path (n, n_states) of runs of the model under the smoothed force that are set back to the smoothed motion,
-    from a first path; off : what is added to the force, in its noise. None without a solution.
+def set_back_paths(
+    kernel: Kernel, grid: Grid, p: Array, h_max: float, first: Array, offs: Sequence[float]
+) -> list[Array | None]:
+    """The paths (n, n_states) of runs of the model under the smoothed force that are set back to the smoothed motion,
+    from a first path, one for every offset of the force, in its noise. None in the place of one without a solution.
     """
-    grid = replace(grid, force=replace(grid.force, u=grid.force.u + off * grid.force.noise))
+    since = None if grid.lead is None else _since_last_rest(kernel, grid.lead, p, first[0], h_max)
+    return [_set_back_path(kernel, _under(grid, off), p, h_max, first, since) for off in offs]
+
+
+def _set_back_path(
+    kernel: Kernel, grid: Grid, p: Array, h_max: float, first: Array, since: Array | None
+) -> Array | None:  # fmt: skip
+    """The path of one of these runs; since : the state with which the grid begins, where a rest before it tells."""
     path = first.copy()
     path[:, -2] = grid.force.u
     known = Rests.of(kernel, grid, p)
     at, rest = known.anchors
     memory = path[at[0] if len(at) else 0, 2:-2].copy()
-    since = None if grid.lead is None else _since_last_rest(kernel, grid.lead, p, path[0], h_max)
     if since is not None and (not len(at) or at[0] > 0):
         at, rest, path[0], memory = np.array([0, *at]), np.array([False, *rest]), since, since[2:-2].copy()
     for k, (begin, end) in enumerate(itertools.pairwise((*at, len(grid.t) - 1))):
@@ -39,10 +52,16 @@ def set_back_path(kernel: Kernel, grid: Grid, p: Array, h_max: float, first: Arr
         own[0, 2:-2] = memory
         if since is None or begin > 0:
             own[0] = known.set_back(begin, own[0], at_rest=bool(rest[k]))
-        if not _run(kernel, grid.part(begin, end + 1), p, own, h_max):
+        u = grid.force.u[begin : end + 1]
+        if not ran_along(kernel, np.ascontiguousarray(grid.t[begin : end + 1]), u, p, own, h_max, BOTH):
             return None
         path[begin : end + 1], memory = own, own[-1, 2:-2].copy()
     return path
+
+
+def _under(grid: Grid, off: float) -> Grid:
+    """The grid under a force that is off by so many times its noise."""
+    return replace(grid, force=replace(grid.force, u=grid.force.u + off * grid.force.noise))
 
 
 @dataclass(frozen=True)
@@ -88,10 +107,4 @@ def _since_last_rest(kernel: Kernel, lead: Grid, p: Array, state: Array, h_max: 
     own = np.tile(state, (len(tail.t), 1))
     own[:, -2], own[:, -1] = tail.force.u, tail.force.slope
     own[0] = known.set_back(begin, own[0], at_rest=True)
-    return own[-1].copy() if _run(kernel, tail, p, own, h_max) else None
-
-
-def _run(kernel: Kernel, grid: Grid, p: Array, path: Array, h_max: float) -> bool:
-    """Run the model along a path (n, n_states) from its first state, and write it there; whether it has a solution."""
-    run = kernel.shoot(grid.t, grid.force.u, p, path, h_max=h_max, carry="motion and memory")
-    return run.failed is None and bool(np.isfinite(path).all())
+    return own[-1].copy() if ran_along(kernel, tail.t, tail.force.u, p, own, h_max, BOTH) else None
