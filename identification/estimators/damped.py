@@ -7,7 +7,7 @@ next sample it does not know how well: there runs in windows go on from its end,
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -21,7 +21,7 @@ from identification.estimators.noise_aware.damped import best_on_chunks, damped_
 from identification.estimators.noise_aware.fit import fit_noise_aware
 from identification.estimators.noise_aware.resolution import RESOLVED_BY_NODES
 from identification.estimators.order import Order, slip_is_over, slip_is_seen, turn
-from identification.estimators.output_error.damped import fit_in_windows, search_for
+from identification.estimators.output_error.damped import Search, fit_in_windows, search_for
 from identification.estimators.output_error.homotopy import Minimum
 from identification.estimators.output_error.problem import Problem, ResidualForm
 from identification.estimators.output_error.replicates import replicate_of
@@ -49,7 +49,7 @@ def fit_damped(
     starts = search.ends(progress)
     found = None
     if segment_grids and order == "damped":
-        found = _noise_aware(valve, coordinates, smooth, segment_grids, starts, progress, told)
+        found = _noise_aware(valve, coordinates, smooth, segment_grids, search, starts, progress, told)
     if found is None:
         return fit_in_windows(search, starts, order, progress)
     if found.problem is None or found.estimate is None or _is_sure(found.estimate, found.values, found.problem.spacing):
@@ -69,9 +69,9 @@ def _is_sure(estimate: Estimate, values: Mapping[str, float], spacing: float) ->
 
 def _noise_aware(
     valve: Kernel, coordinates: Coordinates, smooth: Sequence[Experiment], segment_grids: Sequence[Grid],
-    starts: Sequence[Array], progress: Progress, told: bool,
+    search: Search, starts: Sequence[Array], progress: Progress, told: bool,
 ) -> Fit | None:  # fmt: skip
-    """The noise-aware fit from some starting values (m,), the likeliest first, in full order where they lead to a swing
+    """The noise-aware fit from some ends of a search (m,), the likeliest first, in full order where they lead to a swing
     that nodes resolve; None where the model diverges from all.
     """
     if not starts:
@@ -81,7 +81,8 @@ def _noise_aware(
     def is_resolved(end: Estimate) -> bool:
         return not told and turn(coordinates.values(end.theta), problem.spacing) < RESOLVED_BY_NODES
 
-    best = best_on_chunks(damped_for(valve, coordinates, segment_grids, starts[0]), starts, is_resolved, progress)
+    work = damped_for(valve, coordinates, segment_grids, starts[0])
+    best = best_on_chunks(work, _narrowed(search, starts), is_resolved, progress)
     if best is None:
         return None
     if is_resolved(best):
@@ -100,6 +101,14 @@ def _noise_aware(
     return replace(found, bias=bias_of(found))
 
 
+def _narrowed(search: Search, starts: Sequence[Array]) -> Iterator[Array]:
+    """The ends of a search (m,) in its narrow loss, each when it is asked for: the first is mostly enough."""
+    for start in starts:
+        end = search.narrowed(start)
+        if end is not None:
+            yield end
+
+
 def damped_start(
     valve: Kernel, coordinates: Coordinates, smooth: Sequence[Experiment], segment_grids: Sequence[Grid]
 ) -> Array | None:
@@ -108,10 +117,10 @@ def damped_start(
     """
     search = search_for(valve, coordinates, smooth, "damped")
     starts = [] if search is None else search.ends()
-    if not starts:
+    if search is None or not starts:
         return None
     work = damped_for(valve, coordinates, segment_grids, starts[0])
-    best = best_on_chunks(work, starts, enough=lambda _: False)
+    best = best_on_chunks(work, _narrowed(search, starts), enough=lambda _: False)
     return None if best is None else best.theta
 
 

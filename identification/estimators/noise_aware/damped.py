@@ -7,7 +7,8 @@ by stretch: along the smoothed motion, runs of the model, and those that were be
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import itertools
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,11 +17,12 @@ from identification.budget import time_is_over
 from identification.data.grid import Grid
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.estimate import HOPELESS, Estimate, Innovations, costs, lean
-from identification.estimators.noise_aware.estimator import NEW_PATH, NoiseAware, Stages
+from identification.estimators.noise_aware.estimator import EQUAL, NEW_PATH, NoiseAware, Stages
 from identification.estimators.noise_aware.linearised_model import PathFreedom
 from identification.estimators.noise_aware.paths import along_smooth_motion, first_paths, without_overshoot
 from identification.estimators.noise_aware.search import HOPELESS_TRIES, NOT_FAR, RIGHT, UNEXPLAINED, chunks
 from identification.estimators.order import sub_step
+from identification.estimators.noise_aware.shots import missed_slips, shots, window
 from identification.parallel import each
 from recordings import Array, IndexArray, Progress, silent
 from simulator import Kernel, kernel
@@ -43,14 +45,16 @@ STEPS, LAST, DESCENTS = 6, 12, 4
 descents there at most."""
 LOOSE, LOOSE_STEPS = (10.0, 3.0), 3
 """Factors on the noise of the force while a new path comes to rest at first, one after the other, and steps of each."""
-OTHERS, RESTING = (along_smooth_motion, without_overshoot), 2
-"""What is tried beside a path about which some innovations lie far off, and steps in which it comes to rest."""
-FEW, ALMOST_NONE = 1e-3, 5e-4
-"""Share of innovations far off from which an end on chunks is not taken for the right one, and up to which nothing is
-tried beside a path."""
-LEFT = 0.3
-"""Fall of the cost that a step has to promise by the normal equations to be tried."""
-CHUNK, CHUNK_S = 1000, 4.0
+OTHERS, SHOT_RESTING = (along_smooth_motion, without_overshoot), 4
+"""What is tried about a slip that is missed, beside runs of the model, and steps in which it comes to rest."""
+ROUNDS, RESTING = 3, 2
+"""Times at most that slips are looked for, and steps in which the path with those that were found comes to rest."""
+FEW, MANY = 1e-3, 1e-2
+"""Share of innovations far off from which an end on chunks is not taken for the right one, and from which it is more
+than some slips that a path misses."""
+LEFT = 0.3, 5.0
+"""Fall of the cost that a step has to promise by the normal equations to be tried, and after one that failed."""
+CHUNK, CHUNK_S = 1000, 8.0
 """Least nodes and seconds of a chunk."""
 
 
@@ -58,23 +62,28 @@ CHUNK, CHUNK_S = 1000, 4.0
 class DampedNoiseAware(NoiseAware):
     """The fit of one kernel of a force with error, in damped steps, to some grids (a `PathEstimator`)."""
 
+    many: float = 1.0
+
     def start(
         self, theta: Array, steps: int = NEW_PATH, known: Sequence[Sequence[Array]] = ()
     ) -> Estimate | None:  # fmt: skip
         """The estimate at fixed parameters theta (m,), along new paths that take so many steps. None where the model
         diverges. known : paths of all grids, (n, n_states) each, that go on wherever they explain more.
         """
-        p = self.coordinates.p(theta)
-
-        def candidates(i: int) -> list[Array | None]:
-            new = first_paths(self.kernel, self.grids[i], p, self.freedom.h_max)
-            return [*new, *(paths[i] for paths in known)]
-
-        best = self._best_paths(theta, candidates)
-        if best is not None and not known:
-            best = self._loosened(theta, best)
+        firsts = self._best_new(theta)
+        loose = None if firsts is None else self._loosened(theta, firsts)
+        if loose is None:
+            return None
+        best = self._best_paths(theta, lambda i: [loose[i], *(paths[i] for paths in known)]) if known else loose
         end = None if best is None else self.along(theta, best, steps)
         return None if end is None else self._mended(end)
+
+    def _best_new(self, theta: Array, known: Sequence[Sequence[Array]] = ()) -> list[Array] | None:
+        """The best of new paths, and of known ones, that have not come to rest."""
+        p, h_max = self.coordinates.p(theta), self.freedom.h_max
+        return self._best_paths(
+            theta, lambda i: [*first_paths(self.kernel, self.grids[i], p, h_max), *(paths[i] for paths in known)]
+        )
 
     def _loosened(self, theta: Array, firsts: Sequence[Array]) -> list[Array] | None:
         """New paths that first come to rest under forces that are known less well than they are, where that explains
@@ -86,29 +95,73 @@ class DampedNoiseAware(NoiseAware):
             loose = loose if end is None else end.paths
         return self._best_paths(theta, lambda i: [loose[i], firsts[i]])
 
+    def _moved_to(self, theta: Array, known: Sequence[Sequence[Array]]) -> Estimate | None:
+        """The estimate at theta along the best of new and known paths, whatever slips they miss."""
+        best = self._best_new(theta, known)
+        return None if best is None else self.along(theta, best, NEW_PATH)
+
     def _mended(self, now: Estimate) -> Estimate:
-        """An estimate along the better of its path and each of `OTHERS`, stretch by stretch."""
-        for other in OTHERS:
-            end = None if now.outliers < ALMOST_NONE else self._beside(now, other)
-            now = now if end is None or end.cost > now.cost else end
+        """An estimate whose paths slip where the data do: about a slip that is missed, the best of some paths."""
+        for _ in range(ROUNDS if now.outliers < self.many else 0):
+            end = self._through_slips(now)
+            if end is None or end.cost > now.cost - EQUAL:
+                break
+            now = end
         return now
 
-    def _beside(self, now: Estimate, other: Callable[[Kernel, Grid, Array, Array], Array | None]) -> Estimate | None:
-        """An estimate along the better of its path and another that comes to rest. None where there is no other."""
+    def _through_slips(self, now: Estimate) -> Estimate | None:
+        """An estimate along paths with the best that can be found about every slip that is missed. None where nothing
+        better is.
+        """
         p = self.coordinates.p(now.theta)
-        paths = self._of_all(lambda i: other(self.kernel, self.grids[i], p, now.paths[i]))
-        end = None if paths is None else self.along(now.theta, paths, RESTING)
-        if end is None:
+        found = each(lambda i: self._better_path(i, p, now.paths[i], now.linearised[i]), range(len(self.grids)))
+        if all(path is None for path in found):
             return None
-        best = self._best_paths(now.theta, lambda i: [now.paths[i], end.paths[i]])
+        paths = [old if new is None else new for new, old in zip(found, now.paths, strict=True)]
+        end = self.along(now.theta, paths, RESTING)
+        best = None if end is None else self._best_paths(now.theta, lambda i: [now.paths[i], end.paths[i]])
         return None if best is None else self.along(now.theta, best, NEW_PATH)
+
+    def _better_path(self, i: int, p: Array, path: Array, line: Innovations) -> Array | None:
+        """A path of grid i (n, n_states) with the best that can be found about every slip that it misses."""
+        found, better = path.copy(), False
+        for slip in missed_slips(self.grids[i], line):
+            begin, end = window(self.grids[i], slip)
+            part = replace(self, grids=[self.grids[i].part(begin, end)])
+            own = np.ascontiguousarray(path[begin:end])
+            best = part.best_about(p, own, slip[0] - begin)
+            found[begin:end], better = best, better or best is not own
+        return found if better else None
+
+    def best_about(self, p: Array, path: Array, first: int) -> Array:
+        """Of some paths of the only grid, at rest, the first that misses no slip, or the one about which the model
+        explains most; first : node that the given path (n, n_states) misses.
+        """
+        [grid], still, h_max = self.grids, path, self.freedom.h_max
+
+        def misfit(candidate: Array) -> float:
+            line = self.line(0, p, candidate)
+            return np.inf if line is None else float(costs(*line.scored).sum())
+
+        others = (other(self.kernel, grid, p, path) for other in OTHERS)
+        least = misfit(path)
+        for candidate in itertools.chain(others, shots(self.kernel, grid, p, h_max, path, first, misfit)):
+            line = None if candidate is None else self.line(0, p, candidate)
+            end = None if candidate is None or line is None else self.relaxed(0, p, candidate, line, SHOT_RESTING)
+            value = np.inf if end is None else float(costs(*end[1].scored).sum())
+            if end is None or value > least - EQUAL:
+                continue
+            still, least = end[0], value
+            if not missed_slips(grid, end[1]):
+                break
+        return still
 
     def refit(
         self, theta: Array, paths: Sequence[Array], steps: int, vain: Callable[[Estimate], bool] | None = None
     ) -> Estimate | None:
         """The estimate after a descent along new paths, or those that another model left. None where it diverges."""
-        start = self.start(theta, known=[paths])
-        return None if start is None else self.descend(start, steps, vain)
+        start = self._moved_to(theta, [paths])
+        return None if start is None else self.descend(self._mended(start), steps, vain)
 
     def on_new_paths(self, theta: Array, most: float = HOPELESS) -> Estimate | None:
         """The end of a descent from theta (m,) along new paths; most : loss that its first steps may leave. None where
@@ -151,13 +204,17 @@ class DampedNoiseAware(NoiseAware):
     def trial(self, now: Estimate, step: Array) -> Estimate | None:
         """The estimate a step further, along new paths, the present ones, or those moved along, whichever explain more.
 
-        The present and the moved ones alone would cost thousands more, and good steps be lost.
+        The present and the moved ones alone would cost thousands more, and good steps be lost. Slips that are missed
+        only matter where the step does not gain without them.
         """
-        return self.start(now.theta + step, known=[now.paths, self.moved(now, step)])
+        trial = self._moved_to(now.theta + step, [now.paths, self.moved(now, step)])
+        return trial if trial is None or trial.cost < now.cost else self._mended(trial)
 
     @property
-    def left(self) -> float:
-        """Fall of the cost by the normal equations below which no step is tried: other paths cost more by chance."""
+    def left(self) -> tuple[float, float]:
+        """Falls of the cost by the normal equations below which no step is tried, at once and after one that failed:
+        other paths cost more by chance.
+        """
         return LEFT
 
     @property
@@ -228,15 +285,15 @@ def close(segment_grids: Sequence[Grid]) -> list[Grid]:
 
 
 def best_on_chunks(
-    whole: DampedNoiseAware, starts: Sequence[Array], enough: Callable[[Estimate], bool], progress: Progress = silent
+    whole: DampedNoiseAware, starts: Iterable[Array], enough: Callable[[Estimate], bool], progress: Progress = silent
 ) -> Estimate | None:
     """The best end on chunks from starting values (m,), the likeliest first, until it is enough or explains them. None
     where the model diverges from all.
     """
     freedom = replace(whole.freedom, h_max=COARSER * whole.freedom.h_max)
-    small, ends = replace(whole, grids=chunks(whole.grids, CHUNK, CHUNK_S), freedom=freedom), list[Estimate]()
+    small, ends = replace(whole, grids=chunks(whole.grids, CHUNK, CHUNK_S), freedom=freedom, many=MANY), list[Estimate]()
     for tries, start in enumerate(starts, 1):
-        progress("search on chunks", tries - 1, len(starts))
+        progress("search on chunks", tries, 0)
         least = min((end.loss for end in ends), default=UNEXPLAINED)
         end = small.on_new_paths(start, most=min(UNEXPLAINED, NOT_FAR * least))
         if end is not None and enough(end):  # what damped steps leave is no reason to stop where they are not needed
@@ -265,8 +322,8 @@ def on_whole_recordings(
     """
     found, good = None, False
     for _ in range(DESCENTS):
-        end = whole.in_stages(theta)
-        end = None if end is None else whole.strict(end)
+        start = whole.start(theta, known=() if found is None else [found.paths])
+        end = None if start is None else whole.strict(whole.descend(start, LAST))
         if end is not None and (found is None or end.cost < found.cost):
             found, good = end, explains(end)
         if found is None or good or found.loss > HOPELESS or np.array_equal(found.theta, theta) or time_is_over():

@@ -90,9 +90,11 @@ class NoiseAware:
         return self.positions > DENSE * sum(float(s.t[-1] - s.t[0]) for s in self.grids)
 
     @property
-    def left(self) -> float:
-        """Fall of the cost by the normal equations below which no step is tried: here every one is."""
-        return 0.0
+    def left(self) -> tuple[float, float]:
+        """Falls of the cost by the normal equations below which no step is tried, at once and after one that failed:
+        here every one is.
+        """
+        return 0.0, 0.0
 
     def with_freedom(self, freedom: PathFreedom) -> NoiseAware:
         """The same fit with another freedom of the paths."""
@@ -171,7 +173,7 @@ class NoiseAware:
             solved = gauss_newton(held, now.theta, LONGEST, bounds)
             if solved is None:
                 break
-            if failures == 0 and solved.free and solved.decrease < self.left:
+            if solved.free and solved.decrease < self.left[min(failures, 1)]:
                 settled = True
                 break
             step = solved.move

@@ -123,12 +123,17 @@ class Search:
         return ResidualForm(self.h / finer, self.window, tuning)
 
     def ends(self, progress: Progress = silent) -> list[Array]:
-        """Where the starts lead that go down best in the wide loss, (n_free,), the best in the narrow one first."""
+        """Where the starts lead that go down best in the wide loss, (n_free,), the best first."""
         on, most = [self.problem.start(theta) for theta in self._starts()], STARTS
         for stage, steps in enumerate(STEPS):
             progress("search", stage, len(STEPS))
             on, most = [end.theta for end in self._ranked(on[:most], self.form(WIDE), steps)], most // FEWER
-        return [end.theta[: self.coordinates.n_free] for end in self._narrowed(on)]
+        return [theta[: self.coordinates.n_free] for theta in on]
+
+    def narrowed(self, theta: Array) -> Array | None:
+        """Where the narrow loss leads from theta, (n_free,) both; None where the model diverges."""
+        end = self.best([theta])
+        return None if end is None else end.theta[: self.coordinates.n_free]
 
     def best(self, starts: Sequence[Array]) -> Solution | None:
         """The best end of the descents from some starting values (n_free,)."""
