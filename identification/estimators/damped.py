@@ -71,7 +71,7 @@ def _noise_aware(
     valve: Kernel, coordinates: Coordinates, smooth: Sequence[Experiment], segment_grids: Sequence[Grid],
     search: Search, starts: Sequence[Array], progress: Progress, told: bool,
 ) -> Fit | None:  # fmt: skip
-    """The noise-aware fit from some ends of a search (m,), the likeliest first, in full order where they lead to a swing
+    """The noise-aware fit from the ends of a search (m,), the likeliest first, in full order where they lead to a swing
     that nodes resolve; None where the model diverges from all.
     """
     if not starts:

@@ -2,7 +2,8 @@
 
 A slip lasts a few samples here. A path that slips a sample late costs hundreds, at the right parameters as at others,
 and hides what a step of the parameters gains. So the cost of parameters is that of the best of several paths, stretch
-by stretch: along the smoothed motion, runs of the model, and those that were best before. Steps are Gauss-Newton's.
+by stretch: along the smoothed motion, runs of the model, and those that were best before; about a slip that all miss,
+runs that slip as the data do (`shots.py`). Steps are Gauss-Newton's.
 """
 
 from __future__ import annotations
@@ -21,8 +22,8 @@ from identification.estimators.noise_aware.estimator import EQUAL, NEW_PATH, Noi
 from identification.estimators.noise_aware.linearised_model import PathFreedom
 from identification.estimators.noise_aware.paths import along_smooth_motion, first_paths, without_overshoot
 from identification.estimators.noise_aware.search import HOPELESS_TRIES, NOT_FAR, RIGHT, UNEXPLAINED, chunks
-from identification.estimators.order import sub_step
 from identification.estimators.noise_aware.shots import missed_slips, shots, window
+from identification.estimators.order import sub_step
 from identification.parallel import each
 from recordings import Array, IndexArray, Progress, silent
 from simulator import Kernel, kernel
@@ -54,13 +55,18 @@ FEW, MANY = 1e-3, 1e-2
 than some slips that a path misses."""
 LEFT = 0.3, 5.0
 """Fall of the cost that a step has to promise by the normal equations to be tried, and after one that failed."""
+ACCIDENT = 20.0
+"""Cost of a stretch beyond which a slip is missed: an accident of its path, which says nothing of the parameters."""
 CHUNK, CHUNK_S = 1000, 8.0
 """Least nodes and seconds of a chunk."""
 
 
 @dataclass(frozen=True)
 class DampedNoiseAware(NoiseAware):
-    """The fit of one kernel of a force with error, in damped steps, to some grids (a `PathEstimator`)."""
+    """The fit of one kernel of a force with error, in damped steps, to some grids (a `PathEstimator`).
+
+    many : share of innovations far off from which missed slips are not looked for.
+    """
 
     many: float = 1.0
 
@@ -119,8 +125,15 @@ class DampedNoiseAware(NoiseAware):
             return None
         paths = [old if new is None else new for new, old in zip(found, now.paths, strict=True)]
         end = self.along(now.theta, paths, RESTING)
-        best = None if end is None else self._best_paths(now.theta, lambda i: [now.paths[i], end.paths[i]])
-        return None if best is None else self.along(now.theta, best, NEW_PATH)
+        return None if end is None else self.along(now.theta, self._best_of_both(now, end), NEW_PATH)
+
+    def _best_of_both(self, one: Estimate, other: Estimate) -> list[Array]:
+        """The better paths of two estimates of the same parameters."""
+        both = one, other
+        return [
+            _stretchwise(_stretches(grid), [e.paths[i] for e in both], [e.linearised[i] for e in both])
+            for i, grid in enumerate(self.grids)
+        ]
 
     def _better_path(self, i: int, p: Array, path: Array, line: Innovations) -> Array | None:
         """A path of grid i (n, n_states) with the best that can be found about every slip that it misses."""
@@ -129,11 +142,11 @@ class DampedNoiseAware(NoiseAware):
             begin, end = window(self.grids[i], slip)
             part = replace(self, grids=[self.grids[i].part(begin, end)])
             own = np.ascontiguousarray(path[begin:end])
-            best = part.best_about(p, own, slip[0] - begin)
+            best = part._best_about(p, own, slip[0] - begin)
             found[begin:end], better = best, better or best is not own
         return found if better else None
 
-    def best_about(self, p: Array, path: Array, first: int) -> Array:
+    def _best_about(self, p: Array, path: Array, first: int) -> Array:
         """Of some paths of the only grid, at rest, the first that misses no slip, or the one about which the model
         explains most; first : node that the given path (n, n_states) misses.
         """
@@ -201,6 +214,16 @@ class DampedNoiseAware(NoiseAware):
         back = self.line(i, p, path)
         return None if back is None else (path, back)
 
+    def gained(self, now: Estimate, trial: Estimate) -> float:
+        """By how much a trial explains more than an estimate, in units of the cost: in all, or with no stretch counting
+        for more than `ACCIDENT`.
+        """
+        fall = 0.0
+        for grid, old, new in zip(self.grids, now.linearised, trial.linearised, strict=True):
+            stretch = _stretches(grid)
+            fall += float(np.clip(_misfit(stretch, old) - _misfit(stretch, new), -ACCIDENT, ACCIDENT).sum())
+        return max(fall, now.cost - trial.cost)
+
     def trial(self, now: Estimate, step: Array) -> Estimate | None:
         """The estimate a step further, along new paths, the present ones, or those moved along, whichever explain more.
 
@@ -208,7 +231,7 @@ class DampedNoiseAware(NoiseAware):
         only matter where the step does not gain without them.
         """
         trial = self._moved_to(now.theta + step, [now.paths, self.moved(now, step)])
-        return trial if trial is None or trial.cost < now.cost else self._mended(trial)
+        return trial if trial is None or self.gained(now, trial) > 0 else self._mended(trial)
 
     @property
     def left(self) -> tuple[float, float]:
@@ -244,15 +267,19 @@ class DampedNoiseAware(NoiseAware):
         """Of some paths of grid i (n, n_states), in every stretch the one about which the model explains the
         measurements best. None where it has no solution.
         """
-        known, misfits, stretch = list[Array](), list[Array](), _stretches(self.grids[i])
+        known, lines = list[Array](), list[Innovations]()
         for path in paths:
             line = None if path is None else self.line(i, p, path)
             if path is not None and line is not None:
                 known.append(path)
-                misfits.append(_misfit(stretch, line))
-        if not known:
-            return None
-        return np.ascontiguousarray(np.array(known)[np.argmin(misfits, axis=0)[stretch], np.arange(len(stretch))])
+                lines.append(line)
+        return _stretchwise(_stretches(self.grids[i]), known, lines) if known else None
+
+
+def _stretchwise(stretch: IndexArray, paths: Sequence[Array], lines: Sequence[Innovations]) -> Array:
+    """Of some paths (n, n_states), with the innovations about them, the best in every stretch."""
+    best = np.argmin([_misfit(stretch, line) for line in lines], axis=0)
+    return np.ascontiguousarray(np.array(paths)[best[stretch], np.arange(len(stretch))])
 
 
 def _stretches(grid: Grid) -> IndexArray:
@@ -291,7 +318,8 @@ def best_on_chunks(
     where the model diverges from all.
     """
     freedom = replace(whole.freedom, h_max=COARSER * whole.freedom.h_max)
-    small, ends = replace(whole, grids=chunks(whole.grids, CHUNK, CHUNK_S), freedom=freedom, many=MANY), list[Estimate]()
+    small = replace(whole, grids=chunks(whole.grids, CHUNK, CHUNK_S), freedom=freedom, many=MANY)
+    ends = list[Estimate]()
     for tries, start in enumerate(starts, 1):
         progress("search on chunks", tries, 0)
         least = min((end.loss for end in ends), default=UNEXPLAINED)

@@ -179,19 +179,26 @@ class NoiseAware:
             step = solved.move
             trial = self.trial(now, step)
             small = bool(np.max(np.abs(step) / self._sigmas(now)) < SETTLED)
-            if trial is not None and trial.cost < now.cost + EQUAL:
-                settled = small and now.cost - trial.cost < EQUAL
+            gained = -np.inf if trial is None else self.gained(now, trial)
+            brought = 0.0
+            if trial is not None and gained > -EQUAL:
+                settled, brought = small and gained < EQUAL, gained
                 now, damping, failures = trial, max(damping / 5, 1e-9), 0
             elif failures == 0:
                 now = self.rested(now, RELAXED) or now
+                brought = before - now.cost
                 damping, failures = max(5 * damping, 1e-3), 1
             else:
                 damping, failures = max(20 * damping, 1e-3), failures + 1
                 settled = (small and self.dense) or failures > MOST_FAILURES
-            idle = idle + 1 if before - now.cost < self.worth else 0
+            idle = idle + 1 if brought < self.worth else 0
             if settled or idle > 1 or (vain is not None and vain(now)):
                 break
         return replace(now, settled=settled)
+
+    def gained(self, now: Estimate, trial: Estimate) -> float:
+        """By how much a trial explains more than an estimate, in units of the cost."""
+        return now.cost - trial.cost
 
     def refit(
         self, theta: Array, paths: Sequence[Array], steps: int, vain: Callable[[Estimate], bool] | None = None
