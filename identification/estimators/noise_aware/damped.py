@@ -48,11 +48,12 @@ LOOSE, LOOSE_STEPS = (10.0, 3.0), 3
 """Factors on the noise of the force while a new path comes to rest at first, one after the other, and steps of each."""
 OTHERS, SHOT_RESTING = (along_smooth_motion, without_overshoot), 4
 """What is tried about a slip that is missed, beside runs of the model, and steps in which it comes to rest."""
-ROUNDS, RESTING = 3, 2
-"""Times at most that slips are looked for, and steps in which the path with those that were found comes to rest."""
-FEW, MANY = 1e-3, 1e-2
+ROUNDS, RESTING, PATIENCE = 3, 2, 6
+"""Times at most that slips are looked for, steps in which the path with those that were found comes to rest, and slips
+in a row that no path explains after which no more are looked for."""
+FEW, MANY = 1e-3, 4e-2
 """Share of innovations far off from which an end on chunks is not taken for the right one, and from which it is more
-than some slips that a path misses."""
+than some slips that a path misses: far from the right model, looking for them costs most and gains least."""
 LEFT = 0.3, 5.0
 """Fall of the cost that a step has to promise by the normal equations to be tried, and after one that failed."""
 ACCIDENT = 20.0
@@ -63,12 +64,7 @@ CHUNK, CHUNK_S = 1000, 8.0
 
 @dataclass(frozen=True)
 class DampedNoiseAware(NoiseAware):
-    """The fit of one kernel of a force with error, in damped steps, to some grids (a `PathEstimator`).
-
-    many : share of innovations far off from which missed slips are not looked for.
-    """
-
-    many: float = 1.0
+    """The fit of one kernel of a force with error, in damped steps, to some grids (a `PathEstimator`)."""
 
     def start(
         self, theta: Array, steps: int = NEW_PATH, known: Sequence[Sequence[Array]] = ()
@@ -108,7 +104,7 @@ class DampedNoiseAware(NoiseAware):
 
     def _mended(self, now: Estimate) -> Estimate:
         """An estimate whose paths slip where the data do: about a slip that is missed, the best of some paths."""
-        for _ in range(ROUNDS if now.outliers < self.many else 0):
+        for _ in range(ROUNDS if now.outliers < MANY else 0):
             end = self._through_slips(now)
             if end is None or end.cost > now.cost - EQUAL:
                 break
@@ -136,21 +132,27 @@ class DampedNoiseAware(NoiseAware):
         ]
 
     def _better_path(self, i: int, p: Array, path: Array, line: Innovations) -> Array | None:
-        """A path of grid i (n, n_states) with the best that can be found about every slip that it misses."""
-        found, better = path.copy(), False
+        """A path of grid i (n, n_states) with the best that can be found about every slip that it misses, until
+        `PATIENCE` in a row are found by none: what the model lacks no path has. None where nothing better is.
+        """
+        found, better, failures = path.copy(), False, 0
         for slip in missed_slips(self.grids[i], line):
             begin, end = window(self.grids[i], slip)
             part = replace(self, grids=[self.grids[i].part(begin, end)])
-            own = np.ascontiguousarray(path[begin:end])
-            best = part._best_about(p, own, slip[0] - begin)
-            found[begin:end], better = best, better or best is not own
+            best, explained = part._best_about(p, np.ascontiguousarray(path[begin:end]), slip[0] - begin)
+            failures = 0 if explained else failures + 1
+            if best is not None:
+                found[begin:end], better = best, True
+            if failures == PATIENCE:
+                break
         return found if better else None
 
-    def _best_about(self, p: Array, path: Array, first: int) -> Array:
+    def _best_about(self, p: Array, path: Array, first: int) -> tuple[Array | None, bool]:
         """Of some paths of the only grid, at rest, the first that misses no slip, or the one about which the model
-        explains most; first : node that the given path (n, n_states) misses.
+        explains most, None where that is the given one (n, n_states), and whether it misses none; first : node that
+        the given path misses.
         """
-        [grid], still, h_max = self.grids, path, self.freedom.h_max
+        [grid], still, h_max = self.grids, None, self.freedom.h_max
 
         def misfit(candidate: Array) -> float:
             line = self.line(0, p, candidate)
@@ -166,8 +168,8 @@ class DampedNoiseAware(NoiseAware):
                 continue
             still, least = end[0], value
             if not missed_slips(grid, end[1]):
-                break
-        return still
+                return still, True
+        return still, False
 
     def refit(
         self, theta: Array, paths: Sequence[Array], steps: int, vain: Callable[[Estimate], bool] | None = None
@@ -318,7 +320,7 @@ def best_on_chunks(
     where the model diverges from all.
     """
     freedom = replace(whole.freedom, h_max=COARSER * whole.freedom.h_max)
-    small = replace(whole, grids=chunks(whole.grids, CHUNK, CHUNK_S), freedom=freedom, many=MANY)
+    small = replace(whole, grids=chunks(whole.grids, CHUNK, CHUNK_S), freedom=freedom)
     ends = list[Estimate]()
     for tries, start in enumerate(starts, 1):
         progress("search on chunks", tries, 0)
