@@ -28,6 +28,7 @@ from simulator import Excitation, Sensors, random_valve, simulate
 Made = tuple[dict[str, float], list[Experiment]]
 SEARCH = "identification.estimators.output_error.damped"
 CHUNKS = "identification.estimators.noise_aware.damped"
+WHOLE = "identification.estimators.noise_aware.damped_search"
 PATHS = "identification.estimators.noise_aware.paths"
 DAMPED = "identification.estimators.damped"
 FULL = "identification.estimators.noise_aware"
@@ -37,6 +38,11 @@ COURSES = ("staircase:20", "sine:20")
 
 def nothing(*_: Any, **__: Any) -> None:
     """In the place of what is switched off."""
+
+
+def no_runs(*_: Any) -> tuple[()]:
+    """In the place of what makes some runs."""
+    return ()
 
 
 def as_it_is(first: Any, *_: Any) -> Any:
@@ -58,9 +64,12 @@ DAMPED_ORDER: dict[str, Mapping[str, Any]] = {
     "no runs of the model": {f"{PATHS}.OFF": ()},
     "no runs under other forces": {f"{PATHS}.OFF": (0.0,)},
     "no loose forces on new paths": {f"{CHUNKS}.LOOSE": ()},
-    "nothing beside a path that misses slips": {f"{CHUNKS}.OTHERS": ()},
+    "missed slips are not looked for": {f"{CHUNKS}.ROUNDS": 0},
+    "no runs through missed slips": {f"{CHUNKS}.shots": no_runs},
+    "nothing but runs through missed slips": {f"{CHUNKS}.OTHERS": ()},
+    "a missed slip counts in full": {f"{CHUNKS}.ACCIDENT": float("inf")},
     "steps of paths that do harm are kept": {f"{CHUNKS}.WORSE": float("inf")},
-    "one descent on whole recordings": {f"{CHUNKS}.DESCENTS": 1},
+    "one descent on whole recordings": {f"{WHOLE}.DESCENTS": 1},
     "no bias of the order": {f"{DAMPED}.order_bias": nothing},
 }  # fmt: skip
 FULL_ORDER: dict[str, Mapping[str, Any]] = {

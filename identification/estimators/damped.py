@@ -17,9 +17,11 @@ from identification.data.grid import Grid, grids
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.estimate import Estimate, converged, no_worse
 from identification.estimators.fitted import Fit, Outcome, fit_of, free_run_start
-from identification.estimators.noise_aware.damped import best_on_chunks, damped_for, on_whole_recordings
+from identification.estimators.noise_aware.damped import damped_for
+from identification.estimators.noise_aware.damped_search import best_on_chunks, on_whole_recordings
 from identification.estimators.noise_aware.fit import fit_noise_aware
 from identification.estimators.noise_aware.resolution import RESOLVED_BY_NODES
+from identification.estimators.noise_aware.search import UNEXPLAINED
 from identification.estimators.order import Order, slip_is_over, slip_is_seen, turn
 from identification.estimators.output_error.damped import Search, fit_in_windows, search_for
 from identification.estimators.output_error.homotopy import Minimum
@@ -79,7 +81,9 @@ def _noise_aware(
     problem = Problem(kernel(valve.effects, "force", valve.catalogue, damped=True), coordinates, smooth)
 
     def is_resolved(end: Estimate) -> bool:
-        return not told and turn(coordinates.values(end.theta), problem.spacing) < RESOLVED_BY_NODES
+        if told or end.loss > UNEXPLAINED:  # what explains nothing says nothing of the swing
+            return False
+        return turn(coordinates.values(end.theta), problem.spacing) < RESOLVED_BY_NODES
 
     work = damped_for(valve, coordinates, segment_grids, starts[0])
     best = best_on_chunks(work, _narrowed(search, starts), is_resolved, progress)

@@ -9,23 +9,21 @@ runs that slip as the data do (`shots.py`). Steps are Gauss-Newton's.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identification.budget import time_is_over
 from identification.data.grid import Grid
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.estimate import HOPELESS, Estimate, Innovations, costs, lean
 from identification.estimators.noise_aware.estimator import EQUAL, NEW_PATH, NoiseAware, Stages
 from identification.estimators.noise_aware.linearised_model import PathFreedom
 from identification.estimators.noise_aware.paths import along_smooth_motion, first_paths, without_overshoot
-from identification.estimators.noise_aware.search import HOPELESS_TRIES, NOT_FAR, RIGHT, UNEXPLAINED, chunks
 from identification.estimators.noise_aware.shots import missed_slips, shots, window
 from identification.estimators.order import sub_step
 from identification.parallel import each
-from recordings import Array, IndexArray, Progress, silent
+from recordings import Array, IndexArray
 from simulator import Kernel, kernel
 
 FREEDOM = PathFreedom(1.0, 1e-4, 0.1)
@@ -33,17 +31,15 @@ FREEDOM = PathFreedom(1.0, 1e-4, 0.1)
 FINER = 4
 """Part of the longest sub-step that resolves a slip which the fit takes: the step's own error biases mass and viscous
 friction by more than the noise does (at full size by ten standard deviations, at a quarter by none that shows)."""
-COARSER = 2
-"""Times that a sub-step is longer on chunks: what that makes wrong, the descent on whole recordings mends."""
 WIDEST = 0.01
 """Time between the nodes of a path [s] at most."""
 STRETCH = 0.5
 """Length [s] of the stretches in which paths are chosen: a slip, and the rest behind it."""
 WORSE, BACK = 0.1, 0.3
 """Rise of the cost of a stretch from which a step of its path does harm, and the share of the step that is kept."""
-STEPS, LAST, DESCENTS = 6, 12, 4
-"""Steps by which a descent on chunks shows whether it is worth going on, steps of it then and on whole recordings, and
-descents there at most."""
+STEPS, LAST = 6, 12
+"""Steps by which a descent on chunks shows whether it is worth going on, and steps of it then and on whole recordings.
+"""
 LOOSE, LOOSE_STEPS = (10.0, 3.0), 3
 """Factors on the noise of the force while a new path comes to rest at first, one after the other, and steps of each."""
 OTHERS, SHOT_RESTING = (along_smooth_motion, without_overshoot), 4
@@ -51,32 +47,25 @@ OTHERS, SHOT_RESTING = (along_smooth_motion, without_overshoot), 4
 ROUNDS, RESTING, PATIENCE = 3, 2, 6
 """Times at most that slips are looked for, steps in which the path with those that were found comes to rest, and slips
 in a row that no path explains after which no more are looked for."""
-FEW, MANY = 1e-3, 4e-2
-"""Share of innovations far off from which an end on chunks is not taken for the right one, and from which it is more
-than some slips that a path misses: far from the right model, looking for them costs most and gains least."""
+MANY = 4e-2
+"""Share of innovations far off from which it is more than some slips that a path misses: far from the right model,
+looking for them costs most and gains least."""
 LEFT = 0.3, 5.0
 """Fall of the cost that a step has to promise by the normal equations to be tried, and after one that failed."""
 ACCIDENT = 20.0
 """Cost of a stretch beyond which a slip is missed: an accident of its path, which says nothing of the parameters."""
-CHUNK, CHUNK_S = 1000, 8.0
-"""Least nodes and seconds of a chunk."""
 
 
 @dataclass(frozen=True)
 class DampedNoiseAware(NoiseAware):
     """The fit of one kernel of a force with error, in damped steps, to some grids (a `PathEstimator`)."""
 
-    def start(
-        self, theta: Array, steps: int = NEW_PATH, known: Sequence[Sequence[Array]] = ()
-    ) -> Estimate | None:  # fmt: skip
+    def start(self, theta: Array, steps: int = NEW_PATH) -> Estimate | None:
         """The estimate at fixed parameters theta (m,), along new paths that take so many steps. None where the model
-        diverges. known : paths of all grids, (n, n_states) each, that go on wherever they explain more.
+        diverges.
         """
         firsts = self._best_new(theta)
-        loose = None if firsts is None else self._loosened(theta, firsts)
-        if loose is None:
-            return None
-        best = self._best_paths(theta, lambda i: [loose[i], *(paths[i] for paths in known)]) if known else loose
+        best = None if firsts is None else self._loosened(theta, firsts)
         end = None if best is None else self.along(theta, best, steps)
         return None if end is None else self._mended(end)
 
@@ -311,52 +300,3 @@ def freedom_for(values: Mapping[str, float]) -> PathFreedom:
 def close(segment_grids: Sequence[Grid]) -> list[Grid]:
     """Grids with nodes close enough for a slip."""
     return [grid.divided(max(1, round(float(np.median(np.diff(grid.t))) / WIDEST))) for grid in segment_grids]
-
-
-def best_on_chunks(
-    whole: DampedNoiseAware, starts: Iterable[Array], enough: Callable[[Estimate], bool], progress: Progress = silent
-) -> Estimate | None:
-    """The best end on chunks from starting values (m,), the likeliest first, until it is enough or explains them. None
-    where the model diverges from all.
-    """
-    freedom = replace(whole.freedom, h_max=COARSER * whole.freedom.h_max)
-    small = replace(whole, grids=chunks(whole.grids, CHUNK, CHUNK_S), freedom=freedom)
-    ends = list[Estimate]()
-    for tries, start in enumerate(starts, 1):
-        progress("search on chunks", tries, 0)
-        least = min((end.loss for end in ends), default=UNEXPLAINED)
-        end = small.on_new_paths(start, most=min(UNEXPLAINED, NOT_FAR * least))
-        if end is not None and enough(end):  # what damped steps leave is no reason to stop where they are not needed
-            end = small.on_new_paths(end.theta)
-        ends += [] if end is None else [end]
-        hopeless = tries >= HOPELESS_TRIES and all(end.loss > UNEXPLAINED for end in ends)
-        if ends and (hopeless or _explained(_best(ends)) or enough(_best(ends)) or time_is_over()):
-            break
-    return _best(ends) if ends else None
-
-
-def _best(ends: Sequence[Estimate]) -> Estimate:
-    return min(ends, key=lambda end: end.cost)
-
-
-def _explained(end: Estimate) -> bool:
-    """Whether an end explains the chunks."""
-    return end.loss < RIGHT and end.outliers < FEW
-
-
-def on_whole_recordings(
-    whole: DampedNoiseAware, theta: Array, explains: Callable[[Estimate], bool]
-) -> tuple[Estimate | None, bool]:
-    """The fit to whole recordings from theta (m,), and whether it explains them; where it does not, once more from
-    there, along new paths. None where the model diverges.
-    """
-    found, good = None, False
-    for _ in range(DESCENTS):
-        start = whole.start(theta, known=() if found is None else [found.paths])
-        end = None if start is None else whole.strict(whole.descend(start, LAST))
-        if end is not None and (found is None or end.cost < found.cost):
-            found, good = end, explains(end)
-        if found is None or good or found.loss > HOPELESS or np.array_equal(found.theta, theta) or time_is_over():
-            break
-        theta = found.theta
-    return found, good

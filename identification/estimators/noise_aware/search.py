@@ -108,13 +108,14 @@ def on_whole_recordings(whole: NoiseAware, small: NoiseAware, best: Estimate) ->
     for _ in range(2):
         end = whole.in_stages(theta)
         end = None if end is None else whole.strict(end)
-        if end is not None and (found is None or end.cost < found.cost):
-            found = end
+        if end is not None:
+            found = end if found is None else _best(whole, (found, end), best.theta)
         if found is None or converged(found) or found.loss > HOPELESS or time_is_over():
             break
         again = [small.in_stages(found.theta, DIRECT)]
         again += [small.in_stages(start, GENTLE) for start in usual_values(small.coordinates, found.theta)[:1]]
-        theta = min((end for end in again if end is not None), key=lambda end: end.cost, default=found).theta
+        ends = [end for end in again if end is not None]
+        theta = (_best(small, ends, best.theta) if ends else found).theta
     return found
 
 

@@ -12,7 +12,8 @@ from stiff_valves import STEM_TEST, STIFF, stem_test
 from identification import Fit, Identification, Outcome, experiment, fit, identify
 from identification.data.grid import grids
 from identification.estimators.coordinates import Coordinates
-from identification.estimators.noise_aware.damped import CHUNK, CHUNK_S, damped_for
+from identification.estimators.noise_aware.damped import damped_for
+from identification.estimators.noise_aware.damped_search import CHUNK, CHUNK_S
 from identification.estimators.noise_aware.search import RIGHT, chunks
 from identification.estimators.order import (
     LONGEST,
