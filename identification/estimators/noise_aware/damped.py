@@ -128,7 +128,7 @@ class DampedNoiseAware(NoiseAware):
         for slip in missed_slips(self.grids[i], line):
             begin, end = window(self.grids[i], slip)
             part = replace(self, grids=[self.grids[i].part(begin, end)])
-            best, explained = part._best_about(p, found[begin:end].copy(), slip[0] - begin)
+            best, explained = part._best_about(p, np.ascontiguousarray(path[begin:end]), slip[0] - begin)
             failures = 0 if explained else failures + 1
             if best is not None:
                 found[begin:end], better = best, True
