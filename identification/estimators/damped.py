@@ -120,8 +120,10 @@ def damped_start(
     defaults of the coordinates for what is not of the base model; None where nothing leads anywhere.
     """
     search = search_for(valve, coordinates, smooth, "damped")
-    starts = [] if search is None else search.ends()
-    if search is None or not starts:
+    if search is None:
+        return None
+    starts = search.ends()
+    if not starts:
         return None
     work = damped_for(valve, coordinates, segment_grids, starts[0])
     best = best_on_chunks(work, _narrowed(search, starts), enough=lambda _: False)

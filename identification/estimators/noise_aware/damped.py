@@ -144,15 +144,14 @@ class DampedNoiseAware(NoiseAware):
         [grid], still, h_max = self.grids, None, self.freedom.h_max
 
         def misfit(candidate: Array) -> float:
-            line = self.line(0, p, candidate)
-            return np.inf if line is None else float(costs(*line.scored).sum())
+            return _cost(self.line(0, p, candidate))
 
         others = (other(self.kernel, grid, p, path) for other in OTHERS)
         least = misfit(path)
         for candidate in itertools.chain(others, shots(self.kernel, grid, p, h_max, path, first, misfit)):
             line = None if candidate is None else self.line(0, p, candidate)
             end = None if candidate is None or line is None else self.relaxed(0, p, candidate, line, SHOT_RESTING)
-            value = np.inf if end is None else float(costs(*end[1].scored).sum())
+            value = np.inf if end is None else _cost(end[1])
             if end is None or value > least - EQUAL:
                 continue
             still, least = end[0], value
@@ -246,11 +245,7 @@ class DampedNoiseAware(NoiseAware):
     ) -> list[Array] | None:  # fmt: skip
         """For every grid the best of its candidates; None where one has none with a solution."""
         p = self.coordinates.p(theta)
-        return self._of_all(lambda i: self._best_of(i, p, candidates(i)))
-
-    def _of_all(self, path_of: Callable[[int], Array | None]) -> list[Array] | None:
-        """A path for every grid; None where one has none."""
-        found = each(path_of, range(len(self.grids)))
+        found = each(lambda i: self._best_of(i, p, candidates(i)), range(len(self.grids)))
         known = [path for path in found if path is not None]
         return known if len(known) == len(found) else None
 
@@ -276,6 +271,11 @@ def _stretchwise(stretch: IndexArray, paths: Sequence[Array], lines: Sequence[In
 def _stretches(grid: Grid) -> IndexArray:
     """The number of the stretch that each node of a grid lies in, (n,)."""
     return np.asarray((grid.t - grid.t[0]) // STRETCH, int)
+
+
+def _cost(line: Innovations | None) -> float:
+    """The cost of all innovations, infinite where the model has no solution."""
+    return np.inf if line is None else float(costs(*line.scored).sum())
 
 
 def _misfit(stretch: IndexArray, line: Innovations) -> Array:

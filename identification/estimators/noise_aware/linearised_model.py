@@ -12,7 +12,7 @@ import functools
 from dataclasses import dataclass, replace
 from importlib import resources
 from types import ModuleType
-from typing import Literal
+from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +31,8 @@ the paths of very stiff bristles to settle."""
 SUB_STEP, LEAD = 1e-3, 0.01
 """Longest sub-steps [s] of memory along a motion that is given, and before a part begins: there it has long to settle.
 """
+BOTH: Final = "motion and memory"
+"""What runs of the model carry on."""
 FIRST_V, FIRST_SLOPE = 1e-4, 1e3
 """Standard deviations of the first velocity [m/s] and slope of the force [N/s]."""
 

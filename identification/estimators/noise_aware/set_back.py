@@ -10,18 +10,15 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Final
 
 import numpy as np
 
 from identification.data.grid import Grid
 from identification.estimators.anchors import Anchors, anchors, deflection_at_rest, held_force
-from identification.estimators.noise_aware.linearised_model import ran_along
+from identification.estimators.noise_aware.linearised_model import BOTH, ran_along
 from recordings import Array
 from simulator import Kernel
 
-BOTH: Final = "motion and memory"
-"""What runs of the model carry on."""
 WINDOW = 0.25
 """A run is set back to the data once in so many seconds, where the valve rests far from break-away."""
 

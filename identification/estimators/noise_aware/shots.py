@@ -15,7 +15,7 @@ from scipy.optimize import minimize_scalar
 
 from identification.data.grid import Grid
 from identification.estimators.estimate import OUTLIER, Innovations
-from identification.estimators.noise_aware.linearised_model import ran_along
+from identification.estimators.noise_aware.linearised_model import BOTH, ran_along
 from recordings import Array
 from simulator import Kernel
 
@@ -59,7 +59,7 @@ def shots(
         found, u = path.copy(), grid.force.u[begin:] + off * grid.force.noise
         own = np.ascontiguousarray(found[begin:])
         own[:, -2], own[:, -1] = u, grid.force.slope[begin:]
-        if not ran_along(kernel, np.ascontiguousarray(grid.t[begin:]), u, p, own, h_max, "motion and memory"):
+        if not ran_along(kernel, np.ascontiguousarray(grid.t[begin:]), u, p, own, h_max, BOTH):
             return None
         found[begin:] = own
         return found
