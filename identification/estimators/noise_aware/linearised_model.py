@@ -78,7 +78,8 @@ def correction(line: Innovations, move: Array) -> Array:
 
 def first_path(kernel: Kernel, grid: Grid, p: Array, h_max: float = SUB_STEP) -> Array | None:
     """A path (n, n_states) along the smoothed motion and force, on which the memory of the effects has run along: that
-    of a part since before it began, for plays remember turns that are long past.
+    of a part since before it began, for plays remember turns that are long past. Behind a sensor with memory the stem
+    is not where it is read: there it is as far from that as the sensor, driven by the reading, is late.
     """
     value = dict(zip(kernel.parameters, p, strict=True))
     start = kernel.start(grid.motion[0, 0], 0.0, grid.force.u[0])
@@ -93,18 +94,22 @@ def first_path(kernel: Kernel, grid: Grid, p: Array, h_max: float = SUB_STEP) ->
     before = None if grid.lead is None else first_path(kernel, grid.lead, p, LEAD)
     if before is not None:
         path[0, 2:-2] = before[-1, 2:-2]
-    return path if ran_along(kernel, grid.t, grid.force.u, p, path, h_max) else None
+    read = ran_along(kernel, grid.t, grid.force.u, p, path, h_max)
+    if read is None or np.array_equal(read, path[:, 0]):
+        return None if read is None else path
+    path[:, 0] += grid.motion[:, 0] - read
+    return None if ran_along(kernel, grid.t, grid.force.u, p, path, h_max) is None else path
 
 
 def ran_along(
     kernel: Kernel, t: Array, u: Array, p: Array, path: Array, h_max: float = SUB_STEP,
     carry: Literal["memory", "motion and memory"] = "memory",
-) -> bool:  # fmt: skip
+) -> Array | None:  # fmt: skip
     """Run the memory, or motion and memory, along a path (n, n_states) from its first state, under a force u (n,) [N],
-    and write it there; whether it has a solution.
+    and write it there; the positions (n,) that are read then, None where it has no solution.
     """
     run = kernel.shoot(t, u, p, path, h_max=h_max, carry=carry)
-    return run.failed is None and bool(np.isfinite(path).all())
+    return run.outputs[:, 0] if run.failed is None and bool(np.isfinite(path).all()) else None
 
 
 def linearise(

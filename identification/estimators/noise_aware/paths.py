@@ -39,9 +39,9 @@ def balanced(kernel: Kernel, grid: Grid, p: Array, first: Array) -> Array:
     """
     path = first.copy()
     values = dict(zip(kernel.parameters, p.tolist(), strict=True))
-    x, v, _ = grid.motion.T
+    v = grid.motion[:, 1]
     slow = np.abs(v) < SLOW * values["lugre.vs"]
-    held = deflection_at_rest(values, grid.force.u - values["lugre.sigma2"] * v, x)
+    held = deflection_at_rest(values, grid.force.u - values["lugre.sigma2"] * v, path[:, 0])
     z = kernel.states.index("lugre.z")
     path[:, 1], path[:, z] = v, np.where(slow, held, path[:, z])
     return path
@@ -53,7 +53,7 @@ def along_smooth_motion(kernel: Kernel, grid: Grid, p: Array, path: Array) -> Ar
     """
     found = path.copy()
     found[:, 1] = grid.motion[:, 1]
-    return found if ran_along(kernel, grid.t, np.ascontiguousarray(path[:, -2]), p, found) else None
+    return None if ran_along(kernel, grid.t, np.ascontiguousarray(path[:, -2]), p, found) is None else found
 
 
 def without_overshoot(kernel: Kernel, grid: Grid, p: Array, path: Array) -> Array:

@@ -8,7 +8,7 @@ where from a blurred slip it does not.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -41,18 +41,20 @@ def _set_back_path(
     path[:, -2] = grid.force.u
     known = Rests.of(kernel, grid, p)
     at, rest = known.anchors
-    memory = path[at[0] if len(at) else 0, 2:-2].copy()
+    start = at[0] if len(at) else 0
+    state, apart = path[start], path[start, 0] - grid.motion[start, 0]
     if since is not None and (not len(at) or at[0] > 0):
-        at, rest, path[0], memory = np.array([0, *at]), np.array([False, *rest]), since, since[2:-2].copy()
+        at, rest, state = np.array([0, *at]), np.array([False, *rest]), since
     for k, (begin, end) in enumerate(itertools.pairwise((*at, len(grid.t) - 1))):
         own = np.ascontiguousarray(path[begin : end + 1])
-        own[0, 2:-2] = memory
+        own[0, :-2] = state[:-2]
         if since is None or begin > 0:
-            own[0] = known.set_back(begin, own[0], at_rest=bool(rest[k]))
+            own[0] = known.set_back(begin, own[0], apart, at_rest=bool(rest[k]))
         u = grid.force.u[begin : end + 1]
-        if not ran_along(kernel, np.ascontiguousarray(grid.t[begin : end + 1]), u, p, own, h_max, BOTH):
+        read = ran_along(kernel, np.ascontiguousarray(grid.t[begin : end + 1]), u, p, own, h_max, BOTH)
+        if read is None:
             return None
-        path[begin : end + 1], memory = own, own[-1, 2:-2].copy()
+        path[begin : end + 1], state, apart = own, own[-1].copy(), own[-1, 0] - read[-1]
     return path
 
 
@@ -63,27 +65,32 @@ def _under(grid: Grid, off: float) -> Grid:
 
 @dataclass(frozen=True)
 class Rests:
-    """Where runs over a grid are set back, and what the bristle holds there. z : place of its deflection in a state."""
+    """Where runs over a grid are set back. values : parameters by full name; kernel : of the states."""
 
+    kernel: Kernel
     grid: Grid
+    values: Mapping[str, float]
     anchors: Anchors
-    deflection: Array
-    z: int
 
     @classmethod
     def of(cls, kernel: Kernel, grid: Grid, p: Array) -> Rests:
         values = dict(zip(kernel.parameters, p.tolist(), strict=True))
         x, v, crept = grid.motion.T
         load = np.abs(held_force(values, grid.force.u, x)) / values["lugre.fs"]
-        at = anchors(grid.t, crept, np.gradient(v, grid.t), WINDOW, load=load)
-        return cls(grid, at, deflection_at_rest(values, grid.force.u, x), kernel.states.index("lugre.z"))
+        return cls(kernel, grid, values, anchors(grid.t, crept, np.gradient(v, grid.t), WINDOW, load=load))
 
-    def set_back(self, node: int, state: Array, *, at_rest: bool) -> Array:
-        """A state (n_states,) with position and velocity of the data at a node, and at rest the deflection."""
+    def set_back(self, node: int, state: Array, apart: float, *, at_rest: bool) -> Array:
+        """A state (n_states,) with position and velocity of the data at a node, and at rest the deflection.
+
+        apart : of the stem from what is read [m]. Memory that begins at the position keeps its distance from it.
+        """
         found, (x, v, _) = state.copy(), self.grid.motion[node]
-        found[:2] = x, 0.0 if at_rest else v
+        found[:2] = x + apart, 0.0 if at_rest else v
+        moves = [i for i, m in enumerate(self.kernel.layout.memory, 2) if m.at_position]
+        found[moves] += found[0] - state[0]
         if at_rest:
-            found[self.z] = self.deflection[node]
+            z = self.kernel.states.index("lugre.z")
+            found[z] = deflection_at_rest(self.values, self.grid.force.u[node], found[0])
         return found
 
 
@@ -103,5 +110,5 @@ def _since_last_rest(kernel: Kernel, lead: Grid, p: Array, state: Array, h_max: 
     tail = lead.part(begin, len(lead.t))
     own = np.tile(state, (len(tail.t), 1))
     own[:, -2], own[:, -1] = tail.force.u, tail.force.slope
-    own[0] = known.set_back(begin, own[0], at_rest=True)
-    return own[-1].copy() if ran_along(kernel, tail.t, tail.force.u, p, own, h_max, BOTH) else None
+    own[0] = known.set_back(begin, own[0], state[0] - lead.motion[-1, 0], at_rest=True)
+    return None if ran_along(kernel, tail.t, tail.force.u, p, own, h_max, BOTH) is None else own[-1].copy()

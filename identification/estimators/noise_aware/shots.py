@@ -59,7 +59,7 @@ def shots(
         found, u = path.copy(), grid.force.u[begin:] + off * grid.force.noise
         own = np.ascontiguousarray(found[begin:])
         own[:, -2], own[:, -1] = u, grid.force.slope[begin:]
-        if not ran_along(kernel, np.ascontiguousarray(grid.t[begin:]), u, p, own, h_max, BOTH):
+        if ran_along(kernel, np.ascontiguousarray(grid.t[begin:]), u, p, own, h_max, BOTH) is None:
             return None
         found[begin:] = own
         return found

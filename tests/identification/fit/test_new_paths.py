@@ -1,0 +1,46 @@
+"""New paths of a valve whose sensor does not show where the stem is: they are read as what was recorded."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from stiff_valves import STIFF, stem_test
+
+from identification import experiment
+from identification.data.grid import grids
+from identification.estimators.coordinates import Coordinates
+from identification.estimators.noise_aware.damped import damped_for
+from identification.estimators.noise_aware.linearised_model import first_path, ran_along
+from simulator import BASE, kernel
+
+SENSORS = {"backlash": {"backlash.width": 4e-4}, "sensor_lag": {"sensor_lag.tau": 0.04}}
+"""A play of a hundredth of the stroke, and a lag of four samples."""
+
+
+@pytest.fixture(scope="module", params=SENSORS)
+def sensor(request):
+    """The fit of a stem test behind a sensor, and its true values."""
+    effects, values = (*BASE, request.param), STIFF | SENSORS[request.param]
+    known = grids([experiment(r) for r in stem_test(100.0, ("sine:20",), values=values, effects=effects)])
+    coordinates = Coordinates.of(kernel(effects), {}, 700.0)
+    theta = coordinates.theta_of(values)
+    return damped_for(kernel(effects), coordinates, known, theta), theta
+
+
+def test_a_path_along_the_recorded_motion_is_read_as_that(sensor):
+    whole, theta = sensor
+    [grid], p = whole.grids, whole.coordinates.p(theta)
+    path = first_path(whole.kernel, grid, p)
+    assert path is not None
+    apart = path[:, 0] - grid.motion[:, 0]
+    read = ran_along(whole.kernel, grid.t, grid.force.u, p, path.copy())
+    assert np.std(read - grid.motion[:, 0]) < 0.4 * np.std(apart)
+    assert np.std(apart) > 5e-5
+
+
+def test_a_start_at_the_true_values_explains_the_recording(sensor):
+    whole, theta = sensor
+    start = whole.start(theta)
+    assert start is not None
+    assert start.loss < 1.3
+    assert start.outliers < 5e-3
