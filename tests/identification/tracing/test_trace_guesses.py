@@ -80,6 +80,20 @@ def test_a_guess_of_a_strong_cubic_spring_has_the_straight_spring_beside_it():
     assert found["k3"] == pytest.approx(K / STROKE**2, rel=0.1)
 
 
+@pytest.mark.parametrize("effect", ["actuator_lag", "dead_time", "sensor_lag"])
+def test_a_lag_of_which_samples_tell_little_is_guessed_by_the_viscous_friction_that_it_makes(effect: str):
+    tau, own = 0.1, 0.3 * K * 0.1  # a valve whose own viscous friction is a quarter of what a model has
+    base = VALVE | {"lugre.sigma2": own + tau * K, "mass.m": VALVE["mass.m"] + tau * own}
+    recordings = traced_valves.recorded("sensor_lag", {"sensor_lag.tau": tau})[:2]
+    looks = [
+        FirstLook.of(grid.t, grid.motion, grid.force.u, base) for grid in grids([experiment(r) for r in recordings])
+    ]
+    _, guess = CATALOGUE[effect].first_guess(looks, base)
+    assert guess[f"{effect}.tau"] == pytest.approx(tau, rel=0.3)
+    assert guess["lugre.sigma2"] == pytest.approx(own, rel=0.5)
+    assert guess["mass.m"] < base["mass.m"]
+
+
 @pytest.mark.slow
 def test_a_play_of_a_fiftieth_of_the_stroke_is_named_with_its_width():
     found = traced_valves.traced("backlash", width=0.02 * STROKE)
