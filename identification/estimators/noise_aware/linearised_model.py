@@ -95,10 +95,13 @@ def first_path(kernel: Kernel, grid: Grid, p: Array, h_max: float = SUB_STEP) ->
     if before is not None:
         path[0, 2:-2] = before[-1, 2:-2]
     read = ran_along(kernel, grid.t, grid.force.u, p, path, h_max)
-    if read is None or np.array_equal(read, path[:, 0]):
-        return None if read is None else path
-    path[:, 0] += grid.motion[:, 0] - read
-    return None if ran_along(kernel, grid.t, grid.force.u, p, path, h_max) is None else path
+    if read is None:
+        return None
+    late = grid.motion[:, 0] - read
+    if late.any():
+        path[:, 0] += late
+        read = ran_along(kernel, grid.t, grid.force.u, p, path, h_max)
+    return None if read is None else path
 
 
 def ran_along(

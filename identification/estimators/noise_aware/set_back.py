@@ -65,19 +65,24 @@ def _under(grid: Grid, off: float) -> Grid:
 
 @dataclass(frozen=True)
 class Rests:
-    """Where runs over a grid are set back. values : parameters by full name; kernel : of the states."""
+    """Where runs over a grid are set back. values : parameters by full name; z, carried : places in a state of the
+    deflection of the bristle, and of the memory that begins at the position.
+    """
 
-    kernel: Kernel
     grid: Grid
     values: Mapping[str, float]
     anchors: Anchors
+    z: int
+    carried: list[int]
 
     @classmethod
     def of(cls, kernel: Kernel, grid: Grid, p: Array) -> Rests:
         values = dict(zip(kernel.parameters, p.tolist(), strict=True))
         x, v, crept = grid.motion.T
         load = np.abs(held_force(values, grid.force.u, x)) / values["lugre.fs"]
-        return cls(kernel, grid, values, anchors(grid.t, crept, np.gradient(v, grid.t), WINDOW, load=load))
+        at = anchors(grid.t, crept, np.gradient(v, grid.t), WINDOW, load=load)
+        carried = [i for i, m in enumerate(kernel.layout.memory, 2) if m.at_position]
+        return cls(grid, values, at, kernel.states.index("lugre.z"), carried)
 
     def set_back(self, node: int, state: Array, apart: float, *, at_rest: bool) -> Array:
         """A state (n_states,) with position and velocity of the data at a node, and at rest the deflection.
@@ -86,11 +91,10 @@ class Rests:
         """
         found, (x, v, _) = state.copy(), self.grid.motion[node]
         found[:2] = x + apart, 0.0 if at_rest else v
-        moves = [i for i, m in enumerate(self.kernel.layout.memory, 2) if m.at_position]
-        found[moves] += found[0] - state[0]
+        for i in self.carried:
+            found[i] += found[0] - state[0]
         if at_rest:
-            z = self.kernel.states.index("lugre.z")
-            found[z] = deflection_at_rest(self.values, self.grid.force.u[node], found[0])
+            found[self.z] = deflection_at_rest(self.values, self.grid.force.u[node], found[0])
         return found
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from recordings import Array
 from simulator.effect import Effect, Expression, Memory, Parameter, Quantities, Site, Values
 from simulator.first_look import FirstLook, travel
+from simulator.imitation import usual_damping
 from simulator.play import play
 
 SHARES = (0.002, 0.004, 0.007, 0.012, 0.02, 0.03, 0.05)
@@ -62,7 +63,7 @@ class PositionBacklash(Effect):
         return [
             self.named(width=share * width) | {
                 "lugre.fc": fc - share * width * K / 2, "lugre.fs": 1.4 * fc, "lugre.vs": 3e-3,
-                "lugre.sigma0": softer * sigma0, "lugre.sigma1": 0.6 * (softer * sigma0 * base["mass.m"]) ** 0.5,
+                "lugre.sigma0": softer * sigma0, "lugre.sigma1": usual_damping(softer * sigma0, base["mass.m"]),
             }
             for share in (1.0, 0.4) for softer in (1.0, 0.1)
         ]  # fmt: skip

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 import pytest
@@ -10,6 +10,7 @@ import traced_valves
 
 from identification import experiment
 from identification.data.grid import grids
+from recordings import Recording
 from simulator import BASE, CATALOGUE, FirstLook, random_valve
 
 VALVE, STROKE = random_valve(traced_valves.SEED)
@@ -38,6 +39,16 @@ WITHIN = {"backlash": 4.0, "dwell_stiction": 4.0, "nonlocal_presliding": 4.0, "a
 """Factors by which guesses may be off, 2 for others: what acts after reversals hides behind bristles."""
 
 
+def looks_at(
+    recordings: Sequence[Recording], base: Mapping[str, float], held: Iterable[str] = ()
+) -> list[FirstLook]:  # fmt: skip
+    """What is seen in recordings beside a base, of which some parameters are known."""
+    return [
+        FirstLook.of(grid.t, grid.motion, grid.force.u, base, held)
+        for grid in grids([experiment(r) for r in recordings])
+    ]
+
+
 def guessed(effect: str) -> dict[str, float]:
     """The likeliest guess from two recordings, by symbol, beside the base as a fit without the effect has it."""
     there = THERE[effect]
@@ -45,11 +56,7 @@ def guessed(effect: str) -> dict[str, float]:
     base = dict(VALVE)
     for name in ("lugre.fc", "lugre.fs"):  # half of a play, times K, looks like friction
         base[name] += K * there.get("width", 0.0) / 2
-    looks = [
-        FirstLook.of(grid.t, grid.motion, grid.force.u, base, HELD.get(effect, ()))
-        for grid in grids([experiment(r) for r in recordings])
-    ]
-    [first, *_] = CATALOGUE[effect].first_guess(looks, base)
+    [first, *_] = CATALOGUE[effect].first_guess(looks_at(recordings, base, HELD.get(effect, ())), base)
     return {name.removeprefix(f"{effect}."): value for name, value in first.items()}
 
 
@@ -82,13 +89,10 @@ def test_a_guess_of_a_strong_cubic_spring_has_the_straight_spring_beside_it():
 
 @pytest.mark.parametrize("effect", ["actuator_lag", "dead_time", "sensor_lag"])
 def test_a_lag_of_which_samples_tell_little_is_guessed_by_the_viscous_friction_that_it_makes(effect: str):
-    tau, own = 0.1, 0.3 * K * 0.1  # a valve whose own viscous friction is a quarter of what a model has
+    tau, own = 0.1, 0.03 * K  # a valve whose own viscous friction is a quarter of what a model has
     base = VALVE | {"lugre.sigma2": own + tau * K, "mass.m": VALVE["mass.m"] + tau * own}
     recordings = traced_valves.recorded("sensor_lag", {"sensor_lag.tau": tau})[:2]
-    looks = [
-        FirstLook.of(grid.t, grid.motion, grid.force.u, base) for grid in grids([experiment(r) for r in recordings])
-    ]
-    _, guess = CATALOGUE[effect].first_guess(looks, base)
+    _, guess = CATALOGUE[effect].first_guess(looks_at(recordings, base), base)
     assert guess[f"{effect}.tau"] == pytest.approx(tau, rel=0.3)
     assert guess["lugre.sigma2"] == pytest.approx(own, rel=0.5)
     assert guess["mass.m"] < base["mass.m"]
