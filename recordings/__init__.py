@@ -27,7 +27,7 @@ from recordings.hdf5.reader import RecordingFile, open_recording, read, validate
 from recordings.hdf5.recover import Recovery, recover
 from recordings.hdf5.writer import Truth, read_truth, write
 from recordings.library import BUNDLED, bundled, bundled_names, bundled_path, file_of
-from recordings.noise import white_noise
+from recordings.noise import quiet_noise, white_noise
 from recordings.plant import Event, Plant
 from recordings.progress import Progress, silent, tracked
 from recordings.recording import Codes, Recording
@@ -94,6 +94,7 @@ __all__ = [
     "not_installed",
     "open_recording",
     "picture",
+    "quiet_noise",
     "read",
     "read_small_json",
     "read_small_text",

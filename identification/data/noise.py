@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from recordings import Array, white_noise
+from recordings import Array, quiet_noise
 
 ORDER = 4
 """Of the difference: the fourth removes every cubic."""
@@ -16,7 +16,7 @@ ROUNDING = 64 * float(np.finfo(float).eps)
 def noise_std(signal: Array, quantum: float = 0.0, t: Array | None = None) -> float:
     """Standard deviation of the white noise on a signal (n_samples,), in its unit; NaN samples are passed over.
 
-    `recordings.white_noise` with the fourth difference; at least the noise of the quantisation step, `quantum` or the
+    `recordings.quiet_noise` with the fourth difference; at least the noise of the quantisation step, `quantum` or the
     smallest step seen, uniformly distributed.
     t (n_samples,) : times of the samples [s], strictly increasing, where they may be unevenly spaced.
 
@@ -30,7 +30,7 @@ def noise_std(signal: Array, quantum: float = 0.0, t: Array | None = None) -> fl
     if not known.all():  # a slow sensor leaves every other sample out
         t = (np.arange(len(signal), dtype=float) if t is None else t)[known]
         signal = signal[known]
-    white = white_noise(signal, ORDER, t)
+    white = quiet_noise(signal, ORDER, t)
     span, size = (float(np.ptp(signal)), float(np.abs(signal).max())) if len(signal) else (0.0, 0.0)
     return max(white, (quantum or _smallest_step(signal)) / np.sqrt(12.0), 1e-9 * span, ROUNDING * size)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from recordings import white_noise
+from recordings import quiet_noise, white_noise
 
 RANDOM = np.random.default_rng(3)
 T = np.arange(20_000) / 200.0
@@ -24,6 +24,24 @@ def test_every_order_finds_the_noise_that_was_added(order, times):
 def test_a_polynomial_of_a_lower_degree_is_no_noise(order):
     smooth = np.polynomial.Polynomial(range(1, order + 1))(T / T[-1])
     assert white_noise(smooth, order) < 1e-12
+
+
+def test_noise_is_that_of_the_rests_of_a_valve_that_slips_most_of_the_time():
+    """Seven slips in a second for eight seconds, and a rest of three, at twenty samples in a second."""
+    t = np.arange(0.0, 90.0, 0.05)
+    moving = t % 11.0 > 3.0
+    staircase = np.cumsum(np.where(moving & (np.arange(len(t)) % 3 == 0), 4e-4, 0.0))
+    noisy = staircase + RANDOM.normal(0.0, 5e-6, len(t))
+    assert white_noise(noisy, 4, t) > 5e-5
+    assert quiet_noise(noisy, 4, t) == pytest.approx(5e-6, rel=0.15)
+
+
+@pytest.mark.parametrize("n", [300, 3000, 30_000])
+def test_noise_that_is_alike_everywhere_is_measured_on_all_of_it(n):
+    noise = [RANDOM.normal(0.0, 1.0, n) for _ in range(50)]
+    found, of_all = (np.array([measure(one, 4) for one in noise]) for measure in (quiet_noise, white_noise))
+    assert found.mean() == pytest.approx(1.0, abs=0.02)
+    assert np.abs(found / of_all - 1).mean() < 0.05
 
 
 def test_too_few_samples_show_no_noise():
