@@ -175,11 +175,18 @@ def _covariances(problem: Problem, unknowns: Array, setting: ResidualForm, rms: 
         blocks += len(sums)
     hold = np.full(size, rms**2 / PRIOR_LOG_STD**2)
     curvature = max(bent / max(weights, 1.0), 0.2)  # of the robust loss, against the weights that Gauss-Newton uses
-    bread = np.linalg.inv(curvature * matrix + np.diag(hold))
+    bread = _inverse(curvature * matrix + np.diag(hold))
     few = blocks / max(blocks - problem.n_free, 1)
     classic: Array = np.asarray(rms**2 * bread, float)
     robust: Array = few * bread @ meat @ bread + np.diag(np.diag(bread) ** 2 * hold)
     return matrix, classic, robust
+
+
+def _inverse(matrix: Array) -> Array:
+    """The inverse of a positive matrix (n, n) whose rows are of any size; finite where rounding leaves a row nothing."""
+    size = np.sqrt(np.diag(matrix))
+    scaled = matrix / np.outer(size, size) + np.finfo(float).eps * np.eye(len(matrix))
+    return np.asarray(np.linalg.inv(scaled) / np.outer(size, size), float)
 
 
 def _innovation_covariances(problem: Problem, estimate: Estimate) -> tuple[Array, Array, Array]:

@@ -27,20 +27,21 @@ def test_a_polynomial_of_a_lower_degree_is_no_noise(order):
 
 
 def test_noise_is_that_of_the_rests_of_a_valve_that_slips_most_of_the_time():
-    """Seven slips in a second for eight seconds, and a rest of three, at twenty samples in a second."""
+    """Eight slips in a second for eight seconds, and a rest of three, at twenty samples in a second."""
     t = np.arange(0.0, 90.0, 0.05)
-    moving = t % 11.0 > 3.0
-    staircase = np.cumsum(np.where(moving & (np.arange(len(t)) % 3 == 0), 4e-4, 0.0))
-    noisy = staircase + RANDOM.normal(0.0, 5e-6, len(t))
-    assert white_noise(noisy, 4, t) > 5e-5
-    assert quiet_noise(noisy, 4, t) == pytest.approx(5e-6, rel=0.15)
+    slips = (t % 11.0 > 3.0) & (RANDOM.uniform(size=(20, len(t))) < 0.4)
+    noisy = np.cumsum(4e-4 * slips, axis=1) + RANDOM.normal(0.0, 5e-6, slips.shape)
+    assert min(white_noise(one, 4, t) for one in noisy) > 5e-5
+    found = [quiet_noise(one, 4, t) for one in noisy]
+    assert np.mean(found) == pytest.approx(5e-6, rel=0.1)
+    assert np.std(found) < 1e-6
 
 
 @pytest.mark.parametrize("n", [300, 3000, 30_000])
 def test_noise_that_is_alike_everywhere_is_measured_on_all_of_it(n):
     noise = [RANDOM.normal(0.0, 1.0, n) for _ in range(50)]
     found, of_all = (np.array([measure(one, 4) for one in noise]) for measure in (quiet_noise, white_noise))
-    assert found.mean() == pytest.approx(1.0, abs=0.02)
+    assert found.mean() == pytest.approx(1.0, abs=0.04)
     assert np.abs(found / of_all - 1).mean() < 0.05
 
 

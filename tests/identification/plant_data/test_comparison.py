@@ -77,7 +77,7 @@ def test_what_tests_of_an_unchanged_valve_differ_by_is_no_change():
 
 
 def test_tests_that_are_not_alike_are_said_to_be_so():
-    found = br.compare(before(), recorded({}, 2, "sine:20"))
+    found = br.compare(before(), recorded({"spring.K": 1.3 * VALVE["spring.K"]}, 2, "sine:20"))
     assert not found.alike
     assert "not alike" in found.notes[0]
     assert found.sentences()[0].startswith("Changed, or tested differently")

@@ -11,7 +11,7 @@ from simulator import Excitation, Sensors, random_valve, simulate
 
 STATUSES = {"identified", "weak", "unresolved", "at_bound", "given"}
 EXPERIMENTS = {"mass.m": "multisine", "lugre.sigma1": "presliding", "lugre.vs": "slow", "lugre.sigma2": "speeds"}
-COARSE = 40 * QUIET
+COARSE = 60 * QUIET
 """Noise of a position that hides the Stribeck velocity from every test."""
 POOR = 7
 """The valve of the poor recording."""
