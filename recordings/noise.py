@@ -44,8 +44,8 @@ def white_noise(signal: Array, order: int, t: Array | None = None) -> float:
 
 
 def quiet_noise(signal: Array, order: int, t: Array | None = None) -> float:
-    """As `white_noise`, of the quiet stretches of a signal, which may be its smaller part: a valve that sticks and slips
-    moves for most of a slow recording, and differences of its motion are no noise.
+    """As `white_noise`, of the quiet stretches of a signal, which may be its smaller part: a valve that slips moves for
+    most of a slow recording, and differences of its motion are no noise.
 
     Stretches that are too loud are left out, and the rest is measured again, until none is (kappa-sigma clipping).
     """

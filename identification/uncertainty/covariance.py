@@ -183,7 +183,7 @@ def _covariances(problem: Problem, unknowns: Array, setting: ResidualForm, rms: 
 
 
 def _inverse(matrix: Array) -> Array:
-    """The inverse of a positive matrix (n, n) whose rows are of any size; finite where rounding leaves a row nothing."""
+    """The inverse of a positive matrix (n, n) whose rows are of any size; finite where rounding leaves one nothing."""
     size = np.sqrt(np.diag(matrix))
     scaled = matrix / np.outer(size, size) + np.finfo(float).eps * np.eye(len(matrix))
     return np.asarray(np.linalg.inv(scaled) / np.outer(size, size), float)
