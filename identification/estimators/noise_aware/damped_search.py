@@ -19,6 +19,8 @@ FEW = 1e-3
 """Share of innovations far off from which an end on chunks is not taken for the right one."""
 DESCENTS = 4
 """Descents on whole recordings at most."""
+HIGHER = (1.0, 1.01, 1.05)
+"""Factors on static friction with which a descent on whole recordings begins again."""
 CHUNK, CHUNK_S = 1000, 8.0
 """Least nodes and seconds of a chunk."""
 
@@ -58,15 +60,26 @@ def on_whole_recordings(
     whole: DampedNoiseAware, theta: Array, explains: Callable[[Estimate], bool]
 ) -> tuple[Estimate | None, bool]:
     """The fit to whole recordings from theta (m,), and whether it explains them; where it does not, once more from
-    there, along new paths. None where the model diverges.
+    there, along new paths, or from more static friction. None where the model diverges.
     """
     found, good = None, False
+    start = whole.start(theta)
     for _ in range(DESCENTS):
-        start = whole.start(theta)
         end = None if start is None else whole.strict(whole.descend(start, LAST))
         if end is not None and (found is None or end.cost < found.cost):
             found, good = end, explains(end)
         if found is None or good or found.loss > HOPELESS or np.array_equal(found.theta, theta) or time_is_over():
             break
         theta = found.theta
+        start = _again(whole, theta)
     return found, good
+
+
+def _again(whole: DampedNoiseAware, theta: Array) -> Estimate | None:
+    """The best estimate about new paths at theta (m,), or with more static friction: where that is too low the model
+    slips before the data do, and no step of a descent is as long as the way back. Chunks do not always tell it.
+    """
+    values = whole.coordinates.values(theta)
+    tried = (whole.coordinates.theta_of(values | {"lugre.fs": factor * values["lugre.fs"]}) for factor in HIGHER)
+    starts = [start for start in map(whole.start, tried) if start is not None]
+    return min(starts, key=lambda start: start.cost, default=None)
