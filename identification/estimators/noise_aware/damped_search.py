@@ -71,15 +71,17 @@ def on_whole_recordings(
         if found is None or good or found.loss > HOPELESS or np.array_equal(found.theta, theta) or time_is_over():
             break
         theta = found.theta
-        start = _again(whole, theta) if found.loss < UNEXPLAINED else whole.start(theta)
+        start = _again(whole, found)
     return found, good
 
 
-def _again(whole: DampedNoiseAware, theta: Array) -> Estimate | None:
-    """The best estimate about new paths at theta (m,), or with more static friction: where that is too low the model
-    slips before the data do, and no step of a descent is as long as the way back. Chunks do not always tell it, nor does a fit that explains nothing.
+def _again(whole: DampedNoiseAware, found: Estimate) -> Estimate | None:
+    """The best estimate about new paths where a fit has ended, or with more static friction: where that is too low the
+    model slips before the data do, and no step of a descent is as long as the way back. Chunks do not always tell it. A
+    fit that explains nothing says nothing of static friction.
     """
-    values = whole.coordinates.values(theta)
-    tried = (whole.coordinates.theta_of(values | {"lugre.fs": factor * values["lugre.fs"]}) for factor in HIGHER)
+    values = whole.coordinates.values(found.theta)
+    factors = HIGHER if found.loss < UNEXPLAINED else HIGHER[:1]
+    tried = (whole.coordinates.theta_of(values | {"lugre.fs": factor * values["lugre.fs"]}) for factor in factors)
     starts = [start for start in map(whole.start, tried) if start is not None]
     return min(starts, key=lambda start: start.cost, default=None)
