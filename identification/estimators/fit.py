@@ -18,7 +18,8 @@ from identification.estimators.feasibility import check_constraints, check_given
 from identification.estimators.fitted import Fit, Outcome
 from identification.estimators.imposed_motion.fit import fit_imposed_motion
 from identification.estimators.noise_aware.fit import fit_noise_aware, force_noise_matters
-from identification.estimators.order import Order, order_of, swing
+from identification.estimators.noise_aware.resolution import RESOLVED_BY_NODES
+from identification.estimators.order import Order, order_of, swing, turn
 from identification.estimators.output_error.fit import fit_output_error, integrates
 from identification.estimators.output_error.homotopy import chunked
 from identification.estimators.output_error.starting_values import StartingPoint, starting_values
@@ -129,8 +130,19 @@ def _force_driven(
         if told or found.outcome is not Outcome.TOO_SHORT:  # for the loop of force over position
             return found
     if noisy:
-        return fit_noise_aware(valve, coordinates, driven, segment_grids, progress=progress)
+        found = fit_noise_aware(valve, coordinates, driven, segment_grids, progress=progress)
+        if told or found.outcome is Outcome.CONVERGED or _resolves(found, spacing) or time_is_over():
+            return found
+        damped = fit_damped(valve, coordinates, driven, "damped", segment_grids, progress)
+        return damped if damped.outcome is Outcome.CONVERGED else found
     return fit_output_error(valve, coordinates, experiments, ranked, progress)
+
+
+def _resolves(found: Fit, spacing: float) -> bool:
+    """Whether nodes between samples `spacing` [s] apart resolve the swing that a fit in full order ended with: starting
+    values may be too soft.
+    """
+    return not found.outcome.usable or turn(found.values, spacing) < RESOLVED_BY_NODES
 
 
 def _order(coordinates: Coordinates, ranked: Sequence[StartingPoint], spacing: float, noisy: bool) -> Order:

@@ -12,6 +12,7 @@ from identification.estimators.estimate import HOPELESS, Estimate
 from identification.estimators.noise_aware.damped import LAST, DampedNoiseAware
 from identification.estimators.noise_aware.search import HOPELESS_TRIES, NOT_FAR, RIGHT, UNEXPLAINED, chunks
 from recordings import Array, Progress, silent
+from simulator.imitation import usual_damping
 
 COARSER = 2
 """Times that a sub-step is longer on chunks: what that makes wrong, the descent on whole recordings mends."""
@@ -21,6 +22,9 @@ DESCENTS = 4
 """Descents on whole recordings at most."""
 HIGHER = (1.0, 1.01, 1.05)
 """Factors on static friction with which a descent on whole recordings begins again."""
+OVERDAMPED = 1 / 0.3
+"""Damping from which the swing of the mass on its bristles is overdamped, as a multiple of the usual one: that is 0.3
+of critical damping."""
 CHUNK, CHUNK_S = 1000, 8.0
 """Least nodes and seconds of a chunk."""
 
@@ -72,6 +76,9 @@ def on_whole_recordings(
             break
         theta = found.theta
         start = _again(whole, found)
+    other = _less_damped(whole, found) if good and found is not None else None
+    if other is not None and found is not None and other.cost < found.cost:
+        found, good = other, explains(other)
     return found, good
 
 
@@ -85,3 +92,17 @@ def _again(whole: DampedNoiseAware, found: Estimate) -> Estimate | None:
     tried = (whole.coordinates.theta_of(values | {"lugre.fs": factor * values["lugre.fs"]}) for factor in factors)
     starts = [start for start in map(whole.start, tried) if start is not None]
     return min(starts, key=lambda start: start.cost, default=None)
+
+
+def _less_damped(whole: DampedNoiseAware, found: Estimate) -> Estimate | None:
+    """The end of a descent from usual damping of the bristle and half the Stribeck velocity; None where a fit has not
+    ended with overdamped bristles. There the cost has a second minimum, of little more: damping takes the place of the
+    Stribeck curve.
+    """
+    values = whole.coordinates.values(found.theta)
+    usual = usual_damping(values["lugre.sigma0"], values["mass.m"])
+    if values["lugre.sigma1"] < OVERDAMPED * usual or time_is_over():
+        return None
+    other = values | {"lugre.sigma1": usual, "lugre.vs": 0.5 * values["lugre.vs"]}
+    start = whole.start(whole.coordinates.theta_of(other))
+    return None if start is None else whole.strict(whole.descend(start, LAST))

@@ -1,6 +1,7 @@
 """Stiff valves on which a fit can go astray: a Stribeck curve that ends at 1.5 mm/s, chunks that a static friction 5 %
-too low explains as well, slips whose paths miss them even at the true parameters, and slips of two samples behind a
-positioner.
+too low explains as well, slips whose paths miss them even at the true parameters, slips of two samples behind a
+positioner, starting values that take the bristles for a hundred times as soft, and overdamped bristles that explain all
+but as much.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from identification.estimators.order import slip, slip_is_over, slip_is_seen
 MAKE = {"stem": recordings, "loop": behind_a_positioner}
 CASES = [
     ("stem", 9501, 100.0), ("stem", 9508, 50.0), ("stem", 9709, 200.0), ("stem", 9905, 100.0), ("loop", 9128, 50.0),
-    ("loop", 9130, 50.0),
+    ("loop", 9130, 50.0), ("stem", 10314, 200.0), ("stem", 10302, 50.0),
 ]  # fmt: skip
 """Kind, seed of the valve and rate [Hz]."""
 
