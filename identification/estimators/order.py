@@ -42,13 +42,23 @@ def turn(values: Mapping[str, float], spacing: float) -> float:
     return swing(values) * spacing
 
 
+def critical_damping(sigma0: float, m: float) -> float:
+    """Damping of the bristle [N s/m] from which a mass [kg] does not swing on bristles of a stiffness [N/m]."""
+    return 2.0 * float(np.sqrt(sigma0 * m))
+
+
+def usual_damping(sigma0: float, m: float) -> float:
+    """Damping of the bristle [N s/m] to begin with where nothing tells it: a quarter of critical damping."""
+    return 0.25 * critical_damping(sigma0, m)
+
+
 def at_rest(stiffness: float) -> dict[str, float]:
     """Values, by full name, of what the static order does not tell: a quick slip that ends where it balances, without
     overshoot, on a spring of a stiffness [N/m].
     """
     m, sigma0 = 2.0, 1e7
     return {
-        "mass.m": m, "lugre.vs": 1e-3, "lugre.sigma0": sigma0, "lugre.sigma1": 0.5 * float(np.sqrt(sigma0 * m)),
+        "mass.m": m, "lugre.vs": 1e-3, "lugre.sigma0": sigma0, "lugre.sigma1": usual_damping(sigma0, m),
         "lugre.sigma2": 2.0 * float(np.sqrt(max(stiffness, 1.0) * m)),
     }  # fmt: skip
 

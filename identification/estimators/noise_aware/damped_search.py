@@ -11,8 +11,8 @@ from identification.budget import time_is_over
 from identification.estimators.estimate import HOPELESS, Estimate
 from identification.estimators.noise_aware.damped import LAST, DampedNoiseAware
 from identification.estimators.noise_aware.search import HOPELESS_TRIES, NOT_FAR, RIGHT, UNEXPLAINED, chunks
+from identification.estimators.order import critical_damping, usual_damping
 from recordings import Array, Progress, silent
-from simulator.imitation import usual_damping
 
 COARSER = 2
 """Times that a sub-step is longer on chunks: what that makes wrong, the descent on whole recordings mends."""
@@ -22,9 +22,6 @@ DESCENTS = 4
 """Descents on whole recordings at most."""
 HIGHER = (1.0, 1.01, 1.05)
 """Factors on static friction with which a descent on whole recordings begins again."""
-OVERDAMPED = 1 / 0.3
-"""Damping from which the swing of the mass on its bristles is overdamped, as a multiple of the usual one: that is 0.3
-of critical damping."""
 CHUNK, CHUNK_S = 1000, 8.0
 """Least nodes and seconds of a chunk."""
 
@@ -100,9 +97,9 @@ def _less_damped(whole: DampedNoiseAware, found: Estimate) -> Estimate | None:
     Stribeck curve.
     """
     values = whole.coordinates.values(found.theta)
-    usual = usual_damping(values["lugre.sigma0"], values["mass.m"])
-    if values["lugre.sigma1"] < OVERDAMPED * usual or time_is_over():
+    sigma0, m = values["lugre.sigma0"], values["mass.m"]
+    if values["lugre.sigma1"] < critical_damping(sigma0, m) or time_is_over():
         return None
-    other = values | {"lugre.sigma1": usual, "lugre.vs": 0.5 * values["lugre.vs"]}
+    other = values | {"lugre.sigma1": usual_damping(sigma0, m), "lugre.vs": 0.5 * values["lugre.vs"]}
     start = whole.start(whole.coordinates.theta_of(other))
     return None if start is None else whole.strict(whole.descend(start, LAST))

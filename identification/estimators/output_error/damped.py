@@ -21,7 +21,7 @@ from identification.estimators.anchors import anchors
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.fitted import Fit, Outcome, fit_of_windows
 from identification.estimators.least_squares import Solution, minimise
-from identification.estimators.order import Order, at_rest, sub_step
+from identification.estimators.order import Order, at_rest, sub_step, usual_damping
 from identification.estimators.output_error.force_position_loop import ForcePositionLoop, force_position_loop
 from identification.estimators.output_error.homotopy import Minimum
 from identification.estimators.output_error.problem import Problem, ResidualForm
@@ -175,7 +175,7 @@ class Search:
             values = default | told | dict(zip(RANGES, place.tolist(), strict=True))
             for level in ("lugre.fc", "lugre.fs"):
                 values[level] *= self.loop.level
-            values["lugre.sigma1"] = 0.5 * np.sqrt(values["lugre.sigma0"] * values["mass.m"])
+            values["lugre.sigma1"] = usual_damping(values["lugre.sigma0"], values["mass.m"])
             found.append(self.coordinates.theta_of(values))
         return found
 

@@ -14,6 +14,7 @@ import numpy as np
 from identification.data.experiment import Experiment, imposed
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.least_squares import Normal, Solution, minimise
+from identification.estimators.order import usual_damping
 from identification.estimators.output_error.problem import Problem, ResidualForm
 from recordings import Array
 from simulator import Kernel, kernel, shows_imposed
@@ -115,7 +116,7 @@ def _assembled(c: Coordinates, rough: dict[str, float], stiffness: float, stribe
     values = {
         "mass.m": mass, "spring.K": max(rough["K"], 1.0), "spring.F0": rough["F0"], "lugre.fc": coulomb,
         "lugre.fs": 1.3 * coulomb, "lugre.vs": stribeck, "lugre.sigma0": stiffness,
-        "lugre.sigma1": 0.5 * np.sqrt(stiffness * mass), "lugre.sigma2": max(rough["sigma2"], 10.0),
+        "lugre.sigma1": usual_damping(stiffness, mass), "lugre.sigma2": max(rough["sigma2"], 10.0),
     }  # fmt: skip
     known = c.defaults | {name: value for name, value in values.items() if c.is_free(name)}
     return np.array([known[name] for name in c.names])
