@@ -5,7 +5,6 @@ from __future__ import annotations
 from math import comb
 
 import numpy as np
-from scipy.ndimage import median_filter
 
 from recordings.arrays import Array
 
@@ -36,11 +35,8 @@ def white_noise(signal: Array, order: int, t: Array | None = None) -> float:
     >>> round(white_noise(smooth + np.random.default_rng(1).normal(0.0, 0.01, 2000), order=3), 3)
     0.01
     """
-    if len(signal) <= order:
-        return 0.0
-    difference, scale = _difference(signal, order, t)
-    difference = difference[np.isfinite(difference)]
-    return float(np.median(np.abs(difference))) / (_NORMAL * scale) if len(difference) else 0.0
+    size, unit = _sizes(signal, order, t)
+    return float(np.median(size)) / unit if len(size) else 0.0
 
 
 def quiet_noise(signal: Array, order: int, t: Array | None = None) -> float:
@@ -49,16 +45,24 @@ def quiet_noise(signal: Array, order: int, t: Array | None = None) -> float:
 
     Stretches that are too loud are left out, and the rest is measured again, until none is (kappa-sigma clipping).
     """
-    if len(signal) <= order:
-        return 0.0
-    difference, scale = _difference(signal, order, t)
-    size = np.abs(difference[np.isfinite(difference)]) / (_NORMAL * scale)
+    from scipy.ndimage import median_filter  # as much as importing this package takes, nearly
+
+    size, unit = _sizes(signal, order, t)
     if not len(size):
         return 0.0
+    size = size / unit
     level, quiet = median_filter(size, STRETCH), size
     while len(left := size[level <= LOUD * np.median(quiet)]) < len(quiet) and len(left) >= FEWEST:
         quiet = left
     return float(np.median(quiet))
+
+
+def _sizes(signal: Array, order: int, t: Array | None) -> tuple[Array, float]:
+    """Sizes of the known differences, and their median for white noise of one unit; none of too few samples."""
+    if len(signal) <= order:
+        return np.empty(0), 1.0
+    difference, scale = _difference(signal, order, t)
+    return np.abs(difference[np.isfinite(difference)]), _NORMAL * scale
 
 
 def _difference(signal: Array, order: int, t: Array | None) -> tuple[Array, float]:

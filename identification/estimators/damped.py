@@ -20,9 +20,9 @@ from identification.estimators.fitted import Fit, Outcome, fit_of, free_run_star
 from identification.estimators.noise_aware.damped import damped_for
 from identification.estimators.noise_aware.damped_search import best_on_chunks, on_whole_recordings
 from identification.estimators.noise_aware.fit import fit_noise_aware
-from identification.estimators.noise_aware.resolution import RESOLVED_BY_NODES
+from identification.estimators.noise_aware.resolution import resolved_by_nodes
 from identification.estimators.noise_aware.search import UNEXPLAINED
-from identification.estimators.order import Order, slip_is_over, slip_is_seen, turn
+from identification.estimators.order import Order, slip_is_over, slip_is_seen
 from identification.estimators.output_error.damped import Search, fit_in_windows, search_for
 from identification.estimators.output_error.homotopy import Minimum
 from identification.estimators.output_error.problem import Problem, ResidualForm
@@ -83,7 +83,7 @@ def _noise_aware(
     def is_resolved(end: Estimate) -> bool:
         if told or end.loss > UNEXPLAINED:  # what explains nothing says nothing of the swing
             return False
-        return turn(coordinates.values(end.theta), problem.spacing) < RESOLVED_BY_NODES
+        return resolved_by_nodes(coordinates.values(end.theta), problem.spacing)
 
     work = damped_for(valve, coordinates, segment_grids, starts[0])
     best = best_on_chunks(work, _narrowed(search, starts), is_resolved, progress)

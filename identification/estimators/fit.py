@@ -18,8 +18,8 @@ from identification.estimators.feasibility import check_constraints, check_given
 from identification.estimators.fitted import Fit, Outcome
 from identification.estimators.imposed_motion.fit import fit_imposed_motion
 from identification.estimators.noise_aware.fit import fit_noise_aware, force_noise_matters
-from identification.estimators.noise_aware.resolution import RESOLVED_BY_NODES
-from identification.estimators.order import Order, order_of, swing, turn
+from identification.estimators.noise_aware.resolution import resolved_by_nodes
+from identification.estimators.order import Order, order_of, swing
 from identification.estimators.output_error.fit import fit_output_error, integrates
 from identification.estimators.output_error.homotopy import chunked
 from identification.estimators.output_error.starting_values import StartingPoint, starting_values
@@ -142,7 +142,7 @@ def _resolves(found: Fit, spacing: float) -> bool:
     """Whether nodes between samples `spacing` [s] apart resolve the swing that a fit in full order ended with: starting
     values may be too soft.
     """
-    return not found.outcome.usable or turn(found.values, spacing) < RESOLVED_BY_NODES
+    return not found.outcome.usable or resolved_by_nodes(found.values, spacing)
 
 
 def _order(coordinates: Coordinates, ranked: Sequence[StartingPoint], spacing: float, noisy: bool) -> Order:

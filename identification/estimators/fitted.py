@@ -10,8 +10,8 @@ import numpy as np
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.estimate import HOPELESS, Estimate, converged
 from identification.estimators.noise_aware.estimator import NoiseAware
-from identification.estimators.noise_aware.resolution import RESOLVED_BY_NODES
-from identification.estimators.order import Order, turn
+from identification.estimators.noise_aware.resolution import resolved_by_nodes
+from identification.estimators.order import Order
 from identification.estimators.output_error.homotopy import Minimum
 from identification.estimators.output_error.problem import Problem
 from identification.estimators.output_error.replicates import Replicates
@@ -99,7 +99,7 @@ def held(found: Fit) -> dict[str, float]:
 
 def fit_of(estimate: Estimate, work: NoiseAware, problem: Problem, minimum: Minimum) -> Fit:
     """A noise-aware estimate as a fit, with its outcome; work : what made it; problem, minimum : it as a free run."""
-    resolved = turn(problem.coordinates.values(estimate.theta), problem.spacing) < RESOLVED_BY_NODES
+    resolved = resolved_by_nodes(problem.coordinates.values(estimate.theta), problem.spacing)
     outcome = Outcome.CONVERGED if converged(estimate, resolved=resolved) else Outcome.NOT_CONVERGED
     if estimate.loss > HOPELESS:
         outcome = Outcome.NOT_EXPLAINED

@@ -17,8 +17,7 @@ from dataclasses import replace
 import numpy as np
 
 from identification.budget import Budget
-from identification.estimators.noise_aware.resolution import RESOLVED_BY_NODES
-from identification.estimators.order import swing
+from identification.estimators.noise_aware.resolution import resolved_by_nodes
 from identification.tracing import settings
 from identification.tracing.models.base import polished
 from identification.tracing.models.comparison import is_white
@@ -93,7 +92,7 @@ def net_gain(model: Model, refit: Model, effect: str) -> float:
 def _clear_gain(model: Model) -> float:
     """The gain that is beyond doubt for recordings of such sampling."""
     spacing = max(s.dt for e in model.data.experiments for s in e.segments)
-    resolved = swing(model.values) * spacing < RESOLVED_BY_NODES
+    resolved = resolved_by_nodes(model.values, spacing)
     return settings.CLEAR_GAIN if resolved else settings.CLEAR_GAIN_UNRESOLVED
 
 

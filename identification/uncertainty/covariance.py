@@ -206,7 +206,7 @@ def _innovation_covariances(problem: Problem, estimate: Estimate) -> tuple[Array
         meat += sums.T @ sums
         blocks += len(sums)
     hold = np.full(n, PRIOR_LOG_STD**-2)
-    bread = np.linalg.inv(estimate.normal.matrix + np.diag(hold))
+    bread = _inverse(estimate.normal.matrix + np.diag(hold))
     robust = blocks / max(blocks - n, 1) * bread @ meat @ bread + np.diag(np.diag(bread) ** 2 * hold)
     classic = bread * max(estimate.loss, 1.0)
     return estimate.normal.matrix, np.asarray(classic, float), np.asarray(robust, float)

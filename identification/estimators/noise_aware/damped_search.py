@@ -66,17 +66,22 @@ def on_whole_recordings(
     found, good = None, False
     start = whole.start(theta)
     for _ in range(DESCENTS):
-        end = None if start is None else whole.strict(whole.descend(start, LAST))
+        end = _end(whole, start)
         if end is not None and (found is None or end.cost < found.cost):
             found, good = end, explains(end)
         if found is None or good or found.loss > HOPELESS or np.array_equal(found.theta, theta) or time_is_over():
             break
         theta = found.theta
         start = _again(whole, found)
-    other = _less_damped(whole, found) if good and found is not None else None
-    if other is not None and found is not None and other.cost < found.cost:
-        found, good = other, explains(other)
-    return found, good
+    if found is None or not good:
+        return found, good
+    other = _less_damped(whole, found)
+    return (found, good) if other is None or other.cost >= found.cost else (other, explains(other))
+
+
+def _end(whole: DampedNoiseAware, start: Estimate | None) -> Estimate | None:
+    """Where a descent on whole recordings from a start leads, as ends are compared; None without a start."""
+    return None if start is None else whole.strict(whole.descend(start, LAST))
 
 
 def _again(whole: DampedNoiseAware, found: Estimate) -> Estimate | None:
@@ -101,5 +106,4 @@ def _less_damped(whole: DampedNoiseAware, found: Estimate) -> Estimate | None:
     if values["lugre.sigma1"] < critical_damping(sigma0, m) or time_is_over():
         return None
     other = values | {"lugre.sigma1": usual_damping(sigma0, m), "lugre.vs": 0.5 * values["lugre.vs"]}
-    start = whole.start(whole.coordinates.theta_of(other))
-    return None if start is None else whole.strict(whole.descend(start, LAST))
+    return _end(whole, whole.start(whole.coordinates.theta_of(other)))

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from identification.data.grid import Grid
 from identification.estimators.coordinates import Coordinates
-from identification.estimators.order import swing
+from identification.estimators.order import swing, turn
 from recordings import Array
 
 SWING, MOST_BETWEEN = 0.75, 2
@@ -17,6 +17,11 @@ SWING, MOST_BETWEEN = 0.75, 2
 
 RESOLVED_BY_NODES = SWING * MOST_BETWEEN
 """Radians of a swing between samples that so many nodes resolve."""
+
+
+def resolved_by_nodes(values: Mapping[str, float], spacing: float) -> bool:
+    """Whether nodes between samples `spacing` [s] apart resolve the swing of parameters by full name."""
+    return turn(values, spacing) < RESOLVED_BY_NODES
 
 
 def quickest(coordinates: Coordinates, starts: Sequence[Array]) -> float:
