@@ -93,16 +93,17 @@ def _noise_aware(
         return fit_noise_aware(valve, coordinates, smooth, segment_grids, [best.theta], progress)
     progress("fit to whole recordings", 0, 0)
     work = damped_for(valve, coordinates, segment_grids, best.theta)
-    estimate, good = on_whole_recordings(work, best.theta, lambda end: _explains(problem, end))
-    if estimate is None:
+    whole = on_whole_recordings(work, best.theta, lambda end: _explains(problem, end))
+    if whole is None:
         return None
+    estimate = whole.end
     form = ResidualForm(work.freedom.h_max)
     minimum = Minimum(free_run_start(problem, estimate), estimate.normal, form, 0, estimate.settled)
     found = replace(fit_of(estimate, work, problem, minimum), order="damped")
-    if not good:
+    if not whole.explains:
         return found
     found = replace(found, outcome=Outcome.CONVERGED)
-    return replace(found, bias=bias_of(found))
+    return replace(found, bias=np.hypot(bias_of(found), whole.apart))
 
 
 def _narrowed(search: Search, starts: Sequence[Array]) -> Iterator[Array]:

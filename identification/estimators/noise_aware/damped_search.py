@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from identification.budget import time_is_over
-from identification.estimators.estimate import HOPELESS, Estimate
+from identification.estimators.estimate import HOPELESS, Estimate, no_worse
 from identification.estimators.noise_aware.damped import LAST, DampedNoiseAware
 from identification.estimators.noise_aware.search import HOPELESS_TRIES, NOT_FAR, RIGHT, UNEXPLAINED, chunks
 from identification.estimators.order import critical_damping, usual_damping
@@ -22,6 +22,8 @@ DESCENTS = 4
 """Descents on whole recordings at most."""
 HIGHER = (1.0, 1.01, 1.05)
 """Factors on static friction with which a descent on whole recordings begins again."""
+WORTH = 30.0
+"""Fall of the cost that paths of other slips give: a descent that gains less is the last of a fit that explains."""
 CHUNK, CHUNK_S = 1000, 8.0
 """Least nodes and seconds of a chunk."""
 
@@ -57,26 +59,52 @@ def _explained(end: Estimate) -> bool:
     return end.loss < RIGHT and end.outliers < FEW
 
 
+@dataclass(frozen=True)
+class WholeFit:
+    """A fit to whole recordings. end : the best end of its descents; explains : whether that explains the recordings;
+    apart (m,) : distance to another end that explains them as well, in coordinates, 0 where there is none.
+    """
+
+    end: Estimate
+    explains: bool
+    apart: Array
+
+    @classmethod
+    def of(cls, end: Estimate, explains: Callable[[Estimate], bool]) -> WholeFit:
+        return cls(end, explains(end), np.zeros(len(end.theta)))
+
+    def or_better(self, end: Estimate | None, explains: Callable[[Estimate], bool]) -> WholeFit:
+        """The fit after one more descent, None where that diverged."""
+        if end is None:
+            return self
+        better = end.cost < self.end.cost
+        found = WholeFit.of(end, explains) if better else self
+        other = self.end if better else end
+        alike = found.explains and no_worse(other, found.end)
+        return replace(found, apart=np.abs(end.theta - self.end.theta)) if alike else found
+
+
 def on_whole_recordings(
     whole: DampedNoiseAware, theta: Array, explains: Callable[[Estimate], bool]
-) -> tuple[Estimate | None, bool]:
-    """The fit to whole recordings from theta (m,), and whether it explains them; where it does not, once more from
-    there, along new paths, or from more static friction. None where the model diverges.
+) -> WholeFit | None:  # fmt: skip
+    """The fit to whole recordings from theta (m,). None where the model diverges.
+
+    It begins again along new paths from its end while that gains, and from more static friction where it explains too
+    little. Slips that paths miss move an end by more than noise does: how far, ends of about the same cost tell.
     """
-    found, good = None, False
-    start = whole.start(theta)
-    for _ in range(DESCENTS):
-        end = _end(whole, start)
-        if end is not None and (found is None or end.cost < found.cost):
-            found, good = end, explains(end)
-        if found is None or good or found.loss > HOPELESS or np.array_equal(found.theta, theta) or time_is_over():
+    end = _end(whole, whole.start(theta))
+    if end is None:
+        return None
+    found, fall = WholeFit.of(end, explains), np.inf
+    for _ in range(DESCENTS - 1):
+        if (found.explains and fall < WORTH) or found.end.loss > HOPELESS or time_is_over():
             break
-        theta = found.theta
-        start = _again(whole, found)
-    if found is None or not good:
-        return found, good
-    other = _less_damped(whole, found)
-    return (found, good) if other is None or other.cost >= found.cost else (other, explains(other))
+        start = whole.start(found.end.theta) if found.explains else _again(whole, found.end)
+        before, found = found.end, found.or_better(_end(whole, start), explains)
+        fall = before.cost - found.end.cost
+        if not found.explains and fall == 0.0:
+            break
+    return found.or_better(_less_damped(whole, found.end), explains) if found.explains else found
 
 
 def _end(whole: DampedNoiseAware, start: Estimate | None) -> Estimate | None:
