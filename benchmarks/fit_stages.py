@@ -70,7 +70,7 @@ DAMPED_ORDER: dict[str, Mapping[str, Any]] = {
     "a missed slip counts in full": {f"{CHUNKS}.ACCIDENT": float("inf")},
     "steps of paths that do harm are kept": {f"{CHUNKS}.WORSE": float("inf")},
     "one descent on whole recordings": {f"{WHOLE}.DESCENTS": 1},
-    "no bias of the order": {f"{DAMPED}.order_bias": nothing},
+    "no bias of the order": {"identification.estimators.systematic_error.order_bias": nothing},
 }  # fmt: skip
 FULL_ORDER: dict[str, Mapping[str, Any]] = {
     "no other curves before the search": {f"{FULL}.fit.basin_search": as_it_is},

@@ -89,6 +89,11 @@ class Coordinates:
         own = tuple(one for one in self.constraints if set(one.names) <= set(some))
         return Coordinates(some, **arrays, priors=priors, constraints=own)
 
+    def with_priors_at(self, theta: Array) -> Coordinates:
+        """The same with the mean of every prior at what theta has."""
+        values = self.values(theta)
+        return replace(self, priors=tuple((name, values[name], std) for name, _, std in self.priors))
+
     def with_drawn_priors(self, theta: Array, rng: np.random.Generator) -> Coordinates:
         """The same with the mean of every prior drawn anew about what theta has: to a replicate a prior is one more
         measurement, with an error of its own.

@@ -2,7 +2,7 @@
 
 Runs in windows find their way from nothing but the loop of force over position, at any sampling. Where the force is
 noisy the noise-aware estimate goes on from there: it tells friction many times better. Where a slip is over before the
-next sample it does not know how well: there runs in windows go on from its end, and how far they go is the bias.
+next sample it does not know how well: there runs in windows go on from its end, and how far they go is its systematic error.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from identification.data.experiment import Experiment
-from identification.data.grid import Grid, grids
+from identification.data.grid import Grid
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.estimate import Estimate, converged, no_worse
 from identification.estimators.fitted import Fit, Outcome, fit_of, free_run_start
@@ -22,16 +22,13 @@ from identification.estimators.noise_aware.damped_search import best_on_chunks, 
 from identification.estimators.noise_aware.fit import fit_noise_aware
 from identification.estimators.noise_aware.resolution import resolved_by_nodes
 from identification.estimators.noise_aware.search import UNEXPLAINED
+from identification.estimators.systematic_error import fitted_to_replicate, without_bias
 from identification.estimators.order import Order, slip_is_over, slip_is_seen
 from identification.estimators.output_error.damped import Search, fit_in_windows, search_for
 from identification.estimators.output_error.homotopy import Minimum
 from identification.estimators.output_error.problem import Problem, ResidualForm
-from identification.estimators.output_error.replicates import replicate_of
 from recordings import Array, Progress, silent
 from simulator import Kernel, kernel
-
-STEPS = 2
-"""Steps of the fit to what the model gives in full order."""
 
 
 def fit_damped(
@@ -59,7 +56,7 @@ def fit_damped(
     theta = found.estimate.theta
     in_windows = fit_in_windows(search, [theta], order, progress)
     ended = in_windows.minimum
-    return found if ended is None else replace(in_windows, bias=ended.unknowns[: len(theta)] - theta)
+    return found if ended is None else replace(in_windows, systematic=ended.unknowns[: len(theta)] - theta)
 
 
 def _is_sure(estimate: Estimate, values: Mapping[str, float], spacing: float) -> bool:
@@ -103,7 +100,7 @@ def _noise_aware(
     if not whole.explains:
         return found
     found = replace(found, outcome=Outcome.CONVERGED)
-    return replace(found, bias=np.hypot(bias_of(found), whole.apart))
+    return without_bias(found, whole.apart)
 
 
 def _narrowed(search: Search, starts: Sequence[Array]) -> Iterator[Array]:
@@ -139,35 +136,5 @@ def _explains(problem: Problem, end: Estimate) -> bool:
         return True
     if slip_is_seen(problem.coordinates.values(end.theta), problem.spacing):
         return False
-    usual = _fitted_to_replicate(problem, end.theta, noise=True)
+    usual = fitted_to_replicate(problem, end.theta, noise=True)
     return usual is not None and no_worse(end, usual)
-
-
-def bias_of(found: Fit) -> Array:
-    """How far a noise-aware fit of damped order may be off beside its noise (m,), in coordinates: by the bias of the
-    order, and by the step that the normal equations still promise at its end. No step is kept there that makes a few
-    slips of the paths worse.
-    """
-    assert found.estimate is not None
-    left = found.estimate.covariance @ found.estimate.normal.gradient
-    bias = order_bias(found)
-    return np.abs(left) if bias is None else np.hypot(left, bias)
-
-
-def order_bias(found: Fit) -> Array | None:
-    """Where a noise-aware fit of damped order goes from its end (m,), in coordinates, on what the model gives in full
-    order there; None where that has no solution.
-    """
-    assert found.problem is not None
-    assert found.estimate is not None
-    theta = found.estimate.theta
-    again = _fitted_to_replicate(found.problem, theta, noise=False)
-    return None if again is None else again.theta - theta
-
-
-def _fitted_to_replicate(problem: Problem, theta: Array, *, noise: bool) -> Estimate | None:
-    """The estimate some steps from theta (m,) on a replicate of the experiments; None without a solution."""
-    experiments = replicate_of(problem, theta, noise=noise)
-    if experiments is None:
-        return None
-    return damped_for(problem.kernel, problem.coordinates, grids(experiments), theta).fit(theta, STEPS)

@@ -80,7 +80,10 @@ def profile(fit: Fit, known: Uncertainty, name: str, points: int = 7, reach: flo
 
 
 def _value(fit: Fit, name: str, unknowns: Array) -> float:
-    return fit.coordinates.values(unknowns[: fit.coordinates.n_free])[name]
+    """The value of a parameter at some unknowns, less the bias that the values of the fit are less, too."""
+    theta, c = unknowns[: fit.coordinates.n_free], fit.coordinates
+    bias = 0.0 if fit.estimate is None else fit.estimate.theta - c.theta(fit.p)
+    return c.values(theta - bias)[name]
 
 
 @dataclass(frozen=True)

@@ -85,7 +85,8 @@ def _going_on(first: Fit, data: TrialData) -> Model:
     """
     data = data.resolving(swing(first.values)) if first.order == "full" else data.damped_for(first.values)
     work, known = data.estimator(BASE), first.estimate
-    theta, nodes = work.coordinates.theta(first.p), [len(grid.t) for grid in work.grids]
+    p = first.p if known is None else first.coordinates.p(known.theta)  # candidates are not less their bias, either
+    theta, nodes = work.coordinates.theta(p), [len(grid.t) for grid in work.grids]
     if known is not None and [len(path) for path in known.paths] == nodes:
         found = work.along(theta, known.paths, 0)
     else:

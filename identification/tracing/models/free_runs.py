@@ -11,9 +11,9 @@ import numpy as np
 from identification.data.close_motion import closely_imposed
 from identification.data.experiment import Experiment
 from identification.data.grid import with_smooth_force
-from identification.estimators.damped import bias_of
 from identification.estimators.fitted import FREE_STEP, Fit, fit_of_free_runs
 from identification.estimators.imposed_motion.grid import ImposedGrid
+from identification.estimators.systematic_error import without_bias
 from identification.estimators.output_error.homotopy import Minimum
 from identification.estimators.output_error.problem import Problem, ResidualForm
 from identification.identified import Identification
@@ -59,11 +59,11 @@ def _with_derivatives(found: Fit) -> Fit:
 
 
 def _known(model: Model, experiments: Sequence[Experiment]) -> Fit:
-    """The model as a fit with what its uncertainty needs: derivatives, which kept models do without, and the bias of
-    its order.
+    """The model as a fit with what its uncertainty needs: derivatives, which kept models do without, and as a fit it
+    is less the bias of its order.
     """
     found = as_fit(model.with_path_steps(0), experiments)
-    return found if found.order == "full" else replace(found, bias=bias_of(found))
+    return found if found.order == "full" else without_bias(found)
 
 
 def holdout_rmse(model: Model, experiments: Sequence[Experiment], held_out: Sequence[Experiment]) -> float:
