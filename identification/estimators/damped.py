@@ -2,15 +2,13 @@
 
 Runs in windows find their way from nothing but the loop of force over position, at any sampling. Where the force is
 noisy the noise-aware estimate goes on from there: it tells friction many times better. Where a slip is over before the
-next sample it does not know how well: there runs in windows go on from its end, and how far they go is its systematic error.
+next sample it does not know how well: there runs in windows go on from its end, and how far they go is the error.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-
-import numpy as np
 
 from identification.data.experiment import Experiment
 from identification.data.grid import Grid
@@ -22,11 +20,11 @@ from identification.estimators.noise_aware.damped_search import best_on_chunks, 
 from identification.estimators.noise_aware.fit import fit_noise_aware
 from identification.estimators.noise_aware.resolution import resolved_by_nodes
 from identification.estimators.noise_aware.search import UNEXPLAINED
-from identification.estimators.systematic_error import fitted_to_replicate, without_bias
 from identification.estimators.order import Order, slip_is_over, slip_is_seen
 from identification.estimators.output_error.damped import Search, fit_in_windows, search_for
 from identification.estimators.output_error.homotopy import Minimum
 from identification.estimators.output_error.problem import Problem, ResidualForm
+from identification.estimators.systematic_error import fitted_to_replicate, without_bias
 from recordings import Array, Progress, silent
 from simulator import Kernel, kernel
 

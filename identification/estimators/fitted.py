@@ -53,8 +53,8 @@ class Fit:
     problem, minimum : the free runs that were fitted and where that ended, None where nothing could be; rms :
     normalised root mean square residual (of the innovations where the force is estimated), 1 at the noise floor;
     estimate : force, motion and parameters as estimated together, where the fit is noise-aware, and noise_aware : what
-    estimated them; replicates : of a fit in windows; order : what of the model the sampling resolves; systematic (n_free,)
-    : standard errors beside the noise, in coordinates, of a fit of damped order.
+    estimated them; replicates : of a fit in windows; order : what of the model the sampling resolves; systematic
+    (n_free,) : standard errors beside the noise, in coordinates, of a fit of damped order.
     """
 
     outcome: Outcome

@@ -30,8 +30,8 @@ ROUGHER = 10.0
 
 
 def without_bias(found: Fit, apart: Array | float = 0.0) -> Fit:
-    """A noise-aware fit of damped order less its bias, and how far it may be off beside its noise, `Fit.systematic`; its
-    estimate stays as it was. apart (m,) : distance in coordinates to another end, one cause of that.
+    """A noise-aware fit of damped order less its bias, with `Fit.systematic`, how far it may be off beside its noise;
+    its estimate stays as it was. apart (m,) : distance in coordinates to another end, one cause of that.
     """
     assert found.estimate is not None
     left = found.estimate.covariance @ found.estimate.normal.gradient
@@ -53,7 +53,7 @@ def order_bias(found: Fit) -> Array | None:
 
 
 def by_rougher_force(found: Fit) -> Array | None:
-    """Where it goes (m,), in coordinates, if the force is rougher between its samples; None where the model diverges."""
+    """Where it goes (m,), in coordinates, if the force is rougher between samples; None where the model diverges."""
     assert found.estimate is not None
     assert found.noise_aware is not None
     rougher = [

@@ -13,9 +13,9 @@ from identification.data.experiment import Experiment
 from identification.data.grid import with_smooth_force
 from identification.estimators.fitted import FREE_STEP, Fit, fit_of_free_runs
 from identification.estimators.imposed_motion.grid import ImposedGrid
-from identification.estimators.systematic_error import without_bias
 from identification.estimators.output_error.homotopy import Minimum
 from identification.estimators.output_error.problem import Problem, ResidualForm
+from identification.estimators.systematic_error import without_bias
 from identification.identified import Identification
 from identification.result import error_of, free_runs, valve_model
 from identification.sparse_regression.crosscheck import crosscheck
