@@ -18,15 +18,14 @@ from identification.data.grid import grids
 from identification.estimators.estimate import Estimate
 from identification.estimators.fitted import Fit
 from identification.estimators.noise_aware.damped import damped_for
-from identification.estimators.noise_aware.estimator import TAKEN_OVER
 from identification.estimators.output_error.problem import Problem
 from identification.estimators.output_error.replicates import replicate_of
 from recordings import Array
 
 STEPS = 4
 """Steps of a fit to a replicate, or with a rougher force."""
-ROUGHER = 10.0
-"""Factor on the intensity of what drives a rougher force."""
+ROUGHER = 100.0
+"""Factor on the intensity of what drives a rougher force: ten times are too few where the motion itself drives it."""
 
 
 def without_bias(found: Fit, apart: Array | float = 0.0) -> Fit:
@@ -61,7 +60,7 @@ def by_rougher_force(found: Fit) -> Array | None:
         for grid in found.noise_aware.grids
     ]
     work = replace(found.noise_aware, grids=rougher)
-    start = work.along(found.estimate.theta, found.estimate.paths, TAKEN_OVER)
+    start = work.start(found.estimate.theta)  # paths that came to rest under the smooth force stay there
     return None if start is None else work.descend(start, STEPS).theta - found.estimate.theta
 
 
