@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,12 +18,14 @@ COARSER = 2
 """Times that a sub-step is longer on chunks: what that makes wrong, the descent on whole recordings mends."""
 FEW = 1e-3
 """Share of innovations far off from which an end on chunks is not taken for the right one."""
-DESCENTS = 4
+DESCENTS = 6
 """Descents on whole recordings at most."""
 HIGHER = (1.0, 1.01, 1.05)
 """Factors on static friction with which a descent on whole recordings begins again."""
+SLOWER = (1.0, 0.5)
+"""Factors on the Stribeck velocity beside usual damping."""
 WORTH = 30.0
-"""Fall of the cost that paths of other slips give: a descent that gains less is the last of a fit that explains."""
+"""Fall of the cost that paths of other slips give: a descent that gains less is the last."""
 CHUNK, CHUNK_S = 1000, 8.0
 """Least nodes and seconds of a chunk."""
 
@@ -95,16 +97,17 @@ def on_whole_recordings(
     end = _end(whole, whole.start(theta))
     if end is None:
         return None
-    found, fall = WholeFit.of(end, explains), np.inf
+    found = WholeFit.of(end, explains)
     for _ in range(DESCENTS - 1):
-        if (found.explains and fall < WORTH) or found.end.loss > HOPELESS or time_is_over():
+        if found.end.loss > HOPELESS or time_is_over():
             break
-        start = whole.start(found.end.theta) if found.explains else _again(whole, found.end)
-        before, found = found.end, found.or_better(_end(whole, start), explains)
-        fall = before.cost - found.end.cost
-        if not found.explains and fall == 0.0:
+        before = found.end.cost
+        found = found.or_better(_end(whole, _again(whole, found)), explains)
+        if found.explains and before - found.end.cost < WORTH:
+            found = found.or_better(_less_damped(whole, found.end), explains)
+        if before - found.end.cost < WORTH:
             break
-    return found.or_better(_less_damped(whole, found.end), explains) if found.explains else found
+    return found
 
 
 def _end(whole: DampedNoiseAware, start: Estimate | None) -> Estimate | None:
@@ -112,26 +115,30 @@ def _end(whole: DampedNoiseAware, start: Estimate | None) -> Estimate | None:
     return None if start is None else whole.strict(whole.descend(start, LAST))
 
 
-def _again(whole: DampedNoiseAware, found: Estimate) -> Estimate | None:
-    """The best estimate about new paths where a fit has ended, or with more static friction: where that is too low the
-    model slips before the data do, and no step of a descent is as long as the way back. Chunks do not always tell it. A
-    fit that explains nothing says nothing of static friction.
+def _again(whole: DampedNoiseAware, found: WholeFit) -> Estimate | None:
+    """The best estimate about new paths where a fit has ended, or with more static friction if it explains too little:
+    where that is too low the model slips before the data do, and no step of a descent is as long as the way back.
+    Chunks do not always tell it. A fit that explains nothing says nothing of static friction.
     """
-    values = whole.coordinates.values(found.theta)
-    factors = HIGHER if found.loss < UNEXPLAINED else HIGHER[:1]
-    tried = (whole.coordinates.theta_of(values | {"lugre.fs": factor * values["lugre.fs"]}) for factor in factors)
-    starts = [start for start in map(whole.start, tried) if start is not None]
-    return min(starts, key=lambda start: start.cost, default=None)
+    values = whole.coordinates.values(found.end.theta)
+    factors = HIGHER[:1] if found.explains or found.end.loss > UNEXPLAINED else HIGHER
+    return _best_start(whole, [values | {"lugre.fs": factor * values["lugre.fs"]} for factor in factors])
 
 
 def _less_damped(whole: DampedNoiseAware, found: Estimate) -> Estimate | None:
-    """The end of a descent from usual damping of the bristle and half the Stribeck velocity; None where a fit has not
-    ended with overdamped bristles. There the cost has a second minimum, of little more: damping takes the place of the
-    Stribeck curve.
+    """The end of a descent from usual damping of the bristle, with the Stribeck velocity or half of it, whichever costs
+    less; None where a fit has not ended with overdamped bristles. There the cost has a second minimum, of little more:
+    damping takes the place of the Stribeck curve.
     """
     values = whole.coordinates.values(found.theta)
     sigma0, m = values["lugre.sigma0"], values["mass.m"]
     if values["lugre.sigma1"] < critical_damping(sigma0, m) or time_is_over():
         return None
-    other = values | {"lugre.sigma1": usual_damping(sigma0, m), "lugre.vs": 0.5 * values["lugre.vs"]}
-    return _end(whole, whole.start(whole.coordinates.theta_of(other)))
+    usual = {"lugre.sigma1": usual_damping(sigma0, m)}
+    return _end(whole, _best_start(whole, [values | usual | {"lugre.vs": f * values["lugre.vs"]} for f in SLOWER]))
+
+
+def _best_start(whole: DampedNoiseAware, tried: Iterable[Mapping[str, float]]) -> Estimate | None:
+    """The best estimate about new paths of some values by full name; None where the model diverges from all."""
+    starts = [whole.start(whole.coordinates.theta_of(values)) for values in tried]
+    return min((start for start in starts if start is not None), key=lambda start: start.cost, default=None)
