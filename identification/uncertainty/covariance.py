@@ -183,10 +183,11 @@ def _covariances(problem: Problem, unknowns: Array, setting: ResidualForm, rms: 
 
 
 def _inverse(matrix: Array) -> Array:
-    """The inverse of a positive matrix (n, n) whose rows are of any size; finite where rounding leaves one nothing."""
+    """The inverse of a positive matrix (n, n) whose rows are of any size; positive where rounding leaves it singular."""
     size = np.sqrt(np.diag(matrix))
-    scaled = matrix / np.outer(size, size) + np.finfo(float).eps * np.eye(len(matrix))
-    return np.asarray(np.linalg.inv(scaled) / np.outer(size, size), float)
+    known, ways = np.linalg.eigh(matrix / np.outer(size, size))
+    known = np.maximum(known, len(known) * np.finfo(float).eps * known[-1])
+    return np.asarray((ways / known) @ ways.T / np.outer(size, size), float)
 
 
 def _innovation_covariances(problem: Problem, estimate: Estimate) -> tuple[Array, Array, Array]:
