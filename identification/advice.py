@@ -60,6 +60,8 @@ LITTLE = 1e-3
 """Share of its scale below which a value has no size of its own."""
 MOST = 200_000
 """Samples of an experiment beyond which nobody records one, as for the swing of a stem that is all but weightless."""
+NORMAL_90 = 1.645
+"""Standard deviations to the end of an interval."""
 FORGETS = 1.0
 """The run of an experiment forgets at a rest once in so many seconds: over many slips it promises too much."""
 
@@ -84,11 +86,14 @@ def advice(known: Uncertainty, found: Fit) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class Teaching:
-    """What experiments would teach beside the recordings of a fit. done : standard deviations, by experiment."""
+    """What experiments would teach beside the recordings of a fit. done : standard deviations, by experiment; moved :
+    the same for fits that lie at the ends of an interval, by parameter.
+    """
 
     known: Uncertainty
     found: Fit
     done: dict[tuple[str, float], dict[str, float]] = field(default_factory=dict)
+    moved: dict[str, tuple[Teaching, ...]] = field(default_factory=dict)
 
     def test_for(self, name: str) -> str:
         """The experiment that would pin a parameter, at the rate of the recordings or a higher one; empty without."""
@@ -97,9 +102,31 @@ class Teaching:
             return ""
         test, rate = TESTS.get(name, ANY), 1 / self.found.problem.spacing
         for samples, where in ((rate, ""), (CLOSE, f", at {CLOSE:.0f} samples a second")):
-            if samples >= rate and self.expected(test.excitation, samples)[name] <= self._enough(name):
+            if samples >= rate and self._pins(name, test.excitation, samples):
                 return test.words + where
         return ""
+
+    def _pins(self, name: str, excitation: str, rate: float) -> bool:
+        """Whether an experiment would pin a parameter whatever it is: as fitted, and at the ends of its interval."""
+        told = self.expected(excitation, rate)[name] <= self._enough(name)
+        return told and all(end.expected(excitation, rate)[name] <= end._enough(name) for end in self._ends(name))
+
+    def _ends(self, name: str) -> tuple[Teaching, ...]:
+        """The same at the ends of the 90 % interval of a parameter, where the others are as likely there."""
+        if name not in self.moved:
+            assert self.found.minimum is not None
+            minimum, n, place = self.found.minimum, len(self.known.names), self.known.names.index(name)
+            way = NORMAL_90 * self.known.correlation[:, place] * self._std()
+            ends = (np.r_[minimum.unknowns[:n] + sign * way, minimum.unknowns[n:]] for sign in (-1.0, 1.0))
+            fits = (replace(self.found, minimum=replace(minimum, unknowns=end)) for end in ends)
+            self.moved[name] = tuple(Teaching(self.known, fit) for fit in fits)
+        return self.moved[name]
+
+    def _std(self) -> Array:
+        """Standard deviations of the coordinates, (n_free,), of what is hardly known as before the fit."""
+        slope = np.abs(self.found.coordinates.slope(self.found.p))
+        std = np.array([self.known.spread[name] for name in self.known.names]) / np.maximum(slope, 1e-300)
+        return np.minimum(std, PRIOR_LOG_STD)
 
     def shows(self, name: str, rate: float) -> bool:
         """Whether a rate [Hz] would tell a parameter, in slips and at rest."""
@@ -126,8 +153,7 @@ class Teaching:
         """
         known, slope = self.known, np.abs(self.found.coordinates.slope(self.found.p))
         trusted = np.array([known.status[name] != "unresolved" for name in known.names])
-        std = np.array([known.spread[name] for name in known.names]) / np.maximum(slope, 1e-300)
-        std = np.where(trusted, np.minimum(std, PRIOR_LOG_STD), PRIOR_LOG_STD)
+        std = np.where(trusted, self._std(), PRIOR_LOG_STD)
         together = (trusted[:, None] & trusted) | np.eye(len(std), dtype=bool)
         before = np.where(together, known.correlation, 0.0) * np.outer(std, std)
         spread = np.sqrt(np.maximum(np.diag(np.linalg.inv(np.linalg.pinv(before) + told)), 0.0)) * slope

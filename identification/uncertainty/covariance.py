@@ -183,7 +183,7 @@ def _covariances(problem: Problem, unknowns: Array, setting: ResidualForm, rms: 
 
 
 def _inverse(matrix: Array) -> Array:
-    """The inverse of a positive matrix (n, n) whose rows are of any size; positive where rounding leaves it singular."""
+    """The inverse of a positive matrix (n, n) with rows of any size; positive where rounding leaves that singular."""
     size = np.sqrt(np.diag(matrix))
     known, ways = np.linalg.eigh(matrix / np.outer(size, size))
     known = np.maximum(known, len(known) * np.finfo(float).eps * known[-1])

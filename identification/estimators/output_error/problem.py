@@ -24,6 +24,10 @@ MOTION_SCALE, MEMORY_SCALE, MEMORY_STD = 10.0, 1e-3, 1e-3
 deflection [m], with its prior standard deviation [m]. Deflections at break-away, fs/sigma0, go from micrometres to
 millimetres; an unknown moves by one unit in a step at most, and a smaller one is walked to in dozens of steps."""
 
+FORGETFUL = 1e6
+"""How many times the span of what was measured a run may move, to first order, if a parameter is changed by a factor of
+e. A model that swings by itself forgets where it started; its derivatives then grow without end, and say nothing."""
+
 
 @dataclass(frozen=True)
 class ResidualForm:
@@ -131,8 +135,12 @@ class Problem:
     def residual(self, i: int, response: Response) -> Array:
         """Normalised residual of segment i (n_samples,), zero where nothing was measured."""
         piece = self.pieces[i]
-        measured = piece.segment.y if self.kernel.causality == "force" else piece.segment.u
+        measured = self._measured(piece.segment)
         return np.where(piece.segment.seen, (response.predicted - measured) / piece.noise, 0.0)
+
+    def _measured(self, segment: Segment) -> Array:
+        """What the model predicts, as it was measured (n_samples,) [m] or [N]."""
+        return segment.y if self.kernel.causality == "force" else segment.u
 
     def _local_slice(self, i: int) -> IndexArray:
         return np.arange(self.n_free + i * self.n_local, self.n_free + (i + 1) * self.n_local)
@@ -163,6 +171,8 @@ class Problem:
             return Response(run.outputs[:, 0], None)
         columns = run.jacobian[:, 0, :]
         by_p = columns[:, : len(p)][:, self.coordinates.free] * self.coordinates.slope(p)
+        if np.max(np.abs(by_p), initial=0.0) > FORGETFUL * np.ptp(self._measured(segment)):
+            return None
         return Response(run.outputs[:, 0], np.hstack([by_p, columns[:, len(p) :][:, self.local] * scale]))
 
     def _first(self, segment: Segment) -> Array:
