@@ -17,15 +17,14 @@ import numpy as np
 from identification.data.grid import grids
 from identification.estimators.estimate import Estimate
 from identification.estimators.fitted import Fit
-from identification.estimators.noise_aware.damped import damped_for
+from identification.estimators.noise_aware.damped import DampedNoiseAware, damped_for
+from identification.estimators.noise_aware.damped_search import with_rougher_force
 from identification.estimators.output_error.problem import Problem
 from identification.estimators.output_error.replicates import replicate_of
 from recordings import Array
 
 STEPS = 4
-"""Steps of a fit to a replicate, or with a rougher force."""
-ROUGHER = 100.0
-"""Factor on the intensity of what drives a rougher force: ten times are too few where the motion itself drives it."""
+"""Steps of a fit to a replicate."""
 
 
 def without_bias(found: Fit, apart: Array | float = 0.0) -> Fit:
@@ -54,14 +53,9 @@ def order_bias(found: Fit) -> Array | None:
 def by_rougher_force(found: Fit) -> Array | None:
     """Where it goes (m,), in coordinates, if the force is rougher between samples; None where the model diverges."""
     assert found.estimate is not None
-    assert found.noise_aware is not None
-    rougher = [
-        replace(grid, force=replace(grid.force, intensity=ROUGHER * grid.force.intensity))
-        for grid in found.noise_aware.grids
-    ]
-    work = replace(found.noise_aware, grids=rougher)
-    start = work.start(found.estimate.theta)  # paths that came to rest under the smooth force stay there
-    return None if start is None else work.descend(start, STEPS).theta - found.estimate.theta
+    assert isinstance(found.noise_aware, DampedNoiseAware)
+    end = with_rougher_force(found.noise_aware, found.estimate)
+    return None if end is None else end.theta - found.estimate.theta
 
 
 def _less(found: Fit, bias: Array) -> Fit:

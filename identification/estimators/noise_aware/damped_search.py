@@ -22,6 +22,9 @@ DESCENTS = 6
 """Descents on whole recordings at most."""
 HIGHER = (1.0, 1.01, 1.05)
 """Factors on static friction with which a descent on whole recordings begins again."""
+ROUGHER, ROUGH_STEPS = 100.0, 4
+"""Factor on the intensity of what drives a rougher force, and steps of a fit with it: ten times are too few where the
+motion itself drives the force, as behind a positioner."""
 SLOWER = (1.0, 0.5)
 """Factors on the Stribeck velocity beside usual damping."""
 WORTH = 30.0
@@ -116,13 +119,27 @@ def _end(whole: DampedNoiseAware, start: Estimate | None) -> Estimate | None:
 
 
 def _again(whole: DampedNoiseAware, found: WholeFit) -> Estimate | None:
-    """The best estimate about new paths where a fit has ended, or with more static friction if it explains too little:
-    where that is too low the model slips before the data do, and no step of a descent is as long as the way back.
-    Chunks do not always tell it. A fit that explains nothing says nothing of static friction.
+    """The estimate from which a fit goes on. One that explains all goes on from where a rougher force leads; another
+    about new paths where it has ended or with more static friction, whichever costs least: where that is too low the
+    model slips before the data do, and no step of a descent is as long as the way back. Chunks do not always tell it. A
+    fit that explains nothing says nothing of static friction.
     """
+    if found.explains:
+        rough = with_rougher_force(whole, found.end)
+        return None if rough is None else whole.start(rough.theta)
     values = whole.coordinates.values(found.end.theta)
-    factors = HIGHER[:1] if found.explains or found.end.loss > UNEXPLAINED else HIGHER
+    factors = HIGHER[:1] if found.end.loss > UNEXPLAINED else HIGHER
     return _best_start(whole, [values | {"lugre.fs": factor * values["lugre.fs"]} for factor in factors])
+
+
+def with_rougher_force(whole: DampedNoiseAware, found: Estimate) -> Estimate | None:
+    """Where a fit goes along new paths if what drives the force is `ROUGHER` times as strong: there fewer slips decide.
+    None where the model diverges.
+    """
+    grids = [replace(grid, force=replace(grid.force, intensity=ROUGHER * grid.force.intensity)) for grid in whole.grids]
+    work = replace(whole, grids=grids)
+    start = work.start(found.theta)  # paths that came to rest under the smooth force stay there
+    return None if start is None else work.descend(start, ROUGH_STEPS)
 
 
 def _less_damped(whole: DampedNoiseAware, found: Estimate) -> Estimate | None:
