@@ -44,8 +44,7 @@ WIDER, WIDEST = 1.5, {"lugre.sigma2": 1.8}
 """Factors on the standard deviations of a noise-aware fit: the linearised model promises a little too much. Chosen on
 sixteen seeded valves; the coverage on others is in docs/studies/identification.md."""
 WIDER_IN_WINDOWS = 2.2
-"""The same of a fit of damped order in windows, chosen on the development seeds of `benchmarks/plant_sampling.py`; what
-a noise-aware one has beside its noise is measured (`systematic_error.py`)."""
+"""The same of a fit of damped order in windows, chosen on the development seeds of `benchmarks/plant_sampling.py`."""
 BENDS = 2.0
 """Standard deviations of the position's noise by which a bristle has to bend before it breaks away, for its stiffness
 and the Stribeck velocity to show where its swing is not resolved: below, a stiffer one with another friction curve fits
@@ -112,7 +111,7 @@ def uncertainty_of(fit: Fit) -> Uncertainty:
     names = fit.coordinates.free_names
     spread = np.sqrt(np.maximum(np.diag(classic), np.diag(robust)))[:n]
     slow = fit.kernel.causality == "force" and fit.order == "full" and fit.problem.spacing > SLOW
-    if fit.estimate is not None and fit.order != "damped":
+    if fit.estimate is not None:
         spread = spread * np.array([WIDEST.get(name, WIDER) for name in names])
     if slow:
         spread = spread * (SLOW_FACTOR_EXACT if fit.estimate is None else SLOW_FACTOR)
