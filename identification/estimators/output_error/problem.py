@@ -25,8 +25,8 @@ deflection [m], with its prior standard deviation [m]. Deflections at break-away
 millimetres; an unknown moves by one unit in a step at most, and a smaller one is walked to in dozens of steps."""
 
 FORGETFUL = 1e6
-"""How many times the span of what was measured a run may move, to first order, if a parameter is changed by a factor of
-e. A model that swings by itself forgets where it started; its derivatives then grow without end, and say nothing."""
+"""How many times its span a run may move, to first order, if a parameter is changed by a factor of e. A model that
+swings by itself forgets where it started; its derivatives then grow without end, and say nothing."""
 
 
 @dataclass(frozen=True)
@@ -171,7 +171,8 @@ class Problem:
             return Response(run.outputs[:, 0], None)
         columns = run.jacobian[:, 0, :]
         by_p = columns[:, : len(p)][:, self.coordinates.free] * self.coordinates.slope(p)
-        if np.max(np.abs(by_p), initial=0.0) > FORGETFUL * np.ptp(self._measured(segment)):
+        span = max(np.ptp(self._measured(segment)), np.ptp(run.outputs[:, 0]))
+        if np.max(np.abs(by_p), initial=0.0) > FORGETFUL * span:
             return None
         return Response(run.outputs[:, 0], np.hstack([by_p, columns[:, len(p) :][:, self.local] * scale]))
 
