@@ -95,7 +95,8 @@ def on_whole_recordings(
     """The fit to whole recordings from theta (m,). None where the model diverges.
 
     It goes on while that gains: from where a rougher force leads or, where it explains too little, from new paths and
-    more static friction. Slips that paths miss move an end by more than noise does: how far, ends of about the same cost tell.
+    more static friction. Slips that paths miss move an end by more than noise does: how far, ends of about the same
+    cost tell.
     """
     end = _end(whole, whole.start(theta))
     if end is None:
