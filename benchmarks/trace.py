@@ -217,6 +217,8 @@ def options(words: Sequence[str] | None = None) -> argparse.Namespace:
     parser.add_argument("--jobs", type=int, default=1, help="number of processes")
     parser.add_argument("--rig", action="store_true", help="recordings of a rig that imposes the motion")
     parser.add_argument("--ablation", action="store_true", help="each number doubled, halved, or its rule off")
+    made = trace_ablation.CHANGES
+    parser.add_argument("--changes", type=_names(made), default=made, help="of a number in an ablation, like off")
     parser.add_argument(
         "--release", action="store_true", help="the table of a release, of the valves that --seed draws"
     )
@@ -260,7 +262,8 @@ def main() -> None:
         return
     if asked.ablation:
         some = list(trace_ablation.cases(asked.valves, asked.ids, rig=asked.rig))
-        print("", *trace_ablation.table(trace_ablation.ablation(some, asked.minutes)), sep="\n")
+        rows = trace_ablation.ablation(some, asked.minutes, changes=asked.changes)
+        print("", *trace_ablation.table(rows), sep="\n")
         return
     work = [] if asked.report else [
         (part, replace(case, rig=asked.rig)) for part in asked.parts for case in cases(part, asked)

@@ -35,7 +35,7 @@ OFF: dict[str, Any] = {
     "MAX_LOSS_SEVERAL": math.inf, "CLEAR_GAIN": 0.0, "CLEAR_GAIN_UNRESOLVED": 0.0,
 }  # fmt: skip
 """Values at which the rule of a number is off: it gives nothing up, allows everything, or is never met."""
-ABSENT = ("none", "unlisted")
+CHANGES = ("x 2", "/ 2", "off")
 Row = dict[str, Any]
 Tracer = Callable[..., Any]
 
@@ -76,7 +76,7 @@ def cases(valves: Sequence[int], effects: Sequence[str] = (), *, rig: bool = Fal
 
 
 def variations(name: str) -> Iterator[tuple[str, Any]]:
-    """What a number is set to: doubled, halved, and off where that means something."""
+    """What a number is set to: doubled, halved, and off where that means something (`CHANGES`)."""
     value = getattr(settings, name)
     yield from (("x 2", _scaled(value, 2.0)), ("/ 2", _scaled(value, 0.5)))
     if name in OFF:
@@ -84,11 +84,12 @@ def variations(name: str) -> Iterator[tuple[str, Any]]:
 
 
 def ablation(
-    work: Sequence[Short], minutes: float, path: Path = RESULTS, tracer: Tracer | None = None, head: str | None = None
-) -> list[Row]:
+    work: Sequence[Short], minutes: float, path: Path = RESULTS, tracer: Tracer | None = None,
+    head: str | None = None, changes: Sequence[str] = CHANGES,
+) -> list[Row]:  # fmt: skip
     """The rows of all cases and variations of one commit; those that are missing are run while there is time.
 
-    minutes : of processor time after which none is begun.
+    minutes : of processor time after which none is begun; changes : that are made.
     """
     head, began = head or commit(), time.process_time()
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -108,14 +109,15 @@ def ablation(
             plain = run(case, "", "", None)
             for number in plain["read"] if plain else ():
                 for change, value in variations(number):
-                    run(case, number, change, value)
+                    if change in changes:
+                        run(case, number, change, value)
     return list(rows.values())
 
 
 def table(rows: Sequence[Row]) -> list[str]:
     """A line for each number: trials of each change, and in how many of them the answer was another, or a wrong one."""
     plain = {row["case"]: row for row in rows if not row["number"]}
-    varied = defaultdict[tuple[str, str], list[Row]](list)
+    made, varied = {row["change"] for row in rows}, defaultdict[tuple[str, str], list[Row]](list)
     for row in rows:
         if row["number"]:
             varied[row["number"], row["change"]].append(row)
@@ -127,6 +129,8 @@ def table(rows: Sequence[Row]) -> list[str]:
     for name in numbers():
         read = sum(name in row["read"] for row in plain.values())
         for change, _ in variations(name):
+            if change not in made:
+                continue
             some = varied[name, change]
             pairs = [(plain[row["case"]], row) for row in some]
             other = sum(before["answer"] != row["answer"] for before, row in pairs)
