@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identification.budget import time_is_over
-from identification.estimators.estimate import HOPELESS, Estimate, no_worse
+from identification.estimators.estimate import HOPELESS, Estimate, lean, no_worse
 from identification.estimators.noise_aware.damped import LAST, DampedNoiseAware
 from identification.estimators.noise_aware.search import HOPELESS_TRIES, NOT_FAR, RIGHT, UNEXPLAINED, chunks
 from identification.estimators.order import critical_damping, usual_damping
@@ -86,7 +86,8 @@ class WholeFit:
     @functools.cached_property
     def rougher(self) -> Estimate | None:
         """Where the fit goes if the force is rougher between samples; None where the model diverges."""
-        return with_rougher_force(self.work, self.end)
+        end = with_rougher_force(self.work, self.end)
+        return None if end is None else lean(end)
 
     @property
     def to_rougher(self) -> Array:
