@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -26,6 +26,8 @@ HIGHER = (1.0, 1.01, 1.05)
 ROUGHER, ROUGH_STEPS = 100.0, 4
 """Factor on the intensity of what drives a rougher force, and steps of a fit with it: ten times are too few where the
 motion itself drives the force, as behind a positioner."""
+ELSEWHERE = 1.6
+"""Factor on the Stribeck velocity, up or down, with which a fit that explains too little begins elsewhere."""
 SLOWER = (1.0, 0.5)
 """Factors on the Stribeck velocity beside usual damping."""
 BACK_TO_IT = 2.0
@@ -112,7 +114,7 @@ def on_whole_recordings(
 
     It goes on while that gains: from where a rougher force leads or, where it explains too little, from new paths and
     more static friction. Slips that paths miss move an end by more than noise does: how far, ends of about the same
-    cost tell.
+    cost tell. What explains too little in the end begins elsewhere.
     """
     end = _end(whole, whole.start(theta))
     if end is None:
@@ -125,6 +127,8 @@ def on_whole_recordings(
         found = found.or_better(_end(whole, _again(found)), explains)
         if found.explains and before - found.end.cost < WORTH:
             found = found.or_better(_less_damped(whole, found.end), explains)
+        for start in () if found.explains or before - found.end.cost > WORTH else _elsewhere(found):
+            found = found.or_better(_end(whole, start), explains)
         if before - found.end.cost < WORTH:
             break
     return found
@@ -151,6 +155,21 @@ def _again(found: WholeFit) -> Estimate | None:
     values = whole.coordinates.values(found.end.theta)
     factors = HIGHER[:1] if found.end.loss > UNEXPLAINED else HIGHER
     return _best_start(whole, [values | {"lugre.fs": factor * values["lugre.fs"]} for factor in factors])
+
+
+def _elsewhere(found: WholeFit) -> Iterator[Estimate]:
+    """Starts to either side of an end that explains too little, with another Stribeck velocity and what makes up for it
+    best: friction curves have other minima there. Which side is right, no cost before a descent tells.
+    """
+    work, end = found.work, found.end
+    if "lugre.vs" not in work.names or end.loss > UNEXPLAINED or time_is_over():
+        return
+    place = work.names.index("lugre.vs")
+    makes_up = end.covariance[:, place] / end.covariance[place, place]
+    for factor in (ELSEWHERE, 1 / ELSEWHERE):
+        start = work.start(work.coordinates.bounds.nearest(end.theta + np.log(factor) * makes_up))
+        if start is not None:
+            yield start
 
 
 def with_rougher_force(whole: DampedNoiseAware, found: Estimate) -> Estimate | None:
