@@ -121,7 +121,7 @@ def damped_start(
     starts = search.ends()
     if not starts:
         return None
-    work = damped_for(valve, coordinates, segment_grids, starts[0])
+    work = replace(damped_for(valve, coordinates, segment_grids, starts[0]), mends_trials=True)
     best = best_on_chunks(work, _narrowed(search, starts), enough=lambda _: False)
     return None if best is None else best.theta
 

@@ -58,7 +58,13 @@ ACCIDENT = 20.0
 
 @dataclass(frozen=True)
 class DampedNoiseAware(NoiseAware):
-    """The fit of one kernel of a force with error, in damped steps, to some grids (a `PathEstimator`)."""
+    """The fit of one kernel of a force with error, in damped steps, to some grids (a `PathEstimator`).
+
+    mends_trials : slips are looked for in every step that gains nothing, too. A fit does without, for it begins again
+    where it explains too little; where models are compared, each by one descent, an end beside its best is an error.
+    """
+
+    mends_trials: bool = False
 
     def start(self, theta: Array, steps: int = NEW_PATH) -> Estimate | None:
         """The estimate at fixed parameters theta (m,), along new paths that take so many steps. None where the model
@@ -220,7 +226,10 @@ class DampedNoiseAware(NoiseAware):
         The present and the moved ones alone would cost thousands more, and good steps be lost. A slip that they miss is
         an accident, which `gained` counts for little.
         """
-        return self._moved_to(now.theta + step, [now.paths, self.moved(now, step)])
+        trial = self._moved_to(now.theta + step, [now.paths, self.moved(now, step)])
+        if trial is None or not self.mends_trials or self.gained(now, trial) > 0:
+            return trial
+        return self.mended(trial)
 
     @property
     def left(self) -> tuple[float, float]:
