@@ -98,7 +98,7 @@ def _noise_aware(
     if not whole.explains:
         return found
     found = replace(found, outcome=Outcome.CONVERGED)
-    return without_bias(found, whole)
+    return without_bias(found, whole.apart)
 
 
 def _narrowed(search: Search, starts: Sequence[Array]) -> Iterator[Array]:
@@ -121,7 +121,7 @@ def damped_start(
     starts = search.ends()
     if not starts:
         return None
-    work = replace(damped_for(valve, coordinates, segment_grids, starts[0]), mends_trials=True)
+    work = damped_for(valve, coordinates, segment_grids, starts[0])
     best = best_on_chunks(work, _narrowed(search, starts), enough=lambda _: False)
     return None if best is None else best.theta
 

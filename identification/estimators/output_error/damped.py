@@ -40,8 +40,8 @@ STARTS, STEPS, FEWER = 64, (1, 4, 10), 4
 many: successive halving (Jamieson and Talwalkar, AISTATS 2016). The cost before any step does not tell a good start."""
 TRIALS = 3
 """Replicates."""
-SEARCHED, LEAST, CHUNKS = 30.0, 1200, 6
-"""Seconds of the recordings that are searched on, or as many as have so many samples, and the chunks they come in."""
+SEARCHED, CHUNK = 60.0, 10.0
+"""Seconds of the recordings that are searched on, in chunks of so many."""
 SAMPLES = 6000
 """Samples that are searched on, about: closer ones are thinned, for a slip takes longer than they are apart."""
 LAST = 40
@@ -183,18 +183,14 @@ class Search:
 def _parts(experiments: Sequence[Experiment]) -> list[Experiment]:
     """Chunks spread over the experiments, enough to search on, of samples no closer than that needs."""
     total = sum(float(s.t[-1] - s.t[0]) for e in experiments for s in e.segments)
-    searched = max(SEARCHED, LEAST * max(s.dt for e in experiments for s in e.segments))
-    share = searched / total if total > 1.5 * searched else 1.0
-    every, length = max(1, round(share * sum(e.samples for e in experiments) / SAMPLES)), searched / CHUNKS
-    return [
-        e.with_segments(tuple(c for s in e.segments for c in _chunks(s, share, length, every))) for e in experiments
-    ]
+    share = SEARCHED / total if total > 1.5 * SEARCHED else 1.0
+    every = max(1, round(share * sum(e.samples for e in experiments) / SAMPLES))
+    return [e.with_segments(tuple(c for s in e.segments for c in _chunks(s, share, every))) for e in experiments]
 
 
-def _chunks(segment: Segment, share: float, length: float, every: int) -> list[Segment]:
-    """Chunks of so many seconds, a share of a segment in all, of every so many-th sample; all of it where that is 1."""
+def _chunks(segment: Segment, share: float, every: int) -> list[Segment]:
     n = len(segment.t)
-    size = min(n, round(length / segment.dt)) if share < 1 else n
+    size = min(n, round(CHUNK / segment.dt)) if share < 1 else n
     count = max(1, round(share * n / size))
     return [segment.part(at.start, at.stop, every) for at in to_the_ends(n, size, count)]
 

@@ -124,7 +124,7 @@ class TrialData:
         if self.imposed:
             return ImposedMotion(target, free, self.fitted)
         if self.damped is not None:
-            return DampedNoiseAware(target, free, self.fitted, self.damped, worth, mends_trials=True)
+            return DampedNoiseAware(target, free, self.fitted, self.damped, worth)
         freedom = replace(settings.PATH_FREEDOM, h_max=COARSE) if coarse else settings.PATH_FREEDOM
         return NoiseAware(target, free, self.fitted, freedom, worth)
 
