@@ -14,7 +14,7 @@ import numpy as np
 from identification.data.experiment import Experiment, experiment
 from identification.estimators.fitted import FREE_STEP, Fit, Outcome
 from identification.estimators.output_error.problem import Problem, ResidualForm
-from identification.uncertainty.covariance import PRIOR_LOG_STD, WEAK, Uncertainty, rate_that_shows
+from identification.uncertainty.covariance import NINETY, PRIOR_LOG_STD, WEAK, Uncertainty, inverse, rate_that_shows
 from recordings import Array, BadInput
 from simulator import Excitation, Sensors, kernel, simulate
 
@@ -60,8 +60,6 @@ LITTLE = 1e-3
 """Share of its scale below which a value has no size of its own."""
 MOST = 200_000
 """Samples of an experiment beyond which nobody records one, as for the swing of a stem that is all but weightless."""
-NORMAL_90 = 1.645
-"""Standard deviations to the end of an interval."""
 FORGETS = 1.0
 """The run of an experiment forgets at a rest once in so many seconds: over many slips it promises too much."""
 
@@ -116,7 +114,7 @@ class Teaching:
         if name not in self.moved:
             assert self.found.minimum is not None
             minimum, n, place = self.found.minimum, len(self.known.names), self.known.names.index(name)
-            way = NORMAL_90 * self.known.correlation[:, place] * self._std()
+            way = NINETY * self.known.correlation[:, place] * self._std()
             ends = (np.r_[minimum.unknowns[:n] + sign * way, minimum.unknowns[n:]] for sign in (-1.0, 1.0))
             fits = (replace(self.found, minimum=replace(minimum, unknowns=end)) for end in ends)
             self.moved[name] = tuple(Teaching(self.known, fit) for fit in fits)
@@ -156,7 +154,7 @@ class Teaching:
         std = np.where(trusted, self._std(), PRIOR_LOG_STD)
         together = (trusted[:, None] & trusted) | np.eye(len(std), dtype=bool)
         before = np.where(together, known.correlation, 0.0) * np.outer(std, std)
-        spread = np.sqrt(np.maximum(np.diag(np.linalg.inv(np.linalg.pinv(before) + told)), 0.0)) * slope
+        spread = np.sqrt(np.maximum(np.diag(inverse(np.linalg.pinv(before) + told)), 0.0)) * slope
         return dict(zip(known.names, spread.tolist(), strict=True))
 
 

@@ -98,9 +98,9 @@ class Coordinates:
         """The same with the mean of every prior drawn anew about what theta has: to a replicate a prior is one more
         measurement, with an error of its own.
         """
-        values, least = self.values(theta), dict(zip(self.names, self.lower.tolist(), strict=True))
-        drawn = [(name, max(rng.normal(values[name], std), least[name]), std) for name, _, std in self.priors]
-        return replace(self, priors=tuple(drawn))
+        at, least = self.with_priors_at(theta), dict(zip(self.names, self.lower.tolist(), strict=True))
+        drawn = [(name, max(rng.normal(mean, std), least[name]), std) for name, mean, std in at.priors]
+        return replace(at, priors=tuple(drawn))
 
     def values(self, theta: Array) -> dict[str, float]:
         """All parameters by name at coordinates theta."""
@@ -128,6 +128,10 @@ class Coordinates:
         chosen = np.array([name in values for name in self.names]) & self.free
         base = np.where(chosen, [values.get(name, 0.0) for name in self.names], self.base)
         return replace(self, base=base, free=self.free & ~chosen)
+
+    def all_held(self) -> Coordinates:
+        """The same with no parameter free, for what asks for no derivatives by them."""
+        return replace(self, free=np.zeros_like(self.free))
 
     def with_defaults(self, values: Mapping[str, float]) -> Coordinates:
         """The same with other values before any fit, by full name."""

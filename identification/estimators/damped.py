@@ -98,7 +98,7 @@ def _noise_aware(
     if not whole.explains:
         return found
     found = replace(found, outcome=Outcome.CONVERGED)
-    return without_bias(found, whole.apart)
+    return without_bias(found, whole)
 
 
 def _narrowed(search: Search, starts: Sequence[Array]) -> Iterator[Array]:

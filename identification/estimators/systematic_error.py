@@ -17,8 +17,8 @@ import numpy as np
 from identification.data.grid import grids
 from identification.estimators.estimate import Estimate
 from identification.estimators.fitted import Fit
-from identification.estimators.noise_aware.damped import DampedNoiseAware, damped_for
-from identification.estimators.noise_aware.damped_search import with_rougher_force
+from identification.estimators.noise_aware.damped import damped_for
+from identification.estimators.noise_aware.damped_search import WholeFit
 from identification.estimators.output_error.problem import Problem
 from identification.estimators.output_error.replicates import replicate_of
 from recordings import Array
@@ -27,14 +27,14 @@ STEPS = 4
 """Steps of a fit to a replicate."""
 
 
-def without_bias(found: Fit, apart: Array | float = 0.0) -> Fit:
-    """A noise-aware fit of damped order less its bias, with `Fit.systematic`, how far it may be off beside its noise;
-    its estimate stays as it was. apart (m,) : distance in coordinates to another end, one cause of that.
+def without_bias(found: Fit, whole: WholeFit) -> Fit:
+    """A noise-aware fit of damped order, to whole recordings, less its bias, with `Fit.systematic`, how far it may be
+    off beside its noise; its estimate stays as it was.
     """
     assert found.estimate is not None
     left = found.estimate.covariance @ found.estimate.normal.gradient
-    bias, rough = order_bias(found), by_rougher_force(found)
-    causes = [apart * np.ones_like(left), left, *(move for move in (bias, rough) if move is not None)]
+    bias = order_bias(found)
+    causes = [whole.apart, left, whole.to_rougher, *([] if bias is None else [bias])]
     found = replace(found, systematic=np.sqrt(np.sum(np.square(causes), axis=0)))
     return found if bias is None else _less(found, bias)
 
@@ -48,14 +48,6 @@ def order_bias(found: Fit) -> Array | None:
     theta = found.estimate.theta
     again = fitted_to_replicate(found.problem, theta, noise=False)
     return None if again is None else again.theta - theta
-
-
-def by_rougher_force(found: Fit) -> Array | None:
-    """Where it goes (m,), in coordinates, if the force is rougher between samples; None where the model diverges."""
-    assert found.estimate is not None
-    assert isinstance(found.noise_aware, DampedNoiseAware)
-    end = with_rougher_force(found.noise_aware, found.estimate)
-    return None if end is None else end.theta - found.estimate.theta
 
 
 def _less(found: Fit, bias: Array) -> Fit:

@@ -16,7 +16,7 @@ from identification.data.experiment import Experiment
 from identification.estimators.fitted import Fit
 from identification.sparse_regression.regression import SLOPE, Regression, SlidingQuantity, regression
 from identification.sparse_regression.sliding import sliding
-from identification.uncertainty.covariance import Uncertainty
+from identification.uncertainty.covariance import NINETY, Uncertainty
 from recordings import Array
 from simulator import BASE, Kernel, kernel, shows_imposed
 
@@ -26,8 +26,6 @@ Real friction differs that much by direction and place. What the library does no
 speed late, is below half of it on seeded valves."""
 VAGUE = 0.25
 """Half an interval of the regression, as a share of what it is compared with, from which a row decides nothing."""
-SURE = 1.645
-"""Standard deviations on either side in an interval of 90 %."""
 
 
 @dataclass(frozen=True)
@@ -134,7 +132,7 @@ def _model_force(valve: Kernel, fit: Fit, experiment: Experiment, segment: int) 
 
 def _rows(found: Regression, valve: Kernel, known: Uncertainty | None, fit: Fit) -> tuple[ComparedQuantity, ...]:
     model = found.matrix @ found.windows.model
-    half = SURE * _std(model[:, 1:], valve, known, fit.rms)
+    half = NINETY * _std(model[:, 1:], valve, known, fit.rms)
     own = fit.values if set(fit.kernel.effects) <= set(BASE) else {}  # added forces have a part in rate and preload
     pairs = zip(found.quantities, model[:, 0], half, strict=True)
     return tuple(_row(q, float(own.get(q.name, value)), float(h), found.friction) for q, value, h in pairs)

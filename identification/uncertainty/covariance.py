@@ -32,6 +32,8 @@ from identification.estimators.output_error.problem import Problem, ResidualForm
 from recordings import Array
 from simulator import Status
 
+NINETY = float(norm.ppf(0.95))
+"""Standard deviations to either side of a value by which nine in ten lie."""
 BLOCK = 0.5
 """Length of a block of the robust covariance [s], at least 20 samples."""
 PRIOR_LOG_STD = 3.0
@@ -144,7 +146,7 @@ def widened_rms(off: Array) -> Array:
     number of trials.
     """
     trials = len(off)
-    return np.asarray(float(student.ppf(0.95, trials) / norm.ppf(0.95)) * np.sqrt(np.mean(off**2, axis=0)), float)
+    return np.asarray(float(student.ppf(0.95, trials) / NINETY) * np.sqrt(np.mean(off**2, axis=0)), float)
 
 
 def _covariances(problem: Problem, unknowns: Array, setting: ResidualForm, rms: float) -> tuple[Array, Array, Array]:
@@ -174,14 +176,14 @@ def _covariances(problem: Problem, unknowns: Array, setting: ResidualForm, rms: 
         blocks += len(sums)
     hold = np.full(size, rms**2 / PRIOR_LOG_STD**2)
     curvature = max(bent / max(weights, 1.0), 0.2)  # of the robust loss, against the weights that Gauss-Newton uses
-    bread = _inverse(curvature * matrix + np.diag(hold))
+    bread = inverse(curvature * matrix + np.diag(hold))
     few = blocks / max(blocks - problem.n_free, 1)
     classic: Array = np.asarray(rms**2 * bread, float)
     robust: Array = few * bread @ meat @ bread + np.diag(np.diag(bread) ** 2 * hold)
     return matrix, classic, robust
 
 
-def _inverse(matrix: Array) -> Array:
+def inverse(matrix: Array) -> Array:
     """The inverse of a positive matrix (n, n) with rows of any size; positive where rounding leaves that singular."""
     size = np.sqrt(np.diag(matrix))
     known, ways = np.linalg.eigh(matrix / np.outer(size, size))
@@ -206,7 +208,7 @@ def _innovation_covariances(problem: Problem, estimate: Estimate) -> tuple[Array
         meat += sums.T @ sums
         blocks += len(sums)
     hold = np.full(n, PRIOR_LOG_STD**-2)
-    bread = _inverse(estimate.normal.matrix + np.diag(hold))
+    bread = inverse(estimate.normal.matrix + np.diag(hold))
     robust = blocks / max(blocks - n, 1) * bread @ meat @ bread + np.diag(np.diag(bread) ** 2 * hold)
     classic = bread * max(estimate.loss, 1.0)
     return estimate.normal.matrix, np.asarray(classic, float), np.asarray(robust, float)

@@ -67,7 +67,7 @@ class DampedNoiseAware(NoiseAware):
         firsts = self._best_new(theta)
         best = None if firsts is None else self._loosened(theta, firsts)
         end = None if best is None else self.along(theta, best, steps)
-        return None if end is None else self._mended(end)
+        return None if end is None else self.mended(end)
 
     def _best_new(self, theta: Array, known: Sequence[Sequence[Array]] = ()) -> list[Array] | None:
         """The best of new paths, and of known ones, that have not come to rest."""
@@ -91,7 +91,7 @@ class DampedNoiseAware(NoiseAware):
         best = self._best_new(theta, known)
         return None if best is None else self.along(theta, best, NEW_PATH)
 
-    def _mended(self, now: Estimate) -> Estimate:
+    def mended(self, now: Estimate) -> Estimate:
         """An estimate whose paths slip where the data do: about a slip that is missed, the best of some paths."""
         for _ in range(ROUNDS if now.outliers < MANY else 0):
             end = self._through_slips(now)
@@ -116,8 +116,8 @@ class DampedNoiseAware(NoiseAware):
         """The better paths of two estimates of the same parameters."""
         both = one, other
         return [
-            _stretchwise(_stretches(grid), [e.paths[i] for e in both], [e.linearised[i] for e in both])
-            for i, grid in enumerate(self.grids)
+            _stretchwise(stretch, [e.paths[i] for e in both], [_misfit(stretch, e.linearised[i]) for e in both])
+            for i, stretch in enumerate(map(_stretches, self.grids))
         ]
 
     def _better_path(self, i: int, p: Array, path: Array, line: Innovations) -> Array | None:
@@ -127,7 +127,7 @@ class DampedNoiseAware(NoiseAware):
         found, better, failures = path.copy(), False, 0
         for slip in missed_slips(self.grids[i], line):
             begin, end = window(self.grids[i], slip)
-            part = replace(self, grids=[self.grids[i].part(begin, end)])
+            part = replace(self.held, grids=[self.grids[i].part(begin, end)])
             best, explained = part._best_about(p, np.ascontiguousarray(path[begin:end]), slip[0] - begin)
             failures = 0 if explained else failures + 1
             if best is not None:
@@ -164,7 +164,7 @@ class DampedNoiseAware(NoiseAware):
     ) -> Estimate | None:
         """The estimate after a descent along new paths, or those that another model left. None where it diverges."""
         start = self._moved_to(theta, [paths])
-        return None if start is None else self.descend(self._mended(start), steps, vain)
+        return None if start is None else self.descend(self.mended(start), steps, vain)
 
     def on_new_paths(self, theta: Array, most: float = HOPELESS) -> Estimate | None:
         """The end of a descent from theta (m,) along new paths; most : loss that its first steps may leave. None where
@@ -186,12 +186,12 @@ class DampedNoiseAware(NoiseAware):
         model diverges. A stretch in which a step does harm goes back most of the way: about a break-away that is a
         sample late the next path can be further off, while all others come to rest.
         """
-        stretch, still = _stretches(self.grids[i]), np.zeros(self.coordinates.n_free)
+        stretch = _stretches(self.grids[i])
         best, least, better = path, _misfit(stretch, line), np.ones(stretch[-1] + 1, bool)
-        for _ in range(steps):
-            step = self.freedom.share * self.predictor.toward(line, still)
+        for left in reversed(range(steps)):
+            step = self.freedom.share * self.predictor.toward(line)
             path = np.where(better[stretch][:, None], path + step, best + BACK * (path - best))
-            further = self.line(i, p, path)
+            further = (self.held if left else self).line(i, p, path)
             if further is None:
                 return None
             line = further
@@ -221,7 +221,7 @@ class DampedNoiseAware(NoiseAware):
         only matter where the step does not gain without them.
         """
         trial = self._moved_to(now.theta + step, [now.paths, self.moved(now, step)])
-        return trial if trial is None or self.gained(now, trial) > 0 else self._mended(trial)
+        return trial if trial is None or self.gained(now, trial) > 0 else self.mended(trial)
 
     @property
     def left(self) -> tuple[float, float]:
@@ -253,18 +253,18 @@ class DampedNoiseAware(NoiseAware):
         """Of some paths of grid i (n, n_states), in every stretch the one about which the model explains the
         measurements best. None where it has no solution.
         """
-        known, lines = list[Array](), list[Innovations]()
+        stretch, known, misfits = _stretches(self.grids[i]), list[Array](), list[Array]()
         for path in paths:
-            line = None if path is None else self.line(i, p, path)
+            line = None if path is None else self.held.line(i, p, path)
             if path is not None and line is not None:
                 known.append(path)
-                lines.append(line)
-        return _stretchwise(_stretches(self.grids[i]), known, lines) if known else None
+                misfits.append(_misfit(stretch, line))  # the line itself takes a kilobyte a node
+        return _stretchwise(stretch, known, misfits) if known else None
 
 
-def _stretchwise(stretch: IndexArray, paths: Sequence[Array], lines: Sequence[Innovations]) -> Array:
-    """Of some paths (n, n_states), with the innovations about them, the best in every stretch."""
-    best = np.argmin([_misfit(stretch, line) for line in lines], axis=0)
+def _stretchwise(stretch: IndexArray, paths: Sequence[Array], misfits: Sequence[Array]) -> Array:
+    """Of some paths (n, n_states), with their misfits (n_stretches,), the best in every stretch."""
+    best = np.argmin(misfits, axis=0)
     return np.ascontiguousarray(np.array(paths)[best[stretch], np.arange(len(stretch))])
 
 

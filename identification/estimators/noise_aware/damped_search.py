@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import functools
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from identification.budget import time_is_over
-from identification.estimators.estimate import HOPELESS, Estimate, no_worse
+from identification.estimators.estimate import HOPELESS, Estimate, lean, no_worse
 from identification.estimators.noise_aware.damped import LAST, DampedNoiseAware
 from identification.estimators.noise_aware.search import HOPELESS_TRIES, NOT_FAR, RIGHT, UNEXPLAINED, chunks
 from identification.estimators.order import critical_damping, usual_damping
@@ -25,8 +26,12 @@ HIGHER = (1.0, 1.01, 1.05)
 ROUGHER, ROUGH_STEPS = 100.0, 4
 """Factor on the intensity of what drives a rougher force, and steps of a fit with it: ten times are too few where the
 motion itself drives the force, as behind a positioner."""
+ELSEWHERE = 1.6
+"""Factor on the Stribeck velocity, up or down, with which a fit that explains too little begins elsewhere."""
 SLOWER = (1.0, 0.5)
 """Factors on the Stribeck velocity beside usual damping."""
+BACK_TO_IT = 2.0
+"""Standard deviations within which a rougher force leads nowhere else: a descent from there would come back."""
 WORTH = 30.0
 """Fall of the cost that paths of other slips give: a descent that gains less is the last."""
 CHUNK, CHUNK_S = 1000, 8.0
@@ -66,24 +71,37 @@ def _explained(end: Estimate) -> bool:
 
 @dataclass(frozen=True)
 class WholeFit:
-    """A fit to whole recordings. end : the best end of its descents; explains : whether that explains the recordings;
-    apart (m,) : distance to another end that explains them as well, in coordinates, 0 where there is none.
+    """A fit to whole recordings. work : what makes it; end : the best end of its descents; explains : whether that
+    explains the recordings; apart (m,) : distance to another end that explains them as well, in coordinates, 0 where
+    there is none.
     """
 
+    work: DampedNoiseAware
     end: Estimate
     explains: bool
     apart: Array
 
     @classmethod
-    def of(cls, end: Estimate, explains: Callable[[Estimate], bool]) -> WholeFit:
-        return cls(end, explains(end), np.zeros(len(end.theta)))
+    def of(cls, work: DampedNoiseAware, end: Estimate, explains: Callable[[Estimate], bool]) -> WholeFit:
+        return cls(work, end, explains(end), np.zeros(len(end.theta)))
+
+    @functools.cached_property
+    def rougher(self) -> Estimate | None:
+        """Where the fit goes if the force is rougher between samples; None where the model diverges."""
+        end = with_rougher_force(self.work, self.end)
+        return None if end is None else lean(end)
+
+    @property
+    def to_rougher(self) -> Array:
+        """How far that is (m,), in coordinates, 0 where it is nowhere."""
+        return np.zeros_like(self.apart) if self.rougher is None else self.rougher.theta - self.end.theta
 
     def or_better(self, end: Estimate | None, explains: Callable[[Estimate], bool]) -> WholeFit:
         """The fit after one more descent, None where that diverged."""
         if end is None:
             return self
         better = end.cost < self.end.cost
-        found = WholeFit.of(end, explains) if better else self
+        found = WholeFit.of(self.work, end, explains) if better else self
         other = self.end if better else end
         alike = found.explains and no_worse(other, found.end)
         return replace(found, apart=np.abs(end.theta - self.end.theta)) if alike else found
@@ -96,19 +114,21 @@ def on_whole_recordings(
 
     It goes on while that gains: from where a rougher force leads or, where it explains too little, from new paths and
     more static friction. Slips that paths miss move an end by more than noise does: how far, ends of about the same
-    cost tell.
+    cost tell. What explains too little in the end begins elsewhere.
     """
     end = _end(whole, whole.start(theta))
     if end is None:
         return None
-    found = WholeFit.of(end, explains)
+    found = WholeFit.of(whole, end, explains)
     for _ in range(DESCENTS - 1):
         if found.end.loss > HOPELESS or time_is_over():
             break
         before = found.end.cost
-        found = found.or_better(_end(whole, _again(whole, found)), explains)
+        found = found.or_better(_end(whole, _again(found)), explains)
         if found.explains and before - found.end.cost < WORTH:
             found = found.or_better(_less_damped(whole, found.end), explains)
+        for start in () if found.explains or before - found.end.cost > WORTH else _elsewhere(found):
+            found = found.or_better(_end(whole, start), explains)
         if before - found.end.cost < WORTH:
             break
     return found
@@ -116,21 +136,40 @@ def on_whole_recordings(
 
 def _end(whole: DampedNoiseAware, start: Estimate | None) -> Estimate | None:
     """Where a descent on whole recordings from a start leads, as ends are compared; None without a start."""
-    return None if start is None else whole.strict(whole.descend(start, LAST))
+    if start is None:
+        return None
+    end = whole.descend(start, LAST)
+    return whole.strict(replace(whole.mended(end), settled=end.settled))
 
 
-def _again(whole: DampedNoiseAware, found: WholeFit) -> Estimate | None:
+def _again(found: WholeFit) -> Estimate | None:
     """The estimate from which a fit goes on. One that explains all goes on from where a rougher force leads; another
     about new paths where it has ended or with more static friction, whichever costs least: where that is too low the
     model slips before the data do, and no step of a descent is as long as the way back. Chunks do not always tell it. A
-    fit that explains nothing says nothing of static friction.
+    fit that explains nothing says nothing of static friction. None where a further descent would only come back.
     """
+    whole = found.work
     if found.explains:
-        rough = with_rougher_force(whole, found.end)
-        return None if rough is None else whole.start(rough.theta)
+        away = np.abs(found.to_rougher) > BACK_TO_IT * np.sqrt(np.diag(found.end.covariance))
+        return whole.start(found.end.theta + found.to_rougher) if away.any() else None
     values = whole.coordinates.values(found.end.theta)
     factors = HIGHER[:1] if found.end.loss > UNEXPLAINED else HIGHER
     return _best_start(whole, [values | {"lugre.fs": factor * values["lugre.fs"]} for factor in factors])
+
+
+def _elsewhere(found: WholeFit) -> Iterator[Estimate]:
+    """Starts to either side of an end that explains too little, with another Stribeck velocity and what makes up for it
+    best: friction curves have other minima there. Which side is right, no cost before a descent tells.
+    """
+    work, end = found.work, found.end
+    if "lugre.vs" not in work.names or end.loss > UNEXPLAINED or time_is_over():
+        return
+    place = work.names.index("lugre.vs")
+    makes_up = end.covariance[:, place] / end.covariance[place, place]
+    for factor in (ELSEWHERE, 1 / ELSEWHERE):
+        start = work.start(work.coordinates.bounds.nearest(end.theta + np.log(factor) * makes_up))
+        if start is not None:
+            yield start
 
 
 def with_rougher_force(whole: DampedNoiseAware, found: Estimate) -> Estimate | None:

@@ -12,6 +12,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 
@@ -96,7 +97,12 @@ class NoiseAware:
         """
         return 0.0, 0.0
 
-    def with_freedom(self, freedom: PathFreedom) -> NoiseAware:
+    @functools.cached_property
+    def held(self) -> Self:
+        """The same with no parameter free: its passes take two thirds of the time, where only paths matter."""
+        return replace(self, coordinates=self.coordinates.all_held())
+
+    def with_freedom(self, freedom: PathFreedom) -> Self:
         """The same fit with another freedom of the paths."""
         return replace(self, freedom=freedom)
 
@@ -113,8 +119,8 @@ class NoiseAware:
         """The estimate at fixed parameters theta (m,) along paths, one (n, n_states) for every grid, after so many
         steps of the paths. None where the model diverges.
         """
-        p = self.coordinates.p(theta)
-        lines = each(lambda i: self.line(i, p, paths[i]), range(len(self.grids)))
+        p, first = self.coordinates.p(theta), self.held if steps else self
+        lines = each(lambda i: first.line(i, p, paths[i]), range(len(self.grids)))
         known = [line for line in lines if line is not None]
         return self._at_rest(theta, paths, known, steps) if len(known) == len(lines) else None
 
@@ -143,10 +149,9 @@ class NoiseAware:
         """A path of grid i, with the innovations about it, after so many steps to the smoothed one; None where the
         model diverges.
         """
-        still = np.zeros(self.coordinates.n_free)
-        for _ in range(steps):
-            path = path + self.freedom.share * self.predictor.toward(line, still)
-            further = self.line(i, p, path)
+        for left in reversed(range(steps)):
+            path = path + self.freedom.share * self.predictor.toward(line)
+            further = (self.held if left else self).line(i, p, path)
             if further is None:
                 return None
             line = further
@@ -253,13 +258,11 @@ class NoiseAware:
 
     def moved(self, now: Estimate, step: Array) -> list[Array]:
         """The paths moved along with a step of the parameters."""
-        still, share = np.zeros(len(step)), self.freedom.share
+        share = self.freedom.share
 
         def moved(i: int) -> Array:
             line, way = now.linearised[i], self.predictor.toward(now.linearised[i], step)
-            return now.paths[i] + (
-                way - (1 - share) * self.predictor.toward(line, still) if step.any() else share * way
-            )
+            return now.paths[i] + (way - (1 - share) * self.predictor.toward(line) if step.any() else share * way)
 
         return each(moved, range(len(self.grids)))
 

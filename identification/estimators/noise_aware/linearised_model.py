@@ -68,9 +68,12 @@ def loops() -> ModuleType:
     return native_module("smoother", recursions_text()[0] + text.partition("# The recursions\n")[2])
 
 
-def correction(line: Innovations, move: Array) -> Array:
-    """Where the smoothed path lies (n, n_states) beside that of the linearisation, coordinates moved by (m,)."""
+def correction(line: Innovations, move: Array | None = None) -> Array:
+    """Where the smoothed path lies (n, n_states) beside that of the linearisation, coordinates moved by (m,) or left
+    where they are.
+    """
     mean, P, S, E, V, J, K, H, F = line.smoother
+    move = np.zeros(J.shape[2]) if move is None else move
     out = np.empty_like(mean)
     loops().smoothed(mean, P, S, E, V, J, K, H, F, np.ascontiguousarray(move), out)
     return out
@@ -177,8 +180,8 @@ class AffineModel:
 
 def _columns(values: Array, chosen: NDArray[np.bool_]) -> Array:
     """The chosen last columns, by slices: a mask would take five times as long."""
-    if chosen.all():
-        return values
+    if chosen.all() or not chosen.any():
+        return values[..., : chosen.sum()]
     places = np.flatnonzero(chosen)
     runs = np.split(places, np.flatnonzero(np.diff(places) > 1) + 1)
     return np.concatenate([values[..., run[0] : run[-1] + 1] for run in runs if len(run)], axis=-1)

@@ -20,8 +20,10 @@ class Predictor(Protocol):
     ) -> Innovations | None:
         """The innovations of a grid along a path (n, n_states) at parameters p; None where the model has none."""
 
-    def toward(self, line: Innovations, move: Array) -> Array:
-        """The way (n, n_states) to the path about which it is linearised next, with the coordinates moved by (m,)."""
+    def toward(self, line: Innovations, move: Array | None = None) -> Array:
+        """The way (n, n_states) to the path about which it is linearised next, with the coordinates moved by (m,), or
+        left where they are.
+        """
 
 
 class KalmanSmoother:
@@ -33,8 +35,8 @@ class KalmanSmoother:
         """The innovations of the filter; None where the model has no solution."""
         return linearise(kernel, coordinates, grid, p, path, freedom)
 
-    def toward(self, line: Innovations, move: Array) -> Array:
-        """The way (n, n_states) to the smoothed path, with the coordinates moved by (m,)."""
+    def toward(self, line: Innovations, move: Array | None = None) -> Array:
+        """The way (n, n_states) to the smoothed path, with the coordinates moved by (m,), or left where they are."""
         return correction(line, move)
 
 

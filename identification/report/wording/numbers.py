@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-NINETY = 1.6449
-"""Half width of a 90 % interval of the normal distribution, in standard deviations."""
+from identification.uncertainty.covariance import NINETY
+
 NARROW = "\N{NARROW NO-BREAK SPACE}"
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 MOST_DIGITS = 7

@@ -16,6 +16,7 @@ from identification.estimators.estimate import Innovations, Totals, totals
 from identification.estimators.noise_aware import linearised_model, recursions
 from identification.estimators.noise_aware.linearised_model import (
     PathFreedom,
+    correction,
     first_path,
     linearise,
     linearise_in_parts,
@@ -107,6 +108,15 @@ def test_it_takes_derivatives_by_what_is_free(held):
     found = linearise(*arguments, FREEDOM)
     assert_same(found, linearise_in_parts(*arguments, FREEDOM))
     assert found.by.shape[2] == len(BASE_PARAMETERS) + 1 - len(held)
+
+
+@pytest.mark.parametrize("passed", [linearise, linearise_in_parts])
+def test_with_nothing_free_it_leads_to_the_same_path(passed):
+    model, free, on, p, path = case(with_error("backlash", damped=True), grid())
+    found, held = passed(model, free, on, p, path, FREEDOM), passed(model, free.all_held(), on, p, path, FREEDOM)
+    assert held.by.shape == (*found.innovations.shape, 0)
+    for one, other in zip((*held.scored, correction(held)), (*found.scored, correction(found)), strict=True):
+        assert_allclose(one, other, rtol=1e-10, atol=1e-10 * np.abs(other[np.isfinite(other)]).max())
 
 
 def test_nothing_was_measured_at_nodes_between_samples():

@@ -45,7 +45,7 @@ def test_they_converge_to_the_valve_and_claim_nothing_wrong(kind, seed, rate):
 
 @pytest.mark.slow
 def test_a_fit_that_leaves_outliers_has_converged_where_its_own_replicate_leaves_as_many():
-    _, found = fitted("loop", 9128, 50.0)
+    _, found = fitted("loop", 10607, 50.0)
     assert found.estimate is not None
     assert not converged(found.estimate, resolved=False)
     assert found.outcome is Outcome.CONVERGED
