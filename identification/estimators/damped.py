@@ -13,18 +13,18 @@ from dataclasses import replace
 from identification.data.experiment import Experiment
 from identification.data.grid import Grid
 from identification.estimators.coordinates import Coordinates
-from identification.estimators.estimate import Estimate, converged, no_worse
+from identification.estimators.estimate import Estimate, converged
 from identification.estimators.fitted import Fit, Outcome, fit_of, free_run_start
 from identification.estimators.noise_aware.damped import damped_for
 from identification.estimators.noise_aware.damped_search import best_on_chunks, on_whole_recordings
 from identification.estimators.noise_aware.fit import fit_noise_aware
 from identification.estimators.noise_aware.resolution import resolved_by_nodes
 from identification.estimators.noise_aware.search import UNEXPLAINED
-from identification.estimators.order import Order, slip_is_over, slip_is_seen
+from identification.estimators.order import Order, slip_is_over
 from identification.estimators.output_error.damped import Search, fit_in_windows, search_for
 from identification.estimators.output_error.homotopy import Minimum
 from identification.estimators.output_error.problem import Problem, ResidualForm
-from identification.estimators.systematic_error import fitted_to_replicate, without_bias
+from identification.estimators.systematic_error import without_bias
 from recordings import Array, Progress, silent
 from simulator import Kernel, kernel
 
@@ -88,7 +88,7 @@ def _noise_aware(
         return fit_noise_aware(valve, coordinates, smooth, segment_grids, [best.theta], progress)
     progress("fit to whole recordings", 0, 0)
     work = damped_for(valve, coordinates, segment_grids, best.theta)
-    whole = on_whole_recordings(work, best.theta, lambda end: _explains(problem, end))
+    whole = on_whole_recordings(work, best.theta)
     if whole is None:
         return None
     estimate = whole.end
@@ -124,15 +124,3 @@ def damped_start(
     work = damped_for(valve, coordinates, segment_grids, starts[0])
     best = best_on_chunks(work, _narrowed(search, starts), enough=lambda _: False)
     return None if best is None else best.theta
-
-
-def _explains(problem: Problem, end: Estimate) -> bool:
-    """Whether the innovations of an estimate look like noise or, where samples do not show the course of a slip, like
-    those that its model has on a replicate: even a right model leaves outliers there.
-    """
-    if converged(end, resolved=False):
-        return True
-    if slip_is_seen(problem.coordinates.values(end.theta), problem.spacing):
-        return False
-    usual = fitted_to_replicate(problem, end.theta, noise=True)
-    return usual is not None and no_worse(end, usual)

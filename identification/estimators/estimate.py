@@ -14,7 +14,7 @@ TUNING = 3.0
 OUTLIER = 4.0
 """Sigmas from which an innovation is an outlier."""
 CLEAN_LOSS, CLEAN_OUTLIERS = 1.03, 5e-4
-"""Mean loss (and three standard deviations of it) and share of outliers up to which the innovations are those of the
+"""Mean loss and share of outliers, and three standard deviations of each, up to which the innovations are those of the
 right model."""
 ROUGH_LOSS, ROUGH_OUTLIERS = 1.2, 1e-3
 """The same where the sampling does not resolve break-away, so that what its linearisation leaves is not noise. Where
@@ -119,7 +119,8 @@ def lean(estimate: Estimate) -> Estimate:
 def converged(estimate: Estimate, *, resolved: bool = True) -> bool:
     """Whether the innovations look like noise. resolved : break-away is, by the sampling."""
     loss, outliers = (CLEAN_LOSS, CLEAN_OUTLIERS) if resolved else (ROUGH_LOSS, ROUGH_OUTLIERS)
-    return estimate.loss < loss + 3 / np.sqrt(estimate.samples) and estimate.outliers < outliers
+    by_chance = 3 / np.sqrt(estimate.samples)
+    return bool(estimate.loss < loss + by_chance and estimate.outliers < outliers + by_chance * np.sqrt(outliers))
 
 
 def no_worse(estimate: Estimate, usual: Estimate) -> bool:

@@ -15,12 +15,10 @@ from dataclasses import replace
 import numpy as np
 
 from identification.data.grid import grids
-from identification.estimators.estimate import Estimate
 from identification.estimators.fitted import Fit
 from identification.estimators.noise_aware.damped import damped_for
 from identification.estimators.noise_aware.damped_search import WholeFit
-from identification.estimators.output_error.problem import Problem
-from identification.estimators.output_error.replicates import replicate_of
+from identification.estimators.output_error.replicates import without_noise
 from recordings import Array
 
 STEPS = 4
@@ -34,7 +32,7 @@ def without_bias(found: Fit, whole: WholeFit) -> Fit:
     assert found.estimate is not None
     left = found.estimate.covariance @ found.estimate.normal.gradient
     bias = order_bias(found)
-    causes = [whole.apart, left, whole.to_rougher, *([] if bias is None else [bias])]
+    causes = left, whole.apart + np.zeros_like(left), whole.to_rougher, np.zeros_like(left) if bias is None else bias
     found = replace(found, systematic=np.sqrt(np.sum(np.square(causes), axis=0)))
     return found if bias is None else _less(found, bias)
 
@@ -43,11 +41,15 @@ def order_bias(found: Fit) -> Array | None:
     """Where a noise-aware fit of damped order goes from its end (m,), in coordinates, on what the model gives in full
     order there; None where that has no solution.
     """
-    assert found.problem is not None
-    assert found.estimate is not None
-    theta = found.estimate.theta
-    again = fitted_to_replicate(found.problem, theta, noise=False)
-    return None if again is None else again.theta - theta
+    problem, estimate = found.problem, found.estimate
+    assert problem is not None
+    assert estimate is not None
+    experiments = without_noise(problem, estimate.theta)
+    if experiments is None:
+        return None
+    coordinates = problem.coordinates.with_priors_at(estimate.theta)  # to a replicate what is known beforehand is right
+    again = damped_for(problem.kernel, coordinates, grids(experiments), estimate.theta).fit(estimate.theta, STEPS)
+    return None if again is None else again.theta - estimate.theta
 
 
 def _less(found: Fit, bias: Array) -> Fit:
@@ -60,14 +62,3 @@ def _less(found: Fit, bias: Array) -> Fit:
     unknowns = minimum.unknowns.copy()
     unknowns[: len(bias)] = np.clip(unknowns[: len(bias)] - bias, c.bounds.lower, c.bounds.upper)
     return replace(found, minimum=replace(minimum, unknowns=unknowns))
-
-
-def fitted_to_replicate(problem: Problem, theta: Array, *, noise: bool) -> Estimate | None:
-    """The estimate some steps from theta (m,) on a replicate of the experiments, to which what is known beforehand is
-    right; None without a solution.
-    """
-    experiments = replicate_of(problem, theta, noise=noise)
-    if experiments is None:
-        return None
-    coordinates = problem.coordinates.with_priors_at(theta)
-    return damped_for(problem.kernel, coordinates, grids(experiments), theta).fit(theta, STEPS)

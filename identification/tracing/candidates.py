@@ -42,10 +42,10 @@ def candidates_of_round(model: Model, budget: Budget, progress: Progress = silen
 def _best_anew(
     model: Model, fits: Sequence[CandidateFit], judged: dict[str, Candidate], anew: set[str], budget: Budget
 ) -> dict[str, Candidate]:
-    """The candidate that gains most, fitted anew and judged again where that gains more; anew : those that were. A slip
-    that the base model has wrong holds its paths, and a refit that starts from them.
+    """The accepted candidate that gains most, fitted anew and judged again where that gains more; anew : those that
+    were. A slip that the base model has wrong holds its paths, and a refit that starts from them.
     """
-    best = max((c for c in judged.values() if c.refit is not None), key=lambda c: c.gain, default=None)
+    best = max((c for c in judged.values() if c.accepted), key=lambda c: c.gain, default=None)
     if best is None or best.effect in anew or not budget.allows(f"{best.effect} anew"):
         return {}
     anew.add(best.effect)

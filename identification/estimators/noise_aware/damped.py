@@ -93,47 +93,62 @@ class DampedNoiseAware(NoiseAware):
 
     def mended(self, now: Estimate) -> Estimate:
         """An estimate whose paths slip where the data do: about a slip that is missed, the best of some paths."""
+        vain: list[set[int]] = [set() for _ in self.grids]
         for _ in range(ROUNDS if now.outliers < MANY else 0):
-            end = self._through_slips(now)
+            end = self._through_slips(now, vain)
             if end is None or end.cost > now.cost - EQUAL:
                 break
             now = end
         return now
 
-    def _through_slips(self, now: Estimate) -> Estimate | None:
-        """An estimate along paths with the best that can be found about every slip that is missed. None where nothing
-        better is.
+    def _through_slips(self, now: Estimate, vain: Sequence[set[int]]) -> Estimate | None:
+        """An estimate along paths with the best that can be found about every slip that is missed, but those that were
+        looked for in vain, by grid. None where nothing better is.
         """
         p = self.coordinates.p(now.theta)
-        found = each(lambda i: self._better_path(i, p, now.paths[i], now.linearised[i]), range(len(self.grids)))
-        if all(path is None for path in found):
+        ends = each(lambda i: self._end_through_slips(i, p, now, vain[i]), range(len(self.grids)))
+        if all(end is None for end in ends):
             return None
-        paths = [old if new is None else new for new, old in zip(found, now.paths, strict=True)]
-        end = self.along(now.theta, paths, RESTING)
-        return None if end is None else self.along(now.theta, self._best_of_both(now, end), NEW_PATH)
+        olds = zip(now.paths, now.linearised, strict=True)
+        paths, lines = zip(*(old if end is None else end for end, old in zip(ends, olds, strict=True)), strict=True)
+        return self._estimate(now.theta, paths, lines)
 
-    def _best_of_both(self, one: Estimate, other: Estimate) -> list[Array]:
-        """The better paths of two estimates of the same parameters."""
-        both = one, other
-        return [
-            _stretchwise(stretch, [e.paths[i] for e in both], [_misfit(stretch, e.linearised[i]) for e in both])
-            for i, stretch in enumerate(map(_stretches, self.grids))
-        ]
+    def _end_through_slips(
+        self, i: int, p: Array, now: Estimate, vain: set[int]
+    ) -> tuple[Array, Innovations] | None:  # fmt: skip
+        """Where the path of grid i comes to rest from the best about every slip; None where that is the present one."""
+        path, work = self._better_path(i, p, now.paths[i], now.linearised[i], vain), self.held
+        line = None if path is None else work.line(i, p, path)
+        end = None if path is None or line is None else work.relaxed(i, p, path, line, RESTING)
+        if end is None:
+            return None
+        stretch = _stretches(self.grids[i])
+        misfits = [_misfit(stretch, known) for known in (now.linearised[i], end[1])]
+        best = _stretchwise(stretch, [now.paths[i], end[0]], misfits)
+        line = work.line(i, p, best)
+        return None if line is None else self.relaxed(i, p, best, line, NEW_PATH)
 
-    def _better_path(self, i: int, p: Array, path: Array, line: Innovations) -> Array | None:
+    def _better_path(self, i: int, p: Array, path: Array, line: Innovations, vain: set[int]) -> Array | None:
         """A path of grid i (n, n_states) with the best that can be found about every slip that it misses, until
         `PATIENCE` in a row are found by none: what the model lacks no path has. None where nothing better is.
+
+        vain : first nodes of slips that were looked for in vain, which this adds to.
         """
         found, better, failures = path.copy(), False, 0
         for slip in missed_slips(self.grids[i], line):
+            if failures == PATIENCE:
+                break
+            if slip[0] in vain:
+                failures += 1
+                continue
             begin, end = window(self.grids[i], slip)
             part = replace(self.held, grids=[self.grids[i].part(begin, end)])
             best, explained = part._best_about(p, np.ascontiguousarray(path[begin:end]), slip[0] - begin)
-            failures = 0 if explained else failures + 1
             if best is not None:
                 found[begin:end], better = best, True
-            if failures == PATIENCE:
-                break
+            if not explained:
+                vain.add(slip[0])
+            failures = 0 if explained else failures + 1
         return found if better else None
 
     def _best_about(self, p: Array, path: Array, first: int) -> tuple[Array | None, bool]:

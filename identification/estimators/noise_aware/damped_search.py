@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identification.budget import time_is_over
-from identification.estimators.estimate import HOPELESS, Estimate, lean, no_worse
+from identification.estimators.estimate import HOPELESS, Estimate, converged, lean, no_worse
 from identification.estimators.noise_aware.damped import LAST, DampedNoiseAware
 from identification.estimators.noise_aware.search import HOPELESS_TRIES, NOT_FAR, RIGHT, UNEXPLAINED, chunks
 from identification.estimators.order import critical_damping, usual_damping
@@ -71,19 +71,18 @@ def _explained(end: Estimate) -> bool:
 
 @dataclass(frozen=True)
 class WholeFit:
-    """A fit to whole recordings. work : what makes it; end : the best end of its descents; explains : whether that
-    explains the recordings; apart (m,) : distance to another end that explains them as well, in coordinates, 0 where
-    there is none.
+    """A fit to whole recordings. work : what makes it; end : the best end of its descents; apart (m,) : distance to
+    another end that explains the recordings as well, in coordinates, 0 where there is none.
     """
 
     work: DampedNoiseAware
     end: Estimate
-    explains: bool
-    apart: Array
+    apart: Array | float = 0.0
 
-    @classmethod
-    def of(cls, work: DampedNoiseAware, end: Estimate, explains: Callable[[Estimate], bool]) -> WholeFit:
-        return cls(work, end, explains(end), np.zeros(len(end.theta)))
+    @property
+    def explains(self) -> bool:
+        """Whether its innovations look like noise."""
+        return converged(self.end, resolved=False)
 
     @functools.cached_property
     def rougher(self) -> Estimate | None:
@@ -94,22 +93,19 @@ class WholeFit:
     @property
     def to_rougher(self) -> Array:
         """How far that is (m,), in coordinates, 0 where it is nowhere."""
-        return np.zeros_like(self.apart) if self.rougher is None else self.rougher.theta - self.end.theta
+        return (self.end if self.rougher is None else self.rougher).theta - self.end.theta
 
-    def or_better(self, end: Estimate | None, explains: Callable[[Estimate], bool]) -> WholeFit:
+    def or_better(self, end: Estimate | None) -> WholeFit:
         """The fit after one more descent, None where that diverged."""
         if end is None:
             return self
         better = end.cost < self.end.cost
-        found = WholeFit.of(self.work, end, explains) if better else self
-        other = self.end if better else end
+        found, other = (WholeFit(self.work, end), self.end) if better else (self, end)
         alike = found.explains and no_worse(other, found.end)
         return replace(found, apart=np.abs(end.theta - self.end.theta)) if alike else found
 
 
-def on_whole_recordings(
-    whole: DampedNoiseAware, theta: Array, explains: Callable[[Estimate], bool]
-) -> WholeFit | None:  # fmt: skip
+def on_whole_recordings(whole: DampedNoiseAware, theta: Array) -> WholeFit | None:
     """The fit to whole recordings from theta (m,). None where the model diverges.
 
     It goes on while that gains: from where a rougher force leads or, where it explains too little, from new paths and
@@ -119,16 +115,16 @@ def on_whole_recordings(
     end = _end(whole, whole.start(theta))
     if end is None:
         return None
-    found = WholeFit.of(whole, end, explains)
+    found = WholeFit(whole, end)
     for _ in range(DESCENTS - 1):
         if found.end.loss > HOPELESS or time_is_over():
             break
         before = found.end.cost
-        found = found.or_better(_end(whole, _again(found)), explains)
+        found = found.or_better(_end(whole, _again(found)))
         if found.explains and before - found.end.cost < WORTH:
-            found = found.or_better(_less_damped(whole, found.end), explains)
+            found = found.or_better(_less_damped(whole, found.end))
         for start in () if found.explains or before - found.end.cost > WORTH else _elsewhere(found):
-            found = found.or_better(_end(whole, start), explains)
+            found = found.or_better(_end(whole, start))
         if before - found.end.cost < WORTH:
             break
     return found

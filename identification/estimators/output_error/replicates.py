@@ -80,15 +80,12 @@ def replicates(
     return Replicates(np.array(moves), np.array(levels)) if moves else None
 
 
-def replicate_of(problem: Problem, theta: Array, *, noise: bool) -> list[Experiment] | None:
-    """The experiments as the valve of theta (n_free,) would have given them in full order; None where the model
-    diverges. Without noise, what a fit to them differs from theta by is the bias of its order; with noise, what a fit
-    leaves of them a right model leaves.
+def without_noise(problem: Problem, theta: Array) -> list[Experiment] | None:
+    """The experiments as the valve of theta (n_free,) would have given them in full order without noise: what a fit to
+    them differs from theta by is the bias of its order. None where the model diverges.
     """
     predicted = _in_full_order(problem, theta)
-    if predicted is None:
-        return None
-    return _drawn(problem.experiments, predicted, np.random.default_rng(0), noise=noise)
+    return None if predicted is None else _drawn(problem.experiments, predicted, None)
 
 
 def _in_full_order(problem: Problem, theta: Array) -> list[Array] | None:
@@ -124,13 +121,13 @@ def in_windows(problem: Problem, form: ResidualForm, unknowns: Array) -> Normal 
 
 
 def _drawn(
-    experiments: Sequence[Experiment], predicted: Sequence[Array], rng: np.random.Generator, *, noise: bool = True
+    experiments: Sequence[Experiment], predicted: Sequence[Array], rng: np.random.Generator | None
 ) -> list[Experiment]:
-    """The experiments with predicted positions (n_samples,) of each segment, and new noise in position and force unless
-    that is not wanted.
+    """The experiments with predicted positions (n_samples,) of each segment, and new noise in position and force; none
+    without a generator.
     """
-    rest = iter(predicted)
+    rest, size, rng = iter(predicted), float(rng is not None), rng or np.random.default_rng(0)
     return [
-        e.with_segments(tuple(noisy(e, s, next(rest), rng, size=float(noise), force=noise) for s in e.segments))
+        e.with_segments(tuple(noisy(e, s, next(rest), rng, size=size, force=size > 0) for s in e.segments))
         for e in experiments
     ]

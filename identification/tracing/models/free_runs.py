@@ -67,7 +67,7 @@ def _known(model: Model, experiments: Sequence[Experiment]) -> Fit:
     found = as_fit(model.with_path_steps(0), experiments)
     if not isinstance(found.noise_aware, DampedNoiseAware) or found.estimate is None:
         return found
-    return without_bias(found, WholeFit.of(found.noise_aware, found.estimate, lambda _: True))
+    return without_bias(found, WholeFit(found.noise_aware, found.estimate))
 
 
 def holdout_rmse(model: Model, experiments: Sequence[Experiment], held_out: Sequence[Experiment]) -> float:

@@ -12,7 +12,7 @@ import pytest
 
 from benchmarks.plant_sampling import GROSS, behind_a_positioner, recordings
 from identification import Outcome, fit, uncertainty_of
-from identification.estimators.estimate import converged
+from identification.estimators.estimate import ROUGH_OUTLIERS
 from identification.estimators.order import slip, slip_is_over, slip_is_seen
 
 MAKE = {"stem": recordings, "loop": behind_a_positioner}
@@ -44,11 +44,13 @@ def test_they_converge_to_the_valve_and_claim_nothing_wrong(kind, seed, rate):
 
 
 @pytest.mark.slow
-def test_a_fit_that_leaves_outliers_has_converged_where_its_own_replicate_leaves_as_many():
-    _, found = fitted("loop", 10607, 50.0)
+def test_an_outlier_or_two_more_by_chance_are_no_failure():
+    """Three of 2,600 innovations lie far off, where a share of .1 % is allowed; the parameters are right to .3 %."""
+    truth, found = fitted("stem", 10606, 20.0)
     assert found.estimate is not None
-    assert not converged(found.estimate, resolved=False)
+    assert found.estimate.outliers > ROUGH_OUTLIERS
     assert found.outcome is Outcome.CONVERGED
+    assert found.values["lugre.fc"] == pytest.approx(truth["lugre.fc"], rel=0.01)
 
 
 def test_a_slip_is_over_after_half_a_swing_on_the_spring():
