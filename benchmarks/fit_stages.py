@@ -30,7 +30,6 @@ SEARCH = "identification.estimators.output_error.damped"
 CHUNKS = "identification.estimators.noise_aware.damped"
 WHOLE = "identification.estimators.noise_aware.damped_search"
 PATHS = "identification.estimators.noise_aware.paths"
-DAMPED = "identification.estimators.damped"
 FULL = "identification.estimators.noise_aware"
 COURSES = ("staircase:20", "sine:20")
 """The recordings of a soft valve."""
@@ -59,7 +58,6 @@ DIRECT, STAGES = (resolve_name(f"{FULL}.{name}") for name in ("search:DIRECT", "
 DAMPED_ORDER: dict[str, Mapping[str, Any]] = {
     "16 starts instead of 64": {f"{SEARCH}.STARTS": 16},
     "four starts, and none of them dropped": {f"{SEARCH}.STARTS": 4, f"{SEARCH}.STEPS": (10,)},
-    "ends are not judged beside replicates": {f"{DAMPED}.no_worse": nothing},
     "no bristle in balance on first paths": {f"{PATHS}.balanced": last_of_all},
     "no runs of the model": {f"{PATHS}.OFF": ()},
     "no runs under other forces": {f"{PATHS}.OFF": (0.0,)},
@@ -70,6 +68,8 @@ DAMPED_ORDER: dict[str, Mapping[str, Any]] = {
     "a missed slip counts in full": {f"{CHUNKS}.ACCIDENT": float("inf")},
     "steps of paths that do harm are kept": {f"{CHUNKS}.WORSE": float("inf")},
     "one descent on whole recordings": {f"{WHOLE}.DESCENTS": 1},
+    "no start elsewhere where too little is explained": {f"{WHOLE}._elsewhere": no_runs},
+    "no fit with a rougher force": {f"{WHOLE}.with_rougher_force": nothing},
     "no bias of the order": {"identification.estimators.systematic_error.order_bias": nothing},
 }  # fmt: skip
 FULL_ORDER: dict[str, Mapping[str, Any]] = {
