@@ -74,8 +74,9 @@ class Model:
         for _ in range(settings.REPEATS - 1):
             if found is None:
                 break
-            before, found = found, held_out.along(found.theta, found.paths, settings.STEPS) or found
-            if found.cost > before.cost - settings.MIN_GAIN / 2:
+            before = found.cost
+            found = held_out.along(found.theta, found.paths, settings.STEPS) or found
+            if found.cost > before - settings.MIN_GAIN / 2:
                 break
         return None if found is None else lean(found)
 
@@ -84,8 +85,13 @@ class Model:
         """The same parameters on recordings that they could have given, as often as that has a solution."""
         rng = np.random.default_rng(REPLICATE_SEED)
         data = [replicate_of(self, rng) for _ in range(settings.REPLICATES)]
-        ends = [(some, some.estimator(self.effects).start(self.estimate.theta, settings.STEPS)) for some in data]
-        return tuple(Model(self.effects, some, lean(end)) for some, end in ends if end is not None)
+        found = (self.on_other(some) for some in data)
+        return tuple(model for model in found if model is not None)
+
+    def on_other(self, data: TrialData) -> Model | None:
+        """The same parameters on other data: the paths alone. None without a solution."""
+        end = data.estimator(self.effects).start(self.estimate.theta, settings.STEPS)
+        return None if end is None else Model(self.effects, data, lean(end))
 
     def on_held_out(self) -> Model:
         """The same model with the held-out grids as the fitted ones, where it has a solution on them."""
@@ -98,7 +104,7 @@ class Model:
         data, places = self.data.on_chunks()
         paths = [np.ascontiguousarray(self.estimate.paths[i][at]) for i, at in places]
         estimate = data.estimator(self.effects).along(self.estimate.theta, paths, 0)
-        return self if estimate is None else Model(self.effects, data, estimate)
+        return self if estimate is None else Model(self.effects, data, lean(estimate))
 
     def with_path_steps(self, steps: int) -> Model:
         """The same parameters after further steps of the paths."""
@@ -142,7 +148,7 @@ class Model:
             return None
         theta = self.data.coordinates(effects).theta(p)
         estimate = self.data.estimator(effects).along(theta, paths, steps)
-        return None if estimate is None else Model(effects, self.data, estimate)
+        return None if estimate is None else Model(effects, self.data, lean(estimate))
 
     def without(self, effect: str) -> Model | None:
         """The other effects of this model, refitted on its paths. None where that has no solution."""
@@ -152,7 +158,7 @@ class Model:
         kept = [] if self.data.imposed else [self.kernel.states.index(name) for name in target.states]
         paths = [np.ascontiguousarray(path[:, kept]) for path in self.estimate.paths]
         found = self.data.estimator(effects).along(theta, paths, settings.PATH_STEPS)
-        return None if found is None else Model(effects, self.data, found).refitted()
+        return None if found is None else Model(effects, self.data, lean(found)).refitted()
 
     def swapped(self, effect: str, other: str, values: Mapping[str, float]) -> Model | None:
         """This model with another effect, at some starting values, in the place of one. None where it diverges."""
