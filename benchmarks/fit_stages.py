@@ -67,7 +67,7 @@ DAMPED_ORDER: dict[str, Mapping[str, Any]] = {
     "nothing but runs through missed slips": {f"{CHUNKS}.OTHERS": ()},
     "a missed slip counts in full": {f"{CHUNKS}.ACCIDENT": float("inf")},
     "steps of paths that do harm are kept": {f"{CHUNKS}.WORSE": float("inf")},
-    "one descent on whole recordings": {f"{WHOLE}.DESCENTS": 1},
+    "one descent on whole recordings": {f"{WHOLE}.ROUNDS": 0},
     "no start elsewhere where too little is explained": {f"{WHOLE}._elsewhere": no_runs},
     "no fit with a rougher force": {f"{WHOLE}.with_rougher_force": nothing},
     "no bias of the order": {"identification.estimators.systematic_error.order_bias": nothing},

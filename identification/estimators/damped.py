@@ -88,9 +88,10 @@ def _noise_aware(
         return fit_noise_aware(valve, coordinates, smooth, segment_grids, [best.theta], progress)
     progress("fit to whole recordings", 0, 0)
     work = damped_for(valve, coordinates, segment_grids, best.theta)
-    whole = on_whole_recordings(work, best.theta)
-    if whole is None:
+    ended = on_whole_recordings(work, best.theta)
+    if ended is None:
         return None
+    whole, apart = ended
     estimate = whole.end
     form = ResidualForm(work.freedom.h_max)
     minimum = Minimum(free_run_start(problem, estimate), estimate.normal, form, 0, estimate.settled)
@@ -98,7 +99,7 @@ def _noise_aware(
     if not whole.explains:
         return found
     found = replace(found, outcome=Outcome.CONVERGED)
-    return without_bias(found, whole)
+    return without_bias(found, whole, apart)
 
 
 def _narrowed(search: Search, starts: Sequence[Array]) -> Iterator[Array]:

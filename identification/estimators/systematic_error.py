@@ -25,14 +25,14 @@ STEPS = 4
 """Steps of a fit to a replicate."""
 
 
-def without_bias(found: Fit, whole: WholeFit) -> Fit:
+def without_bias(found: Fit, whole: WholeFit, apart: Array | float = 0.0) -> Fit:
     """A noise-aware fit of damped order, to whole recordings, less its bias, with `Fit.systematic`, how far it may be
-    off beside its noise; its estimate stays as it was.
+    off beside its noise; its estimate stays as it was. apart (m,) : how far another end is that explains them as well.
     """
     assert found.estimate is not None
     left = found.estimate.covariance @ found.estimate.normal.gradient
     bias = order_bias(found)
-    causes = left, whole.apart + np.zeros_like(left), whole.to_rougher, np.zeros_like(left) if bias is None else bias
+    causes = left, apart + np.zeros_like(left), whole.to_rougher, np.zeros_like(left) if bias is None else bias
     found = replace(found, systematic=np.sqrt(np.sum(np.square(causes), axis=0)))
     return found if bias is None else _less(found, bias)
 

@@ -53,7 +53,8 @@ def _best_anew(
     refit = fitted_anew(model, best.effect, next(iter(fit.score.guesses), fit.score.values))
     if refit is None or gain_of(model, refit) < best.gain:
         return {}
-    return {best.effect: judge(model, replace(fit, base_path_refit=refit, chunk_fits=()))}
+    again = judge(model, replace(fit, base_path_refit=refit, chunk_fits=()))
+    return {best.effect: again} if again.accepted else {}
 
 
 def _best_in_time(model: Model, fits: Sequence[CandidateFit], budget: Budget) -> list[CandidateFit]:

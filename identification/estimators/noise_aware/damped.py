@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from identification.budget import time_is_over
 from identification.data.grid import Grid
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.estimate import HOPELESS, Estimate, Innovations, costs, lean
@@ -67,7 +68,7 @@ class DampedNoiseAware(NoiseAware):
         firsts = self._best_new(theta)
         best = None if firsts is None else self._loosened(theta, firsts)
         end = None if best is None else self.along(theta, best, steps)
-        return None if end is None else self.mended(end)
+        return None if end is None else self._mended(end)
 
     def _best_new(self, theta: Array, known: Sequence[Sequence[Array]] = ()) -> list[Array] | None:
         """The best of new paths, and of known ones, that have not come to rest."""
@@ -91,11 +92,11 @@ class DampedNoiseAware(NoiseAware):
         best = self._best_new(theta, known)
         return None if best is None else self.along(theta, best, NEW_PATH)
 
-    def mended(self, now: Estimate) -> Estimate:
+    def _mended(self, now: Estimate) -> Estimate:
         """An estimate whose paths slip where the data do: about a slip that is missed, the best of some paths."""
         vain: list[set[int]] = [set() for _ in self.grids]
         for _ in range(ROUNDS if now.outliers < MANY else 0):
-            end = self._through_slips(now, vain)
+            end = None if time_is_over() else self._through_slips(now, vain)
             if end is None or end.cost > now.cost - EQUAL:
                 break
             now = end
@@ -116,7 +117,7 @@ class DampedNoiseAware(NoiseAware):
     def _end_through_slips(
         self, i: int, p: Array, now: Estimate, vain: set[int]
     ) -> tuple[Array, Innovations] | None:  # fmt: skip
-        """Where the path of grid i comes to rest from the best about every slip; None where that is the present one."""
+        """Where the path of grid i comes to rest from the best about every slip; None where nothing better is found."""
         path, work = self._better_path(i, p, now.paths[i], now.linearised[i], vain), self.held
         line = None if path is None else work.line(i, p, path)
         end = None if path is None or line is None else work.relaxed(i, p, path, line, RESTING)
@@ -143,11 +144,11 @@ class DampedNoiseAware(NoiseAware):
                 continue
             begin, end = window(self.grids[i], slip)
             part = replace(self.held, grids=[self.grids[i].part(begin, end)])
-            best, explained = part._best_about(p, np.ascontiguousarray(path[begin:end]), slip[0] - begin)
-            if best is not None:
-                found[begin:end], better = best, True
-            if not explained:
+            best, explained = part._best_about(p, np.ascontiguousarray(found[begin:end]), slip[0] - begin)
+            if best is None:
                 vain.add(slip[0])
+            else:
+                found[begin:end], better = best, True
             failures = 0 if explained else failures + 1
         return found if better else None
 
@@ -179,7 +180,7 @@ class DampedNoiseAware(NoiseAware):
     ) -> Estimate | None:
         """The estimate after a descent along new paths, or those that another model left. None where it diverges."""
         start = self._moved_to(theta, [paths])
-        return None if start is None else self.descend(self.mended(start), steps, vain)
+        return None if start is None else self.descend(self._mended(start), steps, vain)
 
     def on_new_paths(self, theta: Array, most: float = HOPELESS) -> Estimate | None:
         """The end of a descent from theta (m,) along new paths; most : loss that its first steps may leave. None where
@@ -236,7 +237,7 @@ class DampedNoiseAware(NoiseAware):
         only matter where the step does not gain without them.
         """
         trial = self._moved_to(now.theta + step, [now.paths, self.moved(now, step)])
-        return trial if trial is None or self.gained(now, trial) > 0 else self.mended(trial)
+        return trial if trial is None or self.gained(now, trial) > 0 else self._mended(trial)
 
     @property
     def left(self) -> tuple[float, float]:

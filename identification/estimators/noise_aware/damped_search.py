@@ -19,8 +19,8 @@ COARSER = 2
 """Times that a sub-step is longer on chunks: what that makes wrong, the descent on whole recordings mends."""
 FEW = 1e-3
 """Share of innovations far off from which an end on chunks is not taken for the right one."""
-DESCENTS = 6
-"""Descents on whole recordings at most."""
+ROUNDS = 5
+"""Times at most that a fit to whole recordings goes on."""
 HIGHER = (1.0, 1.01, 1.05)
 """Factors on static friction with which a descent on whole recordings begins again."""
 ROUGHER, ROUGH_STEPS = 100.0, 4
@@ -71,13 +71,10 @@ def _explained(end: Estimate) -> bool:
 
 @dataclass(frozen=True)
 class WholeFit:
-    """A fit to whole recordings. work : what makes it; end : the best end of its descents; apart (m,) : distance to
-    another end that explains the recordings as well, in coordinates, 0 where there is none.
-    """
+    """An end of a fit to whole recordings. work : what makes it; end : its estimate."""
 
     work: DampedNoiseAware
     end: Estimate
-    apart: Array | float = 0.0
 
     @property
     def explains(self) -> bool:
@@ -95,47 +92,53 @@ class WholeFit:
         """How far that is (m,), in coordinates, 0 where it is nowhere."""
         return (self.end if self.rougher is None else self.rougher).theta - self.end.theta
 
-    def or_better(self, end: Estimate | None) -> WholeFit:
-        """The fit after one more descent, None where that diverged."""
-        if end is None:
-            return self
-        better = end.cost < self.end.cost
-        found, other = (WholeFit(self.work, end), self.end) if better else (self, end)
-        alike = found.explains and no_worse(other, found.end)
-        return replace(found, apart=np.abs(end.theta - self.end.theta)) if alike else found
+    def apart(self, others: Sequence[Estimate]) -> Array:
+        """How far other ends are at most (m,), in coordinates, that explain the recordings as well."""
+        alike = [end.theta for end in others if self.explains and no_worse(end, self.end)]
+        return np.max(np.abs([self.end.theta, *alike] - self.end.theta), axis=0)
 
 
-def on_whole_recordings(whole: DampedNoiseAware, theta: Array) -> WholeFit | None:
-    """The fit to whole recordings from theta (m,). None where the model diverges.
+def on_whole_recordings(whole: DampedNoiseAware, theta: Array) -> tuple[WholeFit, Array] | None:
+    """The fit to whole recordings from theta (m,), and how far another end is that explains them as well (m,), in
+    coordinates. None where the model diverges.
 
     It goes on while that gains: from where a rougher force leads or, where it explains too little, from new paths and
-    more static friction. Slips that paths miss move an end by more than noise does: how far, ends of about the same
-    cost tell. What explains too little in the end begins elsewhere.
+    more static friction; what explains too little then begins elsewhere, too. Slips that paths miss move an end by more
+    than noise does: how far, ends of about the same cost tell.
     """
     end = _end(whole, whole.start(theta))
     if end is None:
         return None
-    found = WholeFit(whole, end)
-    for _ in range(DESCENTS - 1):
+    found, ends = WholeFit(whole, end), [lean(end)]
+    for _ in range(ROUNDS):
         if found.end.loss > HOPELESS or time_is_over():
             break
         before = found.end.cost
-        found = found.or_better(_end(whole, _again(found)))
-        if found.explains and before - found.end.cost < WORTH:
-            found = found.or_better(_less_damped(whole, found.end))
-        for start in () if found.explains or before - found.end.cost > WORTH else _elsewhere(found):
-            found = found.or_better(_end(whole, start))
+        for start in _starts(found):
+            end = _end(whole, start)
+            if end is None:
+                continue
+            ends.append(lean(end))
+            found = WholeFit(whole, end) if end.cost < found.end.cost else found
+            if before - found.end.cost > WORTH:
+                break
         if before - found.end.cost < WORTH:
             break
-    return found
+    return found, found.apart(ends)
+
+
+def _starts(found: WholeFit) -> Iterator[Estimate | None]:
+    """Estimates from which a fit goes on, the likeliest first, until one gains."""
+    yield _again(found)
+    if found.explains:
+        yield _less_damped(found)
+    else:
+        yield from _elsewhere(found)
 
 
 def _end(whole: DampedNoiseAware, start: Estimate | None) -> Estimate | None:
     """Where a descent on whole recordings from a start leads, as ends are compared; None without a start."""
-    if start is None:
-        return None
-    end = whole.descend(start, LAST)
-    return whole.strict(replace(whole.mended(end), settled=end.settled))
+    return None if start is None else whole.strict(whole.descend(start, LAST))
 
 
 def _again(found: WholeFit) -> Estimate | None:
@@ -153,19 +156,19 @@ def _again(found: WholeFit) -> Estimate | None:
     return _best_start(whole, [values | {"lugre.fs": factor * values["lugre.fs"]} for factor in factors])
 
 
-def _elsewhere(found: WholeFit) -> Iterator[Estimate]:
+def _elsewhere(found: WholeFit) -> Iterator[Estimate | None]:
     """Starts to either side of an end that explains too little, with another Stribeck velocity and what makes up for it
     best: friction curves have other minima there. Which side is right, no cost before a descent tells.
     """
     work, end = found.work, found.end
-    if "lugre.vs" not in work.names or end.loss > UNEXPLAINED or time_is_over():
+    if "lugre.vs" not in work.names or end.loss > UNEXPLAINED:
         return
     place = work.names.index("lugre.vs")
     makes_up = end.covariance[:, place] / end.covariance[place, place]
     for factor in (ELSEWHERE, 1 / ELSEWHERE):
-        start = work.start(work.coordinates.bounds.nearest(end.theta + np.log(factor) * makes_up))
-        if start is not None:
-            yield start
+        if time_is_over():
+            return
+        yield work.start(work.coordinates.bounds.nearest(end.theta + np.log(factor) * makes_up))
 
 
 def with_rougher_force(whole: DampedNoiseAware, found: Estimate) -> Estimate | None:
@@ -178,17 +181,18 @@ def with_rougher_force(whole: DampedNoiseAware, found: Estimate) -> Estimate | N
     return None if start is None else work.descend(start, ROUGH_STEPS)
 
 
-def _less_damped(whole: DampedNoiseAware, found: Estimate) -> Estimate | None:
-    """The end of a descent from usual damping of the bristle, with the Stribeck velocity or half of it, whichever costs
-    less; None where a fit has not ended with overdamped bristles. There the cost has a second minimum, of little more:
+def _less_damped(found: WholeFit) -> Estimate | None:
+    """The estimate with usual damping of the bristle, and the Stribeck velocity or half of it, whichever costs less;
+    None where a fit has not ended with overdamped bristles. There the cost has a second minimum, of little more:
     damping takes the place of the Stribeck curve.
     """
-    values = whole.coordinates.values(found.theta)
+    whole = found.work
+    values = whole.coordinates.values(found.end.theta)
     sigma0, m = values["lugre.sigma0"], values["mass.m"]
     if values["lugre.sigma1"] < critical_damping(sigma0, m) or time_is_over():
         return None
     usual = {"lugre.sigma1": usual_damping(sigma0, m)}
-    return _end(whole, _best_start(whole, [values | usual | {"lugre.vs": f * values["lugre.vs"]} for f in SLOWER]))
+    return _best_start(whole, [values | usual | {"lugre.vs": f * values["lugre.vs"]} for f in SLOWER])
 
 
 def _best_start(whole: DampedNoiseAware, tried: Iterable[Mapping[str, float]]) -> Estimate | None:
