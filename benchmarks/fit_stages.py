@@ -39,9 +39,9 @@ def nothing(*_: Any, **__: Any) -> None:
     """In the place of what is switched off."""
 
 
-def no_runs(*_: Any) -> tuple[()]:
-    """In the place of what makes some runs."""
-    return ()
+def as_smooth(_t: Any, _u: Any, force: Any, _motion: Any) -> Any:
+    """In the place of what changes a force."""
+    return force
 
 
 def as_it_is(first: Any, *_: Any) -> Any:
@@ -59,16 +59,14 @@ DAMPED_ORDER: dict[str, Mapping[str, Any]] = {
     "16 starts instead of 64": {f"{SEARCH}.STARTS": 16},
     "four starts, and none of them dropped": {f"{SEARCH}.STARTS": 4, f"{SEARCH}.STEPS": (10,)},
     "no bristle in balance on first paths": {f"{PATHS}.balanced": last_of_all},
-    "no runs of the model": {f"{PATHS}.OFF": ()},
-    "no runs under other forces": {f"{PATHS}.OFF": (0.0,)},
-    "no loose forces on new paths": {f"{CHUNKS}.LOOSE": ()},
+    "no runs of the model": {f"{PATHS}.set_back_path": nothing},
     "missed slips are not looked for": {f"{CHUNKS}.ROUNDS": 0},
-    "no runs through missed slips": {f"{CHUNKS}.shots": no_runs},
-    "nothing but runs through missed slips": {f"{CHUNKS}.OTHERS": ()},
     "a missed slip counts in full": {f"{CHUNKS}.ACCIDENT": float("inf")},
     "steps of paths that do harm are kept": {f"{CHUNKS}.WORSE": float("inf")},
     "one descent on whole recordings": {f"{WHOLE}.ROUNDS": 0},
-    "no start elsewhere where too little is explained": {f"{WHOLE}._elsewhere": no_runs},
+    "no more static friction": {f"{WHOLE}.HIGHER": (1.0,)},
+    "no start with usual damping": {f"{WHOLE}._less_damped": nothing},
+    "a force does not answer the motion": {"identification.data.grid.answering": as_smooth},
     "no fit with a rougher force": {f"{WHOLE}.with_rougher_force": nothing},
     "no bias of the order": {"identification.estimators.systematic_error.order_bias": nothing},
 }  # fmt: skip

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from identification.data.answer import answering
 from identification.data.experiment import Experiment, Segment
 from identification.data.force import Force, estimate_force, smoother_force
 from identification.parallel import each
@@ -38,7 +39,7 @@ class Grid:
     @classmethod
     def of(cls, segment: Segment, noise_y: float, noise_u: float) -> Grid:
         """The grid of a segment with the noise of its channels, standard deviations noise_y [m] and noise_u [N]."""
-        force = estimate_force(segment.t, segment.u, noise_u)
+        force = answering(segment.t, segment.u, estimate_force(segment.t, segment.u, noise_u), segment.motion)
         y = np.where(segment.seen, segment.y, np.nan)
         motion = np.column_stack([segment.motion.x, segment.motion.v, segment.motion.crept])
         grid = cls(np.ascontiguousarray(segment.t), y, segment.u, force, noise_y, motion)

@@ -26,8 +26,6 @@ HIGHER = (1.0, 1.01, 1.05)
 ROUGHER, ROUGH_STEPS = 100.0, 4
 """Factor on the intensity of what drives a rougher force, and steps of a fit with it: ten times are too few where the
 motion itself drives the force, as behind a positioner."""
-ELSEWHERE = 1.6
-"""Factor on the Stribeck velocity, up or down, with which a fit that explains too little begins elsewhere."""
 SLOWER = (1.0, 0.5)
 """Factors on the Stribeck velocity beside usual damping."""
 BACK_TO_IT = 2.0
@@ -103,8 +101,8 @@ def on_whole_recordings(whole: DampedNoiseAware, theta: Array) -> tuple[WholeFit
     coordinates. None where the model diverges.
 
     It goes on while that gains: from where a rougher force leads or, where it explains too little, from new paths and
-    more static friction; what explains too little then begins elsewhere, too. Slips that paths miss move an end by more
-    than noise does: how far, ends of about the same cost tell.
+    more static friction. Slips that paths miss move an end by more than noise does: how far, ends of about the same
+    cost tell.
     """
     end = _end(whole, whole.start(theta))
     if end is None:
@@ -132,8 +130,6 @@ def _starts(found: WholeFit) -> Iterator[Estimate | None]:
     yield _again(found)
     if found.explains:
         yield _less_damped(found)
-    else:
-        yield from _elsewhere(found)
 
 
 def _end(whole: DampedNoiseAware, start: Estimate | None) -> Estimate | None:
@@ -154,21 +150,6 @@ def _again(found: WholeFit) -> Estimate | None:
     values = whole.coordinates.values(found.end.theta)
     factors = HIGHER[:1] if found.end.loss > UNEXPLAINED else HIGHER
     return _best_start(whole, [values | {"lugre.fs": factor * values["lugre.fs"]} for factor in factors])
-
-
-def _elsewhere(found: WholeFit) -> Iterator[Estimate | None]:
-    """Starts to either side of an end that explains too little, with another Stribeck velocity and what makes up for it
-    best: friction curves have other minima there. Which side is right, no cost before a descent tells.
-    """
-    work, end = found.work, found.end
-    if "lugre.vs" not in work.names or end.loss > UNEXPLAINED:
-        return
-    place = work.names.index("lugre.vs")
-    makes_up = end.covariance[:, place] / end.covariance[place, place]
-    for factor in (ELSEWHERE, 1 / ELSEWHERE):
-        if time_is_over():
-            return
-        yield work.start(work.coordinates.bounds.nearest(end.theta + np.log(factor) * makes_up))
 
 
 def with_rougher_force(whole: DampedNoiseAware, found: Estimate) -> Estimate | None:

@@ -8,8 +8,8 @@ where from a blurred slip it does not.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -23,20 +23,11 @@ WINDOW = 0.25
 """A run is set back to the data once in so many seconds, where the valve rests far from break-away."""
 
 
-def set_back_paths(
-    kernel: Kernel, grid: Grid, p: Array, h_max: float, first: Array, offs: Sequence[float]
-) -> list[Array | None]:
-    """The paths (n, n_states) of runs of the model under the smoothed force that are set back to the smoothed motion,
-    from a first path, one for every offset of the force, in its noise. None in the place of one without a solution.
+def set_back_path(kernel: Kernel, grid: Grid, p: Array, h_max: float, first: Array) -> Array | None:
+    """The path (n, n_states) of a run of the model under the smoothed force that is set back to the smoothed motion,
+    from a first path. None without a solution.
     """
     since = None if grid.lead is None else _since_last_rest(kernel, grid.lead, p, first[0], h_max)
-    return [_set_back_path(kernel, _under(grid, off), p, h_max, first, since) for off in offs]
-
-
-def _set_back_path(
-    kernel: Kernel, grid: Grid, p: Array, h_max: float, first: Array, since: Array | None
-) -> Array | None:  # fmt: skip
-    """The path of one of these runs; since : the state with which the grid begins, where a rest before it tells."""
     path = first.copy()
     path[:, -2] = grid.force.u
     known = Rests.of(kernel, grid, p)
@@ -56,11 +47,6 @@ def _set_back_path(
             return None
         path[begin : end + 1], state, apart = own, own[-1].copy(), own[-1, 0] - read[-1]
     return path
-
-
-def _under(grid: Grid, off: float) -> Grid:
-    """The grid under a force that is off by so many times its noise."""
-    return replace(grid, force=replace(grid.force, u=grid.force.u + off * grid.force.noise))
 
 
 @dataclass(frozen=True)

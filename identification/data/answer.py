@@ -1,0 +1,55 @@
+"""How strongly a force answers the motion.
+
+A positioner answers every slip, and a chamber fills while the stem moves: there the slope of the force changes more
+than elsewhere, mostly by less than the noise of a sample tells. A force that is smoothed over such an answer is taken
+for friction: behind a positioner, viscous friction came out at half of its value. All motion of a recording together
+tells what a single slip does not: the share of the variance of the slope's steps that goes with the square of the way.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from identification.data.force import Force
+from identification.data.smoothing import Motion
+from recordings import Array
+
+ROUNDS = 60
+"""Rounds of Fisher's scoring."""
+CORNER = 9.0
+"""Squares of steps beyond so many times what is expected count as so many: corners of a set point answer nothing."""
+OF_LINES = 2.0 / 3.0
+"""Variance of the step between the slopes of two straight lines through samples, over that of the slope in between."""
+
+
+def answering(t: Array, u: Array, force: Force, motion: Motion) -> Force:
+    """A force smoothed from u (n,) [N] at t (n,) [s], free to answer the motion as it does on average."""
+    dt = np.diff(t)
+    way = np.pad(_way(motion.crept, dt), 1)
+    near = np.maximum(way[1:-1], np.maximum(way[:-2], way[2:]))  # an answer is late
+    intensity = answer(dt, u, force, _way(motion.v, dt)) * near**2 / dt
+    return replace(force, intensity=np.maximum(force.intensity, intensity))
+
+
+def answer(dt: Array, u: Array, force: Force, way: Array) -> float:
+    """The variance [N2/s2] of a step of the slope of u (n,) over the square of the way [m2] that goes with it, from the
+    ways (n - 1,) between samples: Fisher's scoring for a variance that has two components (Harville, JASA 72, 1977).
+    """
+    first, last = 1 / dt[:-1], 1 / dt[1:]
+    steps = np.diff(np.diff(u) / dt) ** 2
+    noise = force.noise**2 * (first**2 + last**2 + (first + last) ** 2)
+    other = noise + OF_LINES * float(np.median(force.intensity)) * dt[1:]
+    square = np.maximum(way[1:], way[:-1]) ** 2
+    share = 0.0
+    for _ in range(ROUNDS if square.any() else 0):
+        expected = other + share * square
+        excess = np.minimum(steps, CORNER * expected) - other
+        share = max(float(np.sum(square * excess / expected**2) / np.sum(square**2 / expected**2)), 0.0)
+    return share / OF_LINES
+
+
+def _way(v: Array, dt: Array) -> Array:
+    """The way [m] in every interval (n - 1,) at velocities v (n,) [m/s]."""
+    return np.abs(v[1:] + v[:-1]) / 2 * dt
