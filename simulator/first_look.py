@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import median_filter
 
 from recordings import Array
 
@@ -26,6 +27,9 @@ LEAST = 0.1
 """Share of a parameter of the base that is left to it, whatever an effect takes."""
 HALF_WIDTHS = (0.04, 0.08, 0.15, 0.3)
 """Half widths of local effects, as shares of the travel."""
+FINER, AROUND, PEAKS = 4, 101, 3
+"""Steps of a frequency in one period over a recording, steps about one that tell how strong pulls are without a rhythm,
+and the strongest rhythms: noise has some, too."""
 LINEAR = ("mass.m", "spring.K", "spring.F0", "lugre.fc", "lugre.fs", "lugre.sigma2")
 """Parameters of the base in which the force of a sliding valve is linear."""
 
@@ -35,7 +39,8 @@ class FirstLook:
     """A recording at a first look, arrays (n,) at its samples. t time [s]; x, v, a position [m], velocity [m/s] and
     acceleration [m/s2] of the reading, smoothed; u force [N]; bent : deflection of the bristles as a share of that when
     sliding, with its sign; otherwise_bent (n, 2) : that of stiffer and of softer ones; moves : where the reading moves,
-    whatever its noise does; held : known parameters of the base, by full name.
+    whatever its noise does; held : known parameters of the base, by full name; pull : how strongly the measurements
+    pull at a force on the stem, beside a fitted base, but for its sign and unit; None where none is fitted.
     """
 
     t: Array
@@ -47,10 +52,12 @@ class FirstLook:
     otherwise_bent: Array
     moves: NDArray[np.bool_]
     held: frozenset[str] = frozenset()
+    pull: Array | None = None
 
     @classmethod
     def of(
-        cls, t: Array, motion: Array, u: Array, base: Mapping[str, float], held: Iterable[str] = ()
+        cls, t: Array, motion: Array, u: Array, base: Mapping[str, float], held: Iterable[str] = (),
+        pull: Array | None = None,
     ) -> FirstLook:  # fmt: skip
         """From a motion (n, 3): smoothed x and v, and v behind a dead zone at the level of the noise. The bristles of a
         base model say how far they are bent, by the way that the reading has gone.
@@ -58,7 +65,7 @@ class FirstLook:
         x, v, crept = motion.T
         deflection = base["lugre.fs"] / base["lugre.sigma0"]
         bent, *others = (_bent(x, v, share * deflection) for share in (1.0, 0.5, 2.0))
-        return cls(t, x, v, np.gradient(v, t), u, bent, np.column_stack(others), crept != 0, frozenset(held))
+        return cls(t, x, v, np.gradient(v, t), u, bent, np.column_stack(others), crept != 0, frozenset(held), pull)
 
     @functools.cached_property
     def slides(self) -> NDArray[np.bool_]:
@@ -90,6 +97,10 @@ class FirstLook:
         """What a base model lacks of the force against the motion, while the valve slides [N]."""
         linear = base["mass.m"] * self.a + base["spring.K"] * self.x + base["spring.F0"] + base["lugre.sigma2"] * self.v
         return np.asarray(self.u - linear - self.friction(base))
+
+    def pulled(self, base: Mapping[str, float]) -> Array:
+        """How strongly the measurements pull at a force (n,): without a fit, what is missing while the valve slides."""
+        return np.where(self.slides, self.missing(base), 0.0) if self.pull is None else self.pull
 
     def thinned(self, every: int) -> FirstLook:
         """Every so-manieth sample."""
@@ -211,6 +222,33 @@ class Missing:
             found[name] = moved if name == "spring.F0" else max(moved, LEAST * found[name])
         found["lugre.fs"] = max(found["lugre.fs"], found["lugre.fc"])
         return found
+
+
+def rhythms(places: Sequence[Array], pulls: Sequence[Array], lowest: float, highest: float) -> list[float]:
+    """Frequencies, in periods per unit of place, at which pulls (n,) at some places (n,) are strongest beside those at
+    frequencies nearby, the strongest first. places : times or positions, in recordings that share their phase.
+
+    The pull at a rhythmic force is the score of its amplitude (Rao): its periodogram has a peak at the true frequency
+    and lower ones beside it, wherever the valve moves. It is found to a quarter of a period over the longest recording.
+    """
+    span = max(float(place.max() - place.min()) for place in places)
+    bins = 2 << int(np.ceil(np.log2(2 * highest * span)))
+    f = np.fft.rfftfreq(FINER * bins, span / bins)
+    score = np.zeros(len(f), complex)
+    for place, pull in zip(places, pulls, strict=True):
+        first, total = float(place.min()), np.zeros(FINER * bins)
+        np.add.at(total, ((place - first) * (bins / span)).astype(int), pull)
+        score += np.fft.rfft(total) * np.exp(-2j * np.pi * f * first)
+    asked = (f >= lowest) & (f <= highest)
+    f, power = f[asked], np.abs(score[asked]) ** 2
+    power /= np.maximum(median_filter(power, AROUND, mode="nearest"), 1e-30 + 1e-9 * power.max())
+    found = list[float]()
+    for i in np.argsort(-power):
+        if all(abs(f[i] - one) > 1 / span for one in found):
+            found.append(float(f[i]))
+        if len(found) == PEAKS:
+            break
+    return found
 
 
 def travel(looks: Sequence[FirstLook]) -> tuple[float, float]:

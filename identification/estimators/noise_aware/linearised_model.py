@@ -72,11 +72,25 @@ def correction(line: Innovations, move: Array | None = None) -> Array:
     """Where the smoothed path lies (n, n_states) beside that of the linearisation, coordinates moved by (m,) or left
     where they are.
     """
+    return _smoothed(line, move)[0]
+
+
+def pull_at_force(line: Innovations, t: Array, m: float) -> Array:
+    """How strongly the measurements pull at a force on a mass m [kg] at the nodes t (n,) [s]: how much higher the cost
+    is, to first order, for each newton that drives it on until the next node (n,) [1/N].
+    """
+    return np.asarray(_smoothed(line)[1][:, 1] * np.gradient(t) / m, float)
+
+
+def _smoothed(line: Innovations, move: Array | None = None) -> tuple[Array, Array]:
+    """Where the smoothed path lies beside that of the linearisation, and the gradient by the predicted states, both
+    (n, n_states).
+    """
     mean, P, S, E, V, J, K, H, F = line.smoother
     move = np.zeros(J.shape[2]) if move is None else move
-    out = np.empty_like(mean)
-    loops().smoothed(mean, P, S, E, V, J, K, H, F, np.ascontiguousarray(move), out)
-    return out
+    out, adjoints = np.empty_like(mean), np.empty_like(mean)
+    loops().smoothed(mean, P, S, E, V, J, K, H, F, np.ascontiguousarray(move), out, adjoints)
+    return out, adjoints
 
 
 def first_path(kernel: Kernel, grid: Grid, p: Array, h_max: float = SUB_STEP) -> Array | None:

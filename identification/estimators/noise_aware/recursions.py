@@ -81,11 +81,14 @@ def pull(e: float, v: float, J: Any, K: Any, move: Any, adjoint: Any) -> float:
 
 
 @numba.njit(
-    numba.void(matrix, cube, cube, matrix, matrix, cube, cube, cube, cube, vector, matrix),
+    numba.void(matrix, cube, cube, matrix, matrix, cube, cube, cube, cube, vector, matrix, matrix),
     error_model="numpy", nogil=True, cache=True,
 )  # fmt: skip
-def smoothed(A: Any, P: Any, S: Any, E: Any, V: Any, J: Any, K: Any, H: Any, F: Any, move: Any, out: Any) -> None:
-    """Fixed-interval smoothing (modified Bryson-Frazier) with the parameters moved by `move` (m,); fills out (n, s)."""
+def smoothed(A: Any, P: Any, S: Any, E: Any, V: Any, J: Any, K: Any, H: Any, F: Any, move: Any, out: Any,
+             adjoints: Any) -> None:  # fmt: skip
+    """Fixed-interval smoothing (modified Bryson-Frazier) with the parameters moved by `move` (m,); fills out (n, s),
+    and adjoints (n, s): the gradient of half the sum of squares by the predicted state.
+    """
     n, s = A.shape
     m = move.shape[0]
     adjoint, before = np.zeros(s), np.zeros(s)
@@ -106,6 +109,7 @@ def smoothed(A: Any, P: Any, S: Any, E: Any, V: Any, J: Any, K: Any, H: Any, F: 
             for i in range(s):
                 adjoint[i] += H[k, c, i] * strength
         for i in range(s):
+            adjoints[k, i] = adjoint[i]
             out[k, i] = A[k, i]
             for j in range(m):
                 out[k, i] += S[k, i, j] * move[j]

@@ -23,8 +23,8 @@ def looks(model: Model) -> list[FirstLook]:
     """The fitted recordings of a model at a first look, without what its effects beside the base explain already."""
     held = set(model.coordinates.names) - set(model.coordinates.free_names)
     return [
-        FirstLook.of(grid.t, grid.motion, grid.force.u - _added(model, grid), model.values, held)
-        for grid in model.data.fitted
+        FirstLook.of(grid.t, grid.motion, grid.force.u - _added(model, grid), model.values, held, pull)
+        for grid, pull in zip(model.data.fitted, model.pulls, strict=True)
     ]
 
 

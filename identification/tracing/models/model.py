@@ -12,6 +12,7 @@ from identification.data.grid import Grid
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.estimate import Estimate, lean
 from identification.estimators.fitted import Fit
+from identification.estimators.noise_aware.linearised_model import pull_at_force
 from identification.tracing import settings
 from identification.tracing.models.replicates import replicate_of
 from identification.tracing.models.trial_data import TrialData
@@ -60,6 +61,15 @@ class Model:
         """What the model had to add to the force as recorded, per fitted grid (n,) [N]."""
         pairs = zip(self.estimate.paths, self.data.fitted, strict=True)
         return [path[:, -2] - grid.force.u for path, grid in pairs]
+
+    @property
+    def pulls(self) -> list[Array]:
+        """How strongly the measurements pull at the force on the stem, per fitted grid (n,) [1/N]."""
+        now, grids = self.with_path_steps(0).estimate, self.data.fitted
+        if self.data.imposed:
+            return [line.innovations[:, 0] / line.variances[:, 0] for line in now.linearised]
+        pairs = zip(now.linearised, grids, strict=True)
+        return [pull_at_force(line, grid.t, self.values["mass.m"]) for line, grid in pairs]
 
     @functools.cached_property
     def cost_at_rest(self) -> float:

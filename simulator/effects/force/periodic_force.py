@@ -9,11 +9,10 @@ import casadi as ca
 import numpy as np
 
 from simulator.effect import Effect, Expression, Parameter, Quantities, Site, Values
-from simulator.first_look import FirstLook, Missing, Trial
+from simulator.first_look import FirstLook, Missing, Trial, rhythms
 
-FEWEST_PERIODS, HIGHEST, PEAKS = 1.5, 40.0, 4
-"""For a first guess: of fewer periods it looks like a drift, above that frequency [Hz] a valve hardly moves, and noise
-has peaks, too."""
+FEWEST_PERIODS, HIGHEST = 1.5, 40.0
+"""For a first guess: of fewer periods it looks like a drift, and above that frequency [Hz] a valve hardly moves."""
 
 
 class PeriodicForce(Effect):
@@ -38,25 +37,16 @@ class PeriodicForce(Effect):
         return p["a"] * ca.sin(phase) + p["b"] * ca.cos(phase)
 
     def first_guess(self, recordings: Sequence[FirstLook], base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
-        """The strongest rhythm of what is missing."""
+        """The strongest rhythms in which the measurements pull at the stem."""
 
         def trial(f: float) -> Trial:
             return {"f": f}, {
                 "a": lambda r: np.sin(2 * math.pi * f * r.t), "b": lambda r: np.cos(2 * math.pi * f * r.t)
             }  # fmt: skip
 
-        return self.guessed(Missing.of(recordings, base).best(map(trial, _frequencies(recordings, base))))
-
-
-def _frequencies(looks: Sequence[FirstLook], base: Mapping[str, float]) -> list[float]:
-    """Frequencies [Hz] about the strongest peaks of the missing force in the longest recording."""
-    look = max(looks, key=lambda one: one.t[-1] - one.t[0])
-    even = np.linspace(look.t[0], look.t[-1], len(look.t))
-    signal = np.interp(even, look.t, np.where(look.slides, look.missing(base), 0.0))
-    power = np.abs(np.fft.rfft((signal - signal.mean()) * np.hanning(len(signal)))) ** 2
-    f, span = np.fft.rfftfreq(len(even), even[1] - even[0]), float(even[-1] - even[0])
-    power = np.where((f * span > FEWEST_PERIODS) & (f < HIGHEST), power, 0.0)
-    inner = (power[1:-1] > power[:-2]) & (power[1:-1] >= power[2:])
-    peaks = 1 + np.flatnonzero(inner)
-    strongest = peaks[np.argsort(-power[peaks])][:PEAKS]
-    return [float(f[i] + part / span) for i in strongest for part in (-0.5, -0.25, 0.0, 0.25, 0.5)]
+        span = max(float(r.t[-1] - r.t[0]) for r in recordings)
+        found = rhythms(
+            [r.t for r in recordings], [r.pulled(base) for r in recordings], FEWEST_PERIODS / span, HIGHEST
+        )  # fmt: skip
+        missing = Missing.of(recordings, base)
+        return [guess for f in found for guess in self.guessed(missing.best([trial(f)]))]

@@ -9,11 +9,11 @@ import casadi as ca
 import numpy as np
 
 from simulator.effect import Effect, Expression, Parameter, Quantities, Site, Values
-from simulator.first_look import FirstLook, Missing, Trial, travel
+from simulator.first_look import FirstLook, Missing, Trial, rhythms, travel
 
-PER_TRAVEL = tuple(i / 4 for i in range(6, 601))
+FEWEST, MOST = 1.5, 150.0
 """Periods that the travel may hold, for a first guess: of fewer it looks like a curved spring, and a fine thread has
-that many. A quarter of one more is another rhythm."""
+that many."""
 
 
 class PositionPeriodicForce(Effect):
@@ -37,13 +37,16 @@ class PositionPeriodicForce(Effect):
         return p["a"] * ca.sin(phase) + p["b"] * ca.cos(phase)
 
     def first_guess(self, recordings: Sequence[FirstLook], base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
-        """The strongest rhythm of what is missing along the stroke."""
+        """The strongest rhythms along the stroke in which the measurements pull at the stem."""
 
-        def trial(per_travel: float) -> Trial:
-            pitch = (high - low) / per_travel
+        def trial(pitch: float) -> Trial:
             return {"pitch": pitch}, {
                 "a": lambda r: np.sin(2 * math.pi * r.x / pitch), "b": lambda r: np.cos(2 * math.pi * r.x / pitch)
             }  # fmt: skip
 
         low, high = travel(recordings)
-        return self.guessed(Missing.of(recordings, base).best(map(trial, PER_TRAVEL)))
+        found = rhythms(
+            [r.x for r in recordings], [r.pulled(base) for r in recordings], FEWEST / (high - low), MOST / (high - low)
+        )  # fmt: skip
+        missing = Missing.of(recordings, base)
+        return [guess for per_m in found for guess in self.guessed(missing.best([trial(1 / per_m)]))]
