@@ -72,6 +72,31 @@ def test_the_filter_is_that_of_an_independent_implementation():
     assert 0 < held < n
 
 
+def test_the_way_back_gives_the_gradient_of_the_squares_by_the_predicted_states():
+    rng, n, s, m = np.random.default_rng(6), 30, 4, 2
+    F, G = np.eye(s) + 0.1 * rng.normal(size=(n - 1, s, s)), rng.normal(size=(n - 1, s, m))
+    H, D, jump = rng.normal(size=(n, 2, s)), np.zeros((n, 2, m)), rng.normal(size=(n - 1, s))
+    Q, R, measured = np.tile(0.1 * np.eye(s), (n - 1, 1, 1)), np.full((n, 2), 0.5), rng.normal(size=(n, 3))
+
+    def half_squares(jump: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
+        A, P, S = np.zeros((n, s)), np.zeros((n, s, s)), np.zeros((n, s, m))
+        P[0] = np.eye(s)
+        E, V, J, K = measured.copy(), np.empty((n, 3)), np.empty((n, 3, m)), np.empty((n, 3, s))
+        loops().filtered(E, H, D, F, G, jump, Q, R, A, P, S, V, J, K)
+        out, adjoints = np.empty((n, s)), np.empty((n, s))
+        loops().smoothed(A, P, S, E, V, J, K, H, F, np.zeros(m), out, adjoints)
+        return float(np.sum(np.where(np.isfinite(V), E**2 / V, 0.0))) / 2, adjoints
+
+    _, adjoints = half_squares(jump)
+    for k in (0, 7, n - 2):
+        for i in range(s):
+            up, down = jump.copy(), jump.copy()
+            up[k, i] += 1e-4
+            down[k, i] -= 1e-4
+            slope = (half_squares(up)[0] - half_squares(down)[0]) / 2e-4
+            assert adjoints[k + 1, i] == pytest.approx(slope, rel=1e-6, abs=1e-8)
+
+
 def test_the_error_of_the_smoothed_force_is_known():
     t = np.arange(10000) / 500.0
     true = 400 + 300 * np.sin(0.9 * t) + 50 * np.clip(t - 10, 0, 4)

@@ -12,6 +12,7 @@ from identification import experiment
 from identification.data.grid import grids
 from recordings import Recording
 from simulator import BASE, CATALOGUE, FirstLook, random_valve
+from simulator.first_look import rhythms
 
 VALVE, STROKE = random_valve(traced_valves.SEED)
 K = VALVE["spring.K"]
@@ -96,6 +97,17 @@ def test_a_lag_of_which_samples_tell_little_is_guessed_by_the_viscous_friction_t
     assert guess[f"{effect}.tau"] == pytest.approx(tau, rel=0.3)
     assert guess["lugre.sigma2"] == pytest.approx(own, rel=0.5)
     assert guess["mass.m"] < base["mass.m"]
+
+
+@pytest.mark.parametrize("f", [0.31, 2.9, 3.52, 11.07])
+def test_a_rhythm_shows_in_pulls_of_which_only_slips_tell(f: float):
+    rng, pulls, times = np.random.default_rng(3), [], []
+    for seconds, first in ((40.0, 0.0), (50.0, 3.0)):
+        t = first + np.arange(0.0, seconds, 2e-3)
+        slips = (t / 0.16 + 0.3 * np.sin(t)) % 1 < 0.2  # about six in a second: a second rhythm six hertz away
+        times.append(t)
+        pulls.append(np.where(slips, np.sin(2 * np.pi * f * t + 1.0) + 3.0 * rng.normal(size=len(t)), 0.0))
+    assert rhythms(times, pulls, 0.03, 40.0)[0] == pytest.approx(f, abs=0.25 / 50.0)
 
 
 @pytest.mark.slow
