@@ -42,14 +42,9 @@ def turn(values: Mapping[str, float], spacing: float) -> float:
     return swing(values) * spacing
 
 
-def critical_damping(sigma0: float, m: float) -> float:
-    """Damping of the bristle [N s/m] from which a mass [kg] does not swing on bristles of a stiffness [N/m]."""
-    return 2.0 * float(np.sqrt(sigma0 * m))
-
-
 def usual_damping(sigma0: float, m: float) -> float:
     """Damping of the bristle [N s/m] to begin with where nothing tells it: a quarter of critical damping."""
-    return 0.25 * critical_damping(sigma0, m)
+    return 0.5 * float(np.sqrt(sigma0 * m))
 
 
 def at_rest(stiffness: float) -> dict[str, float]:

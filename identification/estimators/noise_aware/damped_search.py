@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,7 +12,6 @@ from identification.budget import time_is_over
 from identification.estimators.estimate import HOPELESS, Estimate, converged, lean, no_worse
 from identification.estimators.noise_aware.damped import LAST, DampedNoiseAware
 from identification.estimators.noise_aware.search import HOPELESS_TRIES, NOT_FAR, RIGHT, UNEXPLAINED, chunks
-from identification.estimators.order import critical_damping, usual_damping
 from recordings import Array, Progress, silent
 
 COARSER = 2
@@ -21,13 +20,9 @@ FEW = 1e-3
 """Share of innovations far off from which an end on chunks is not taken for the right one."""
 ROUNDS = 5
 """Times at most that a fit to whole recordings goes on."""
-HIGHER = (1.0, 1.01, 1.05)
-"""Factors on static friction with which a descent on whole recordings begins again."""
 ROUGHER, ROUGH_STEPS = 100.0, 4
 """Factor on the intensity of what drives a rougher force, and steps of a fit with it: ten times are too few where the
 motion itself drives the force, as behind a positioner."""
-SLOWER = (1.0, 0.5)
-"""Factors on the Stribeck velocity beside usual damping."""
 BACK_TO_IT = 2.0
 """Standard deviations within which a rougher force leads nowhere else: a descent from there would come back."""
 WORTH = 30.0
@@ -53,13 +48,20 @@ def best_on_chunks(
             end = small.on_new_paths(end.theta)
         ends += [] if end is None else [end]
         hopeless = tries >= HOPELESS_TRIES and all(end.loss > UNEXPLAINED for end in ends)
-        if ends and (hopeless or _explained(_best(ends)) or enough(_best(ends)) or time_is_over()):
+        sure = ends and (_explained(_best(ends)) or _agreed(ends) or enough(_best(ends)))
+        if ends and (hopeless or sure or time_is_over()):
             break
     return _best(ends) if ends else None
 
 
 def _best(ends: Sequence[Estimate]) -> Estimate:
     return min(ends, key=lambda end: end.cost)
+
+
+def _agreed(ends: Sequence[Estimate]) -> bool:
+    """Whether two descents, and none to a better end, led to about the same cost."""
+    least = min(end.cost for end in ends)
+    return sum(end.cost < least + WORTH for end in ends) > 1
 
 
 def _explained(end: Estimate) -> bool:
@@ -100,36 +102,23 @@ def on_whole_recordings(whole: DampedNoiseAware, theta: Array) -> tuple[WholeFit
     """The fit to whole recordings from theta (m,), and how far another end is that explains them as well (m,), in
     coordinates. None where the model diverges.
 
-    It goes on while that gains: from where a rougher force leads or, where it explains too little, from new paths and
-    more static friction. Slips that paths miss move an end by more than noise does: how far, ends of about the same
-    cost tell.
+    It goes on while that gains: from where a rougher force leads or, where it explains too little, along new paths.
+    Slips that paths miss move an end by more than noise does: how far, ends of about the same cost tell.
     """
     end = _end(whole, whole.start(theta))
     if end is None:
         return None
     found, ends = WholeFit(whole, end), [lean(end)]
     for _ in range(ROUNDS):
-        if found.end.loss > HOPELESS or time_is_over():
+        end = None if time_is_over() or found.end.loss > HOPELESS else _end(whole, _again(found))
+        if end is None:
             break
-        before = found.end.cost
-        for start in _starts(found):
-            end = _end(whole, start)
-            if end is None:
-                continue
-            ends.append(lean(end))
-            found = WholeFit(whole, end) if end.cost < found.end.cost else found
-            if before - found.end.cost > WORTH:
-                break
-        if before - found.end.cost < WORTH:
+        gained = found.end.cost - end.cost
+        ends.append(lean(end))
+        found = WholeFit(whole, end) if gained > 0 else found
+        if gained < WORTH:
             break
     return found, found.apart(ends)
-
-
-def _starts(found: WholeFit) -> Iterator[Estimate | None]:
-    """Estimates from which a fit goes on, the likeliest first, until one gains."""
-    yield _again(found)
-    if found.explains:
-        yield _less_damped(found)
 
 
 def _end(whole: DampedNoiseAware, start: Estimate | None) -> Estimate | None:
@@ -138,18 +127,14 @@ def _end(whole: DampedNoiseAware, start: Estimate | None) -> Estimate | None:
 
 
 def _again(found: WholeFit) -> Estimate | None:
-    """The estimate from which a fit goes on. One that explains all goes on from where a rougher force leads; another
-    about new paths where it has ended or with more static friction, whichever costs least: where that is too low the
-    model slips before the data do, and no step of a descent is as long as the way back. Chunks do not always tell it. A
-    fit that explains nothing says nothing of static friction. None where a further descent would only come back.
+    """The estimate from which a fit goes on: one that explains all from where a rougher force leads, another along new
+    paths. None where a further descent would only come back.
     """
-    whole = found.work
+    theta = found.end.theta
     if found.explains:
         away = np.abs(found.to_rougher) > BACK_TO_IT * np.sqrt(np.diag(found.end.covariance))
-        return whole.start(found.end.theta + found.to_rougher) if away.any() else None
-    values = whole.coordinates.values(found.end.theta)
-    factors = HIGHER[:1] if found.end.loss > UNEXPLAINED else HIGHER
-    return _best_start(whole, [values | {"lugre.fs": factor * values["lugre.fs"]} for factor in factors])
+        return found.work.start(theta + found.to_rougher) if away.any() else None
+    return found.work.start(theta)
 
 
 def with_rougher_force(whole: DampedNoiseAware, found: Estimate) -> Estimate | None:
@@ -160,23 +145,3 @@ def with_rougher_force(whole: DampedNoiseAware, found: Estimate) -> Estimate | N
     work = replace(whole, grids=grids)
     start = work.start(found.theta)  # paths that came to rest under the smooth force stay there
     return None if start is None else work.descend(start, ROUGH_STEPS)
-
-
-def _less_damped(found: WholeFit) -> Estimate | None:
-    """The estimate with usual damping of the bristle, and the Stribeck velocity or half of it, whichever costs less;
-    None where a fit has not ended with overdamped bristles. There the cost has a second minimum, of little more:
-    damping takes the place of the Stribeck curve.
-    """
-    whole = found.work
-    values = whole.coordinates.values(found.end.theta)
-    sigma0, m = values["lugre.sigma0"], values["mass.m"]
-    if values["lugre.sigma1"] < critical_damping(sigma0, m) or time_is_over():
-        return None
-    usual = {"lugre.sigma1": usual_damping(sigma0, m)}
-    return _best_start(whole, [values | usual | {"lugre.vs": f * values["lugre.vs"]} for f in SLOWER])
-
-
-def _best_start(whole: DampedNoiseAware, tried: Iterable[Mapping[str, float]]) -> Estimate | None:
-    """The best estimate about new paths of some values by full name; None where the model diverges from all."""
-    starts = [whole.start(whole.coordinates.theta_of(values)) for values in tried]
-    return min((start for start in starts if start is not None), key=lambda start: start.cost, default=None)
