@@ -44,6 +44,11 @@ def as_smooth(_t: Any, _u: Any, force: Any, _motion: Any) -> Any:
     return force
 
 
+def no_runs(*_: Any) -> tuple[()]:
+    """In the place of what makes some runs."""
+    return ()
+
+
 def as_it_is(first: Any, *_: Any) -> Any:
     """In the place of what makes more of its first argument."""
     return first
@@ -60,10 +65,14 @@ DAMPED_ORDER: dict[str, Mapping[str, Any]] = {
     "four starts, and none of them dropped": {f"{SEARCH}.STARTS": 4, f"{SEARCH}.STEPS": (10,)},
     "no bristle in balance on first paths": {f"{PATHS}.balanced": last_of_all},
     "no runs of the model": {f"{PATHS}.set_back_path": nothing},
+    "no loose forces on new paths": {f"{CHUNKS}.LOOSE": ()},
     "missed slips are not looked for": {f"{CHUNKS}.ROUNDS": 0},
+    "no runs through missed slips": {f"{CHUNKS}.shots": no_runs},
+    "nothing but runs through missed slips": {f"{CHUNKS}.OTHERS": ()},
     "steps of paths that do harm are kept": {f"{CHUNKS}.WORSE": float("inf")},
     "one descent on whole recordings": {f"{WHOLE}.ROUNDS": 0},
     "a force does not answer the motion": {"identification.data.grid.answering": as_smooth},
+    "no more static friction": {f"{WHOLE}.HIGHER": (1.0,)},
     "no fit with a rougher force": {f"{WHOLE}.with_rougher_force": nothing},
     "no bias of the order": {"identification.estimators.systematic_error.order_bias": nothing},
 }  # fmt: skip

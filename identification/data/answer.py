@@ -16,6 +16,10 @@ from identification.data.force import Force
 from identification.data.smoothing import Motion
 from recordings import Array
 
+FEWEST = 10
+"""Averages that tell something."""
+BLOCK = 0.01
+"""Time [s] over which samples are averaged, where they are closer: an answer lasts as long as a slip."""
 ROUNDS = 60
 """Rounds of Fisher's scoring."""
 CORNER = 9.0
@@ -26,11 +30,16 @@ OF_LINES = 2.0 / 3.0
 
 def answering(t: Array, u: Array, force: Force, motion: Motion) -> Force:
     """A force smoothed from u (n,) [N] at t (n,) [s], free to answer the motion as it does on average."""
+    every = max(1, round(BLOCK / float(np.median(np.diff(t)))))
+    coarse_t, coarse_u, v = (_averaged(z, every) for z in (t, u, motion.v))
+    if len(coarse_t) < FEWEST:
+        return force
+    noise = replace(force, noise=force.noise / every**0.5)
+    share = answer(np.diff(coarse_t), coarse_u, noise, _way(v, np.diff(coarse_t)))
     dt = np.diff(t)
     way = np.pad(_way(motion.crept, dt), 1)
     near = np.maximum(way[1:-1], np.maximum(way[:-2], way[2:]))  # an answer is late
-    intensity = answer(dt, u, force, _way(motion.v, dt)) * near**2 / dt
-    return replace(force, intensity=np.maximum(force.intensity, intensity))
+    return replace(force, intensity=np.maximum(force.intensity, share * near**2 / dt))
 
 
 def answer(dt: Array, u: Array, force: Force, way: Array) -> float:
@@ -46,8 +55,14 @@ def answer(dt: Array, u: Array, force: Force, way: Array) -> float:
     for _ in range(ROUNDS if square.any() else 0):
         expected = other + share * square
         excess = np.minimum(steps, CORNER * expected) - other
-        share = max(float(np.sum(square * excess / expected**2) / np.sum(square**2 / expected**2)), 0.0)
+        weight = square / expected**2
+        share = max(float(np.sum(weight * excess) / np.sum(weight * square)), 0.0)
     return share / OF_LINES
+
+
+def _averaged(values: Array, every: int) -> Array:
+    """Means of so many values after another; what is left over is left out."""
+    return np.asarray(values[: len(values) // every * every].reshape(-1, every).mean(axis=1), float)
 
 
 def _way(v: Array, dt: Array) -> Array:

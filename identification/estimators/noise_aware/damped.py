@@ -8,6 +8,7 @@ runs that slip as the data do (`shots.py`). Steps are Gauss-Newton's.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -19,7 +20,7 @@ from identification.estimators.coordinates import Coordinates
 from identification.estimators.estimate import HOPELESS, Estimate, Innovations, costs, lean
 from identification.estimators.noise_aware.estimator import EQUAL, NEW_PATH, NoiseAware, Stages
 from identification.estimators.noise_aware.linearised_model import PathFreedom
-from identification.estimators.noise_aware.paths import first_paths
+from identification.estimators.noise_aware.paths import along_smooth_motion, first_paths, without_overshoot
 from identification.estimators.noise_aware.shots import missed_slips, shots, window
 from identification.estimators.order import sub_step
 from identification.parallel import each
@@ -40,8 +41,10 @@ WORSE, BACK = 0.1, 0.3
 STEPS, LAST = 6, 12
 """Steps by which a descent on chunks shows whether it is worth going on, and steps of it then and on whole recordings.
 """
-SHOT_RESTING = 4
-"""Steps in which a run through a slip comes to rest."""
+LOOSE, LOOSE_STEPS = (10.0, 3.0), 3
+"""Factors on the noise of the force while a new path comes to rest at first, one after the other, and steps of each."""
+OTHERS, SHOT_RESTING = (along_smooth_motion, without_overshoot), 4
+"""What is tried about a slip that is missed, beside runs of the model, and steps in which it comes to rest."""
 ROUNDS, RESTING, PATIENCE = 3, 2, 6
 """Times at most that slips are looked for, steps in which the path with those that were found comes to rest, and slips
 in a row that no path explains after which no more are looked for."""
@@ -60,7 +63,8 @@ class DampedNoiseAware(NoiseAware):
         """The estimate at fixed parameters theta (m,), along new paths that take so many steps. None where the model
         diverges.
         """
-        best = self._best_new(theta)
+        firsts = self._best_new(theta)
+        best = None if firsts is None else self._loosened(theta, firsts)
         end = None if best is None else self.along(theta, best, steps)
         return None if end is None else self._mended(end)
 
@@ -70,6 +74,16 @@ class DampedNoiseAware(NoiseAware):
         return self._best_paths(
             theta, lambda i: [*first_paths(self.kernel, self.grids[i], p, h_max), *(paths[i] for paths in known)]
         )
+
+    def _loosened(self, theta: Array, firsts: Sequence[Array]) -> list[Array] | None:
+        """New paths that first come to rest under forces that are known less well than they are, where that explains
+        more: one that slips late stays there otherwise.
+        """
+        loose = firsts
+        for force in LOOSE:
+            end = self.with_freedom(replace(self.freedom, force=force)).along(theta, loose, LOOSE_STEPS)
+            loose = loose if end is None else end.paths
+        return self._best_paths(theta, lambda i: [loose[i], firsts[i]])
 
     def _moved_to(self, theta: Array, known: Sequence[Sequence[Array]]) -> Estimate | None:
         """The estimate at theta along the best of new and known paths, whatever slips they miss."""
@@ -137,19 +151,20 @@ class DampedNoiseAware(NoiseAware):
         return found if better else None
 
     def _best_about(self, p: Array, path: Array, first: int) -> tuple[Array | None, bool]:
-        """Of runs through a slip of the only grid, at rest, the first that misses none, or the one about which the
-        model explains most, None where that is the given path (n, n_states), and whether it misses none; first : node
-        that the given path misses.
+        """Of some paths of the only grid, at rest, the first that misses no slip, or the one about which the model
+        explains most, None where that is the given one (n, n_states), and whether it misses none; first : node that
+        the given path misses.
         """
         [grid], still, h_max = self.grids, None, self.freedom.h_max
 
         def misfit(candidate: Array) -> float:
             return _cost(self.line(0, p, candidate))
 
+        others = (other(self.kernel, grid, p, path) for other in OTHERS)
         least = misfit(path)
-        for candidate in shots(self.kernel, grid, p, h_max, path, first, misfit):
-            line = self.line(0, p, candidate)
-            end = None if line is None else self.relaxed(0, p, candidate, line, SHOT_RESTING)
+        for candidate in itertools.chain(others, shots(self.kernel, grid, p, h_max, path, first, misfit)):
+            line = None if candidate is None else self.line(0, p, candidate)
+            end = None if candidate is None or line is None else self.relaxed(0, p, candidate, line, SHOT_RESTING)
             value = np.inf if end is None else _cost(end[1])
             if end is None or value > least - EQUAL:
                 continue

@@ -20,6 +20,8 @@ FEW = 1e-3
 """Share of innovations far off from which an end on chunks is not taken for the right one."""
 ROUNDS = 5
 """Times at most that a fit to whole recordings goes on."""
+HIGHER = (1.0, 1.01, 1.05)
+"""Factors on static friction with which a descent on whole recordings begins again."""
 ROUGHER, ROUGH_STEPS = 100.0, 4
 """Factor on the intensity of what drives a rougher force, and steps of a fit with it: ten times are too few where the
 motion itself drives the force, as behind a positioner."""
@@ -102,8 +104,9 @@ def on_whole_recordings(whole: DampedNoiseAware, theta: Array) -> tuple[WholeFit
     """The fit to whole recordings from theta (m,), and how far another end is that explains them as well (m,), in
     coordinates. None where the model diverges.
 
-    It goes on while that gains: from where a rougher force leads or, where it explains too little, along new paths.
-    Slips that paths miss move an end by more than noise does: how far, ends of about the same cost tell.
+    It goes on while that gains: from where a rougher force leads or, where it explains too little, from new paths and
+    more static friction. Slips that paths miss move an end by more than noise does: how far, ends of about the same
+    cost tell.
     """
     end = _end(whole, whole.start(theta))
     if end is None:
@@ -127,14 +130,20 @@ def _end(whole: DampedNoiseAware, start: Estimate | None) -> Estimate | None:
 
 
 def _again(found: WholeFit) -> Estimate | None:
-    """The estimate from which a fit goes on: one that explains all from where a rougher force leads, another along new
-    paths. None where a further descent would only come back.
+    """The estimate from which a fit goes on. One that explains all goes on from where a rougher force leads; another
+    along new paths where it has ended or with more static friction, whichever costs least: where that is too low the
+    model slips before the data do, and no step of a descent is as long as the way back. Chunks do not always tell it. A
+    fit that explains nothing says nothing of static friction. None where a further descent would only come back.
     """
-    theta = found.end.theta
+    work, theta = found.work, found.end.theta
     if found.explains:
         away = np.abs(found.to_rougher) > BACK_TO_IT * np.sqrt(np.diag(found.end.covariance))
-        return found.work.start(theta + found.to_rougher) if away.any() else None
-    return found.work.start(theta)
+        return work.start(theta + found.to_rougher) if away.any() else None
+    values = work.coordinates.values(theta)
+    factors = HIGHER[:1] if found.end.loss > UNEXPLAINED else HIGHER
+    tried = [work.coordinates.theta_of(values | {"lugre.fs": factor * values["lugre.fs"]}) for factor in factors]
+    starts = [start for start in map(work.start, tried) if start is not None]
+    return min(starts, key=lambda start: start.cost, default=None)
 
 
 def with_rougher_force(whole: DampedNoiseAware, found: Estimate) -> Estimate | None:

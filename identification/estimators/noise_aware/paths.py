@@ -10,7 +10,7 @@ import numpy as np
 
 from identification.data.grid import Grid
 from identification.estimators.anchors import deflection_at_rest
-from identification.estimators.noise_aware.linearised_model import first_path
+from identification.estimators.noise_aware.linearised_model import first_path, ran_along
 from identification.estimators.noise_aware.set_back import set_back_path
 from recordings import Array
 from simulator import Kernel
@@ -43,3 +43,21 @@ def balanced(kernel: Kernel, grid: Grid, p: Array, first: Array) -> Array:
     z = kernel.states.index("lugre.z")
     path[:, 1], path[:, z] = v, np.where(slow, held, path[:, z])
     return path
+
+
+def along_smooth_motion(kernel: Kernel, grid: Grid, p: Array, path: Array) -> Array | None:
+    """A path (n, n_states) with the velocity of the smoothed motion instead, and memory that runs along it. None
+    without a solution.
+    """
+    found = path.copy()
+    found[:, 1] = grid.motion[:, 1]
+    return None if ran_along(kernel, grid.t, np.ascontiguousarray(path[:, -2]), p, found) is None else found
+
+
+def without_overshoot(kernel: Kernel, grid: Grid, p: Array, path: Array) -> Array:
+    """A path (n, n_states) whose velocity and memory are medians of three nodes: where a valve breaks away, a step to
+    the smoothed path can go too far at one node, and back at the next, and then it does so for good.
+    """
+    found = path.copy()
+    found[1:-1, 1:-2] = np.median([path[:-2, 1:-2], path[1:-1, 1:-2], path[2:, 1:-2]], axis=0)
+    return found

@@ -1,18 +1,19 @@
 """Stiff valves on which a fit can go astray: a Stribeck curve that ends at 1.5 mm/s, chunks that a static friction 5 %
 too low explains as well, slips whose paths miss them even at the true parameters, slips of two samples behind a
-positioner, starting values that take the bristles for a hundred times as soft, and overdamped bristles that explain all
+positioner, a force that answers them by less than its noise, starting values that take the bristles for a hundred times as soft, and overdamped bristles that explain all
 but as much.
 """
 
 from __future__ import annotations
 
 import functools
+from dataclasses import replace
 
 import pytest
 
 from benchmarks.plant_sampling import GROSS, behind_a_positioner, recordings
 from identification import Outcome, fit, uncertainty_of
-from identification.estimators.estimate import ROUGH_OUTLIERS
+from identification.estimators.estimate import ROUGH_OUTLIERS, converged
 from identification.estimators.order import slip, slip_is_over, slip_is_seen
 
 MAKE = {"stem": recordings, "loop": behind_a_positioner}
@@ -45,12 +46,26 @@ def test_they_converge_to_the_valve_and_claim_nothing_wrong(kind, seed, rate):
 
 @pytest.mark.slow
 def test_an_outlier_or_two_more_by_chance_are_no_failure():
-    """Three of 2,600 innovations lie far off, where a share of .1 % is allowed; the parameters are right to .3 %."""
-    truth, found = fitted("stem", 10606, 20.0)
-    assert found.estimate is not None
-    assert found.estimate.outliers > ROUGH_OUTLIERS
+    """Of 2,600 innovations .1 % may lie far off: three are no failure, ten are one."""
+    _, found = fitted("stem", 10606, 20.0)
     assert found.outcome is Outcome.CONVERGED
-    assert found.values["lugre.fc"] == pytest.approx(truth["lugre.fc"], rel=0.01)
+    assert found.estimate is not None
+    few, many = (replace(found.estimate, outliers=n / found.estimate.samples) for n in (3, 10))
+    assert few.outliers > ROUGH_OUTLIERS
+    assert converged(few, resolved=False)
+    assert not converged(many, resolved=False)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [10603, 10701, 11205, 11305])
+def test_a_force_that_answers_the_motion_is_not_taken_for_friction(seed):
+    """Smoothed over its answers, it had fc or sigma2 of these valves wrong by 4 to 15 standard deviations."""
+    truth, found = fitted("loop", seed, 100.0)
+    assert found.outcome is Outcome.CONVERGED
+    known = uncertainty_of(found)
+    told = [name for name in known.names if known.status[name] == "identified"]
+    assert "lugre.fc" in told
+    assert all(abs(found.values[name] - truth[name]) < GROSS * known.spread[name] for name in told)
 
 
 def test_a_slip_is_over_after_half_a_swing_on_the_spring():
