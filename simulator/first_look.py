@@ -104,13 +104,9 @@ class FirstLook:
 
     def thinned(self, every: int) -> FirstLook:
         """Every so-manieth sample."""
-        return replace(
-            self,
-            **{
-                name: getattr(self, name)[::every]
-                for name in ("t", "x", "v", "a", "u", "bent", "otherwise_bent", "moves")
-            },
-        )
+        names = ("t", "x", "v", "a", "u", "bent", "otherwise_bent", "moves")
+        pull = None if self.pull is None else self.pull[::every]
+        return replace(self, pull=pull, **{name: getattr(self, name)[::every] for name in names})
 
 
 AddedForce = Callable[[FirstLook], Array]
@@ -232,6 +228,8 @@ def rhythms(places: Sequence[Array], pulls: Sequence[Array], lowest: float, high
     and lower ones beside it, wherever the valve moves. It is found to a quarter of a period over the longest recording.
     """
     span = max(float(place.max() - place.min()) for place in places)
+    if highest * span < 1.0 or lowest > highest:
+        return []
     bins = 2 << int(np.ceil(np.log2(2 * highest * span)))
     f = np.fft.rfftfreq(FINER * bins, span / bins)
     score = np.zeros(len(f), complex)
@@ -239,9 +237,10 @@ def rhythms(places: Sequence[Array], pulls: Sequence[Array], lowest: float, high
         first, total = float(place.min()), np.zeros(FINER * bins)
         np.add.at(total, ((place - first) * (bins / span)).astype(int), pull)
         score += np.fft.rfft(total) * np.exp(-2j * np.pi * f * first)
+    power = np.abs(score) ** 2
+    power /= np.maximum(median_filter(power, AROUND, mode="mirror"), 1e-30 + 1e-9 * power.max())
     asked = (f >= lowest) & (f <= highest)
-    f, power = f[asked], np.abs(score[asked]) ** 2
-    power /= np.maximum(median_filter(power, AROUND, mode="nearest"), 1e-30 + 1e-9 * power.max())
+    f, power = f[asked], power[asked]
     found = list[float]()
     for i in np.argsort(-power):
         if all(abs(f[i] - one) > 1 / span for one in found):

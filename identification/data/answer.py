@@ -11,8 +11,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d, uniform_filter1d
 
-from identification.data.force import Force
+from identification.data.force import Force, with_intensity
 from identification.data.smoothing import Motion
 from recordings import Array
 
@@ -24,40 +25,46 @@ ROUNDS = 60
 """Rounds of Fisher's scoring."""
 CORNER = 9.0
 """Squares of steps beyond so many times what is expected count as so many: corners of a set point answer nothing."""
-OF_LINES = 2.0 / 3.0
-"""Variance of the step between the slopes of two straight lines through samples, over that of the slope in between."""
+OF_MEANS, ALIKE = 11.0 / 20.0, 1.94
+"""Variance of the step between two lines through three means of a force, over that of its slope in the time of one; and
+variance of a mean square of such steps, over that of as many independent ones, where noise makes them."""
 
 
 def answering(t: Array, u: Array, force: Force, motion: Motion) -> Force:
     """A force smoothed from u (n,) [N] at t (n,) [s], free to answer the motion as it does on average."""
-    every = max(1, round(BLOCK / float(np.median(np.diff(t)))))
-    coarse_t, coarse_u, v = (_averaged(z, every) for z in (t, u, motion.v))
-    if len(coarse_t) < FEWEST:
+    dt = np.diff(t)
+    every = max(1, round(BLOCK / float(np.median(dt))))
+    if len(t) < FEWEST * every:
         return force
+    coarse_t, coarse_u, v = (_averaged(z, every) for z in (t, u, motion.v))
     noise = replace(force, noise=force.noise / every**0.5)
     share = answer(np.diff(coarse_t), coarse_u, noise, _way(v, np.diff(coarse_t)))
-    dt = np.diff(t)
-    way = np.pad(_way(motion.crept, dt), 1)
-    near = np.maximum(way[1:-1], np.maximum(way[:-2], way[2:]))  # an answer is late
-    return replace(force, intensity=np.maximum(force.intensity, share * near**2 / dt))
+    if share == 0.0:
+        return force
+    way = every * uniform_filter1d(_way(motion.crept, dt), every, mode="constant")
+    near = maximum_filter1d(way, 2 * every + 1, mode="constant")  # an answer is late
+    return with_intensity(t, u, force, np.maximum(force.intensity, share * near**2 / (every * dt)))
 
 
 def answer(dt: Array, u: Array, force: Force, way: Array) -> float:
     """The variance [N2/s2] of a step of the slope of u (n,) over the square of the way [m2] that goes with it, from the
-    ways (n - 1,) between samples: Fisher's scoring for a variance that has two components (Harville, JASA 72, 1977).
+    ways (n - 1,) between samples: Fisher's scoring for a variance that has two components (Harville, JASA 72, 1977). 0
+    where it is not larger than its standard error where nothing answers.
     """
     first, last = 1 / dt[:-1], 1 / dt[1:]
     steps = np.diff(np.diff(u) / dt) ** 2
     noise = force.noise**2 * (first**2 + last**2 + (first + last) ** 2)
-    other = noise + OF_LINES * float(np.median(force.intensity)) * dt[1:]
+    other = noise + OF_MEANS * float(np.median(force.intensity)) * dt[1:]
     square = np.maximum(way[1:], way[:-1]) ** 2
+    if not square.any():
+        return 0.0
     share = 0.0
-    for _ in range(ROUNDS if square.any() else 0):
+    for _ in range(ROUNDS):
         expected = other + share * square
         excess = np.minimum(steps, CORNER * expected) - other
-        weight = square / expected**2
-        share = max(float(np.sum(weight * excess) / np.sum(weight * square)), 0.0)
-    return share / OF_LINES
+        share = max(float(np.sum(square * excess / expected**2) / np.sum(square**2 / expected**2)), 0.0)
+    error = float(np.sqrt(2 * ALIKE / np.sum(square**2 / other**2)))
+    return share / OF_MEANS if share > error else 0.0
 
 
 def _averaged(values: Array, every: int) -> Array:

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import resources
 from types import ModuleType
 
@@ -32,6 +32,8 @@ STILL = 1e-3
 """Least wander of the force in a second, in standard deviations of a sample."""
 ORDER, SMOOTH = 2, 4
 """Integrals of the white noise: those that a model of a force with error has, and those of a smooth force."""
+LEAST = 1e-12
+"""Least variance of a smoothed force, in those of a sample."""
 DECADES = {ORDER: np.arange(-2.0, 16.0), SMOOTH: np.arange(-2.0, 23.0, 2.0)}
 """Intensities that are tried first, in powers of ten of the noise variance per s^(2 order - 1)."""
 
@@ -73,6 +75,13 @@ def estimate_force(t: Array, u: Array, noise: float) -> Force:
     return Force(mean[:, 0].copy(), mean[:, 1].copy(), std, intensity, noise, likelihood)
 
 
+def with_intensity(t: Array, u: Array, force: Force, intensity: Array) -> Force:
+    """A force smoothed from u (n,) [N] at t (n,) [s] with another intensity (n - 1,) of what drives it."""
+    mean, variance, _, _ = _pass(t, u, intensity, force.noise, ORDER, False)
+    std = np.sqrt(np.maximum(variance, LEAST * force.noise**2))
+    return replace(force, u=mean[:, 0].copy(), slope=mean[:, 1].copy(), std=std, intensity=intensity)
+
+
 def smoother_force(t: Array, u: Array, force: Force) -> Array | None:
     """The force (n,) [N] by more integrals, recorded as for `estimate_force`; None where two are likelier."""
     mean, _, _, likelihood = chain(t, u, force.noise, SMOOTH)
@@ -92,7 +101,7 @@ def chain(t: Array, z: Array, noise: float, order: int, *, moving: bool = False)
         mean, _, jumps, _ = _pass(t, z, intensity, noise, order, moving)
         intensity = np.maximum(_updated(intensity, dt, np.diff(mean[:, -1]) ** 2, jumps), least)
     mean, variance, _, likelihood = _pass(t, z, intensity, noise, order, moving)
-    return mean, np.sqrt(np.maximum(variance, 1e-12 * r)), intensity, likelihood
+    return mean, np.sqrt(np.maximum(variance, LEAST * r)), intensity, likelihood
 
 
 def smoothed(t: Array, z: Array, intensity: Array, noise: float, order: int) -> Array:

@@ -29,6 +29,8 @@ BACK_TO_IT = 2.0
 """Standard deviations within which a rougher force leads nowhere else: a descent from there would come back."""
 WORTH = 30.0
 """Fall of the cost that paths of other slips give: a descent that gains less is the last."""
+SAME = 1e-2
+"""Distance of two starts, in coordinates, below which they are one."""
 CHUNK, CHUNK_S = 1000, 8.0
 """Least nodes and seconds of a chunk."""
 
@@ -41,8 +43,11 @@ def best_on_chunks(
     """
     freedom = replace(whole.freedom, h_max=COARSER * whole.freedom.h_max)
     small = replace(whole, grids=chunks(whole.grids, CHUNK, CHUNK_S), freedom=freedom)
-    ends = list[Estimate]()
+    ends, tried = list[Estimate](), list[Array]()
     for tries, start in enumerate(starts, 1):
+        if any(np.abs(start - one).max() < SAME for one in tried):
+            continue
+        tried.append(start)
         progress("search on chunks", tries, 0)
         least = min((end.loss for end in ends), default=UNEXPLAINED)
         end = small.on_new_paths(start, most=min(UNEXPLAINED, NOT_FAR * least))
@@ -61,9 +66,9 @@ def _best(ends: Sequence[Estimate]) -> Estimate:
 
 
 def _agreed(ends: Sequence[Estimate]) -> bool:
-    """Whether two descents, and none to a better end, led to about the same cost."""
+    """Whether two descents from different starts, and none to a better end, led to about the same cost."""
     least = min(end.cost for end in ends)
-    return sum(end.cost < least + WORTH for end in ends) > 1
+    return sum(end.cost < least + WORTH and end.loss < UNEXPLAINED for end in ends) > 1
 
 
 def _explained(end: Estimate) -> bool:

@@ -76,9 +76,11 @@ def correction(line: Innovations, move: Array | None = None) -> Array:
 
 
 def pull_at_force(line: Innovations, t: Array, m: float) -> Array:
-    """How strongly the measurements pull at a force on a mass m [kg] at the nodes t (n,) [s]: how much higher the cost
-    is, to first order, for each newton that drives it on until the next node (n,) [1/N].
+    """How strongly the measurements pull at a force on a mass m [kg] at the nodes t (n,) [s]: the gradient of half the
+    squares by a force (n,) [1/N], each newton a push of its spacing. 0 where nothing is kept of the way back.
     """
+    if not line.smoother:
+        return np.zeros(len(t))
     return np.asarray(_smoothed(line)[1][:, 1] * np.gradient(t) / m, float)
 
 

@@ -45,8 +45,9 @@ class PeriodicForce(Effect):
             }  # fmt: skip
 
         span = max(float(r.t[-1] - r.t[0]) for r in recordings)
+        highest = min(HIGHEST, *(0.5 / float(np.median(np.diff(r.t))) for r in recordings))
         found = rhythms(
-            [r.t for r in recordings], [r.pulled(base) for r in recordings], FEWEST_PERIODS / span, HIGHEST
+            [r.t for r in recordings], [r.pulled(base) for r in recordings], FEWEST_PERIODS / span, highest
         )  # fmt: skip
         missing = Missing.of(recordings, base)
         return [guess for f in found for guess in self.guessed(missing.best([trial(f)]))]

@@ -45,6 +45,8 @@ class PositionPeriodicForce(Effect):
             }  # fmt: skip
 
         low, high = travel(recordings)
+        if low == high:
+            return []
         found = rhythms(
             [r.x for r in recordings], [r.pulled(base) for r in recordings], FEWEST / (high - low), MOST / (high - low)
         )  # fmt: skip

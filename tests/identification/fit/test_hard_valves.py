@@ -1,7 +1,7 @@
 """Stiff valves on which a fit can go astray: a Stribeck curve that ends at 1.5 mm/s, chunks that a static friction 5 %
 too low explains as well, slips whose paths miss them even at the true parameters, slips of two samples behind a
-positioner, a force that answers them by less than its noise, starting values that take the bristles for a hundred times as soft, and overdamped bristles that explain all
-but as much.
+positioner, a force that answers them by less than its noise, starting values that take the bristles for a hundred times
+as soft, and overdamped bristles that explain all but as much.
 """
 
 from __future__ import annotations

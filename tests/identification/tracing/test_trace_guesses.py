@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ import traced_valves
 
 from identification import experiment
 from identification.data.grid import grids
+from identification.tracing.models.guesses import looks
 from recordings import Recording
 from simulator import BASE, CATALOGUE, FirstLook, random_valve
 from simulator.first_look import rhythms
@@ -99,7 +101,7 @@ def test_a_lag_of_which_samples_tell_little_is_guessed_by_the_viscous_friction_t
     assert guess["mass.m"] < base["mass.m"]
 
 
-@pytest.mark.parametrize("f", [0.31, 2.9, 3.52, 11.07])
+@pytest.mark.parametrize("f", [0.04, 0.31, 2.9, 3.52, 11.07])
 def test_a_rhythm_shows_in_pulls_of_which_only_slips_tell(f: float):
     rng, pulls, times = np.random.default_rng(3), [], []
     for seconds, first in ((40.0, 0.0), (50.0, 3.0)):
@@ -108,6 +110,22 @@ def test_a_rhythm_shows_in_pulls_of_which_only_slips_tell(f: float):
         times.append(t)
         pulls.append(np.where(slips, np.sin(2 * np.pi * f * t + 1.0) + 3.0 * rng.normal(size=len(t)), 0.0))
     assert rhythms(times, pulls, 0.03, 40.0)[0] == pytest.approx(f, abs=0.25 / 50.0)
+
+
+def test_no_rhythm_is_where_nothing_moves_or_little_was_recorded():
+    still, short = [np.zeros(50)], [np.linspace(0.0, 0.02, 20)]
+    assert rhythms(still, [np.ones(50)], 1.0, 40.0) == []
+    assert rhythms(short, [np.ones(20)], 75.0, 40.0) == []
+
+
+@pytest.mark.slow
+def test_the_measurements_pull_at_the_stem_in_the_rhythm_of_a_force():
+    model = traced_valves.traced("periodic_force", a=4.0, b=4.0, f=3.1).selection.base
+    bare = [replace(look, pull=np.zeros(len(look.t))) for look in looks(model)]
+    [first, *_] = CATALOGUE["periodic_force"].first_guess(looks(model), model.values)
+    assert first["periodic_force.f"] == pytest.approx(3.1, abs=0.02)
+    [other, *_] = CATALOGUE["periodic_force"].first_guess(bare, model.values)
+    assert other["periodic_force.f"] != pytest.approx(3.1, abs=0.02)
 
 
 @pytest.mark.slow
