@@ -69,6 +69,7 @@ DAMPED_ORDER: dict[str, Mapping[str, Any]] = {
     "missed slips are not looked for": {f"{CHUNKS}.ROUNDS": 0},
     "no runs through missed slips": {f"{CHUNKS}.shots": no_runs},
     "nothing but runs through missed slips": {f"{CHUNKS}.OTHERS": ()},
+    "a missed slip counts in full": {f"{CHUNKS}.ACCIDENT": float("inf")},
     "steps of paths that do harm are kept": {f"{CHUNKS}.WORSE": float("inf")},
     "one descent on whole recordings": {f"{WHOLE}.ROUNDS": 0},
     "a force does not answer the motion": {"identification.data.grid.answering": as_smooth},

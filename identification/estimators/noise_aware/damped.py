@@ -53,6 +53,8 @@ MANY = 4e-2
 looking for them costs most and gains least."""
 LEFT = 0.3, 5.0
 """Fall of the cost that a step has to promise by the normal equations to be tried, and after one that failed."""
+ACCIDENT = 20.0
+"""Cost of a stretch beyond which a slip is missed: an accident of its path, which says nothing of the parameters."""
 
 
 @dataclass(frozen=True)
@@ -218,6 +220,16 @@ class DampedNoiseAware(NoiseAware):
         back = self.line(i, p, path)
         return None if back is None else (path, back)
 
+    def gained(self, now: Estimate, trial: Estimate) -> float:
+        """By how much a trial explains more than an estimate, in units of the cost: in all, or with no stretch counting
+        for more than `ACCIDENT`.
+        """
+        fall = 0.0
+        for grid, old, new in zip(self.grids, now.linearised, trial.linearised, strict=True):
+            stretch = _stretches(grid)
+            fall += float(np.clip(_misfit(stretch, old) - _misfit(stretch, new), -ACCIDENT, ACCIDENT).sum())
+        return max(fall, now.cost - trial.cost)
+
     def trial(self, now: Estimate, step: Array) -> Estimate | None:
         """The estimate a step further, along new paths, the present ones, or those moved along, whichever explain more.
 
@@ -225,7 +237,7 @@ class DampedNoiseAware(NoiseAware):
         only matter where the step does not gain without them.
         """
         trial = self._moved_to(now.theta + step, [now.paths, self.moved(now, step)])
-        return trial if trial is None or trial.cost < now.cost else self._mended(trial)
+        return trial if trial is None or self.gained(now, trial) > 0 else self._mended(trial)
 
     @property
     def left(self) -> tuple[float, float]:

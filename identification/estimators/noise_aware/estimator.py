@@ -184,7 +184,7 @@ class NoiseAware:
             step = solved.move
             trial = self.trial(now, step)
             small = bool(np.max(np.abs(step) / self._sigmas(now)) < SETTLED)
-            gained = -np.inf if trial is None else now.cost - trial.cost
+            gained = -np.inf if trial is None else self.gained(now, trial)
             brought = 0.0
             if trial is not None and gained > -EQUAL:
                 settled, brought = small and gained < EQUAL, gained
@@ -200,6 +200,10 @@ class NoiseAware:
             if settled or idle > 1 or (vain is not None and vain(now)):
                 break
         return replace(now, settled=settled)
+
+    def gained(self, now: Estimate, trial: Estimate) -> float:
+        """By how much a trial explains more than an estimate, in units of the cost."""
+        return now.cost - trial.cost
 
     def refit(
         self, theta: Array, paths: Sequence[Array], steps: int, vain: Callable[[Estimate], bool] | None = None
