@@ -60,7 +60,7 @@ def answered(name: str) -> Trace:
     if name == "imposed":
         return traced_valves.traced_imposed("hardening_spring", k3=3e6)
     found = (
-        traced_valves.traced(None) if name in ("none", "unlisted") else traced_valves.traced("hardening_spring", k3=3e6)
+        traced_valves.traced(None) if name in ("none", "unlisted") else traced_valves.traced("hardening_spring", k3=3e5)
     )
     if name == "class":
         return replace(found, selection=replace(found.selection, same_class=("flow_force",)))

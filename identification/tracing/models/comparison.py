@@ -88,7 +88,8 @@ def whiteness_beside(
 ) -> Whiteness:
     """Test of the position's innovations where the sampling does not resolve break-away: its linearisation leaves more
     than noise of a complete model, too, most of it in a few places. So the loss over blocks of time is compared with
-    that of the same blocks of replicates, which lack nothing (paired t test). Without any, nothing is white.
+    that of the same blocks of replicates, which lack nothing (paired t test). Without any, nothing is white, and nor is
+    what leaves more innovations far off than they do, or than a fit that has converged may.
     """
     counted = _summed(grids, [np.isfinite(line.scored[1][:, 0]) for line in estimate.linearised])
     left = [_position_loss(one, some) for one, some in replicates]
@@ -97,6 +98,9 @@ def whiteness_beside(
     allowed = np.mean(left, axis=0) + (settings.COMPLETE_LOSS - 1) * counted
     excess = _position_loss(estimate, grids) - allowed
     p_value = float(ttest_1samp(excess, 0.0, alternative="greater").pvalue)
+    far = max(ROUGH_OUTLIERS, float(np.mean([one.outliers for one, _ in replicates])))
+    if estimate.outliers > far + 3 * np.sqrt(far / estimate.samples):
+        p_value = min(p_value, float(norm.sf(OUTLIER)))
     complete = float(allowed.sum() / counted.sum())
     return Whiteness(p_value > settings.STRICT_LEVEL, p_value, estimate.loss, estimate.outliers, complete)
 
