@@ -8,7 +8,7 @@ from simulator.compile.scan import Scan, Scanner
 from simulator.effect import Catalogue, Effect, Memory, Parameter, Quantities, Site
 from simulator.effects import BASE, CATALOGUE
 from simulator.excitation import Excitation
-from simulator.first_look import AddedForce, FirstLook, Missing
+from simulator.first_look import AddedForce, FirstLook, Missing, rhythms
 from simulator.positioner import PERIOD, Positioner, positioned
 from simulator.relaxation import Lag, Relaxation
 from simulator.simulation import FINE_STEP, Sensors, random_valve, simulate
@@ -48,6 +48,7 @@ __all__ = [
     "native_module",
     "positioned",
     "random_valve",
+    "rhythms",
     "shows_imposed",
     "simulate",
 ]

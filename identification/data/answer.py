@@ -8,8 +8,6 @@ tells what a single slip does not: the share of the variance of the slope's step
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from scipy.ndimage import maximum_filter1d, uniform_filter1d
 
@@ -37,8 +35,8 @@ def answering(t: Array, u: Array, force: Force, motion: Motion) -> Force:
     if len(t) < FEWEST * every:
         return force
     coarse_t, coarse_u, v = (_averaged(z, every) for z in (t, u, motion.v))
-    noise = replace(force, noise=force.noise / every**0.5)
-    share = answer(np.diff(coarse_t), coarse_u, noise, _way(v, np.diff(coarse_t)))
+    apart, quiet = np.diff(coarse_t), float(np.median(force.intensity))
+    share = answer(apart, coarse_u, force.noise / every**0.5, quiet, _way(v, apart))
     if share == 0.0:
         return force
     way = every * uniform_filter1d(_way(motion.crept, dt), every, mode="constant")
@@ -46,15 +44,16 @@ def answering(t: Array, u: Array, force: Force, motion: Motion) -> Force:
     return with_intensity(t, u, force, np.maximum(force.intensity, share * near**2 / (every * dt)))
 
 
-def answer(dt: Array, u: Array, force: Force, way: Array) -> float:
+def answer(dt: Array, u: Array, noise: float, quiet: float, way: Array) -> float:
     """The variance [N2/s2] of a step of the slope of u (n,) over the square of the way [m2] that goes with it, from the
     ways (n - 1,) between samples: Fisher's scoring for a variance that has two components (Harville, JASA 72, 1977). 0
     where it is not larger than its standard error where nothing answers.
+
+    noise : standard deviation of a sample [N]; quiet : intensity of what drives the slope besides [N2/s3].
     """
     first, last = 1 / dt[:-1], 1 / dt[1:]
     steps = np.diff(np.diff(u) / dt) ** 2
-    noise = force.noise**2 * (first**2 + last**2 + (first + last) ** 2)
-    other = noise + OF_MEANS * float(np.median(force.intensity)) * dt[1:]
+    other = noise**2 * (first**2 + last**2 + (first + last) ** 2) + OF_MEANS * quiet * dt[1:]
     square = np.maximum(way[1:], way[:-1]) ** 2
     if not square.any():
         return 0.0

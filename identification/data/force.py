@@ -77,8 +77,7 @@ def estimate_force(t: Array, u: Array, noise: float) -> Force:
 
 def with_intensity(t: Array, u: Array, force: Force, intensity: Array) -> Force:
     """A force smoothed from u (n,) [N] at t (n,) [s] with another intensity (n - 1,) of what drives it."""
-    mean, variance, _, _ = _pass(t, u, intensity, force.noise, ORDER, False)
-    std = np.sqrt(np.maximum(variance, LEAST * force.noise**2))
+    mean, std, _ = _known(t, u, intensity, force.noise, ORDER, False)
     return replace(force, u=mean[:, 0].copy(), slope=mean[:, 1].copy(), std=std, intensity=intensity)
 
 
@@ -100,8 +99,8 @@ def chain(t: Array, z: Array, noise: float, order: int, *, moving: bool = False)
     for _ in range(ROUNDS):
         mean, _, jumps, _ = _pass(t, z, intensity, noise, order, moving)
         intensity = np.maximum(_updated(intensity, dt, np.diff(mean[:, -1]) ** 2, jumps), least)
-    mean, variance, _, likelihood = _pass(t, z, intensity, noise, order, moving)
-    return mean, np.sqrt(np.maximum(variance, LEAST * r)), intensity, likelihood
+    mean, std, likelihood = _known(t, z, intensity, noise, order, moving)
+    return mean, std, intensity, likelihood
 
 
 def smoothed(t: Array, z: Array, intensity: Array, noise: float, order: int) -> Array:
@@ -109,6 +108,14 @@ def smoothed(t: Array, z: Array, intensity: Array, noise: float, order: int) -> 
     known.
     """
     return _pass(t, z, intensity, noise, order, True)[0]
+
+
+def _known(
+    t: Array, z: Array, intensity: Array, noise: float, order: int, moving: bool
+) -> tuple[Array, Array, float]:  # fmt: skip
+    """What the smoother knows: mean (n, order), standard deviation (n,) and the likelihood."""
+    mean, variance, _, likelihood = _pass(t, z, intensity, noise, order, moving)
+    return mean, np.sqrt(np.maximum(variance, LEAST * noise**2)), likelihood
 
 
 def _pass(

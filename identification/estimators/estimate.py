@@ -119,13 +119,20 @@ def lean(estimate: Estimate) -> Estimate:
 def converged(estimate: Estimate, *, resolved: bool = True) -> bool:
     """Whether the innovations look like noise. resolved : break-away is, by the sampling."""
     loss, outliers = (CLEAN_LOSS, CLEAN_OUTLIERS) if resolved else (ROUGH_LOSS, ROUGH_OUTLIERS)
-    by_chance = 3 / np.sqrt(estimate.samples)
-    return bool(estimate.loss < loss + by_chance and estimate.outliers < outliers + by_chance * np.sqrt(outliers))
+    return bool(
+        estimate.loss < loss + 3 / np.sqrt(estimate.samples)
+        and estimate.outliers < but_for_chance(outliers, estimate.samples)
+    )  # fmt: skip
+
+
+def but_for_chance(outliers: float, samples: int) -> float:
+    """The share of outliers that so many samples may have where it is `outliers`: three standard deviations more."""
+    return outliers + 3 * float(np.sqrt(outliers / samples))
 
 
 def no_worse(estimate: Estimate, usual: Estimate) -> bool:
     """Whether the innovations are no larger, and no more of them are far off, than those of another estimate, but for
     chance.
     """
-    few = usual.outliers + 3 * np.sqrt(usual.outliers / usual.samples)
+    few = but_for_chance(usual.outliers, usual.samples)
     return bool(estimate.loss < usual.loss + 3 / np.sqrt(estimate.samples) and estimate.outliers <= few)

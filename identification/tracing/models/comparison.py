@@ -10,7 +10,7 @@ from scipy.stats import norm, ttest_1samp
 from scipy.stats import t as student
 
 from identification.data.grid import Grid
-from identification.estimators.estimate import OUTLIER, ROUGH_OUTLIERS, Estimate, costs
+from identification.estimators.estimate import OUTLIER, ROUGH_OUTLIERS, Estimate, but_for_chance, costs
 from identification.estimators.imposed_motion.grid import BLOCK
 from identification.estimators.least_squares import cauchy
 from identification.estimators.noise_aware.estimator import UNIT_LOSS
@@ -99,7 +99,7 @@ def whiteness_beside(
     excess = _position_loss(estimate, grids) - allowed
     p_value = float(ttest_1samp(excess, 0.0, alternative="greater").pvalue)
     far = max(ROUGH_OUTLIERS, float(np.mean([one.outliers for one, _ in replicates])))
-    if estimate.outliers > far + 3 * np.sqrt(far / estimate.samples):
+    if estimate.outliers > but_for_chance(far, estimate.samples):
         p_value = min(p_value, float(norm.sf(OUTLIER)))
     complete = float(allowed.sum() / counted.sum())
     return Whiteness(p_value > settings.STRICT_LEVEL, p_value, estimate.loss, estimate.outliers, complete)

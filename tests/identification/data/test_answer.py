@@ -37,7 +37,7 @@ def smoothed(case: Recorded) -> tuple[Force, Force]:
     return smooth, answering(t, u, smooth, motion)
 
 
-def steps(t: np.ndarray, force: Force, where: np.ndarray) -> float:
+def steps(force: Force, where: np.ndarray) -> float:
     """The median change of the slope in 10 ms [N/s], where the valve moves."""
     return float(np.sqrt(np.median(force.intensity[where]) * 0.01))
 
@@ -53,8 +53,8 @@ def test_an_answer_shows_that_the_noise_of_a_sample_hides(rate: float, seed: int
     smooth, free = smoothed((t, u, motion))
     usual = USUAL * SLIP * np.median(np.abs(motion.v[motion.v != 0]))
     assert (free.intensity >= smooth.intensity).all()
-    assert 1.25 * steps(t, smooth, moves(motion)) < steps(t, free, moves(motion)) < 1.1 * usual
-    assert steps(t, free, moves(motion)) > 0.5 * usual
+    assert 1.25 * steps(smooth, moves(motion)) < steps(free, moves(motion)) < 1.1 * usual
+    assert steps(free, moves(motion)) > 0.5 * usual
     assert (free.std >= smooth.std * (1 - 1e-5)).all()
 
 
@@ -82,4 +82,4 @@ def test_corners_of_a_set_point_are_no_answer() -> None:
         bent += np.where(t > first, 2e4 * np.minimum(t - first, 0.1), 0.0)
     away = moves(motion) & (t[1:] % 6.0 > 1.0)
     (_, known), (_, misled) = smoothed((t, u, motion)), smoothed((t, bent, motion))
-    assert steps(t, misled, away) < 3 * steps(t, known, away)
+    assert steps(misled, away) < 3 * steps(known, away)

@@ -13,8 +13,7 @@ from identification import experiment
 from identification.data.grid import grids
 from identification.tracing.models.guesses import looks
 from recordings import Recording
-from simulator import BASE, CATALOGUE, FirstLook, random_valve
-from simulator.first_look import rhythms
+from simulator import BASE, CATALOGUE, FirstLook, random_valve, rhythms
 
 VALVE, STROKE = random_valve(traced_valves.SEED)
 K = VALVE["spring.K"]
