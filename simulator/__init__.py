@@ -4,7 +4,7 @@ from simulator.compile.cache import artefact, machine
 from simulator.compile.kernel import Causality, Kernel, kernel, shows_imposed
 from simulator.compile.numba_loop import native_module
 from simulator.compile.recurrence import Recurrence
-from simulator.compile.scan import Scan, Scanner
+from simulator.compile.scan import Run, Scan, Scanner
 from simulator.effect import Catalogue, Effect, Memory, Parameter, Quantities, Site
 from simulator.effects import BASE, CATALOGUE
 from simulator.excitation import Excitation
@@ -35,6 +35,7 @@ __all__ = [
     "Quantities",
     "Recurrence",
     "Relaxation",
+    "Run",
     "Scan",
     "Scanner",
     "Sensors",

@@ -47,15 +47,32 @@ def with_shots(recurrence: Recurrence, columns: tuple[int, ...], text: str) -> c
     The text is compiled apart, behind `shots.h`: it is often the larger part, and depends on the sizes alone.
     """
     sizes = _sizes(recurrence.sizes._replace(parameters=len(columns)))
-    shots = _shots(recurrence, columns)
-    if shots is None:
+    sub_steps = _sub_steps_on_lanes(recurrence, columns)
+    if sub_steps is None:
         return None
-    shared = sizes, _text("lanes.c"), _text("parts.h")
-    return _library("\n".join((*shared, shots)), "\n".join((*shared, _text("shots.h"), text)), native=True)
+    shots = "\n".join((sub_steps, _text("shoot_lanes.c")))
+    return _library(shots, "\n".join((sizes, _text("parts.h"), _text("shots.h"), text)), native=True)
 
 
-def _shots(recurrence: Recurrence, columns: tuple[int, ...]) -> str | None:
-    """`shoot_lanes.c` behind the functions of a recurrence, or None when an operation has no translation."""
+SEGMENT = type(
+    "Segment", (ctypes.Structure,),
+    {"_fields_": [(name, ctypes.c_void_p) for name in ("t", "u", "resets", "s", "y", "Y")]
+     + [(name, ctypes.c_long) for name in ("n", "hold")]},
+)  # fmt: skip
+"""`Segment` of `scan_lanes.c`."""
+
+
+def scan_on_lanes(recurrence: Recurrence, columns: tuple[int, ...]) -> ctypes.CDLL | None:
+    """`scan_lanes.c`, which takes derivatives by these of the parameters. None as for `with_shots`."""
+    sub_steps = _sub_steps_on_lanes(recurrence, columns)
+    library = None if sub_steps is None else _library("\n".join((sub_steps, _text("scan_lanes.c"))), native=True)
+    if library is not None:
+        library.scan_lanes.argtypes = (ctypes.c_long, ctypes.c_void_p, ctypes.c_double, ctypes.c_void_p)
+    return library
+
+
+def _sub_steps_on_lanes(recurrence: Recurrence, columns: tuple[int, ...]) -> str | None:
+    """`sub_step_lanes.c` behind the functions of a recurrence, or None when an operation has no translation."""
     functions, carry = (
         recurrence.functions(columns, ("guess", "residual", "step", "output_jac")),
         recurrence.carried(columns),
@@ -69,8 +86,9 @@ def _shots(recurrence: Recurrence, columns: tuple[int, ...]) -> str | None:
     if None in lanes:
         return None
     output = _generated([functions["output_jac"]])
-    parts = (output, *map(str, lanes), _about(recurrence), f"#define NZ {len(rows)}", tables, _text("shoot_lanes.c"))
-    return "\n".join(parts)
+    shared = _sizes(recurrence.sizes._replace(parameters=len(columns))), _text("lanes.c"), _text("parts.h")
+    numbers = output, *map(str, lanes), _about(recurrence), f"#define NZ {len(rows)}", tables
+    return "\n".join((*shared, *numbers, _text("sub_step_lanes.c")))
 
 
 def _library(*sources: str, native: bool = False) -> ctypes.CDLL | None:

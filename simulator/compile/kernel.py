@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from recordings import Array, BadInput
 from simulator.compile.c_compiler import compiler
-from simulator.compile.scan import Scan, Scanner, Shots
+from simulator.compile.scan import Run, Scan, Scanner, Shots
 from simulator.compile.step import (
     VectorLayout,
     force_driven,
@@ -91,6 +91,13 @@ class Kernel:
         """
         given = self.inputs(t, u, p, hold=hold)
         return self.scanner.run(t, given, p, s0, h_max=h_max, hold=hold, sensitivities=sensitivities, resets=resets)
+
+    def run_together(
+        self, runs: Sequence[Run], p: Array, columns: tuple[int, ...], *, h_max: float = 0.0
+    ) -> list[tuple[Array, Array]] | None:
+        """As `Scanner.run_together`; u of each as for `run`."""
+        given = [run._replace(u=self.inputs(run.t, run.u, p, hold=run.hold)) for run in runs]
+        return self.scanner.run_together(given, p, columns, h_max=h_max)
 
     def shoot(
         self,

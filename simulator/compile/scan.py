@@ -9,7 +9,9 @@ from __future__ import annotations
 import ctypes
 import math
 import threading
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,6 +61,16 @@ class Shots:
     failed: int | None
 
 
+class Run(NamedTuple):
+    """What one of several runs is given: t, u, s0, hold and resets as in `Scanner.run`."""
+
+    t: Array
+    u: Array
+    s0: Array
+    hold: bool = False
+    resets: Array | None = None
+
+
 class Scanner:
     """A recurrence ready to run: `Scanner(recurrence).run(t, u, p, s0)`; safe to use from several threads.
 
@@ -73,6 +85,7 @@ class Scanner:
         if not self._compiled:
             self._loops = dict.fromkeys((False, True), self._without_compiler())
         self._libraries: dict[tuple[str, tuple[int, ...]], ctypes.CDLL | None] = {}
+        self._on_lanes: dict[tuple[int, ...], ctypes.CDLL | None] = {}
         ns, np_ = self.sizes.states, self.sizes.parameters
         self._unit, self._none = np.hstack([np.zeros((ns, np_)), np.eye(ns)]), np.zeros((0, ns))
         self._lock = threading.Lock()
@@ -141,6 +154,56 @@ class Scanner:
             y[failed:], jacobian[failed:], s[:], columns[:] = np.nan, np.nan, np.nan, np.nan
         derivatives = (jacobian, columns) if sensitivities else (None, None)
         return Scan(y, s, failed if failed >= 0 else None, *derivatives)
+
+    def run_together(
+        self, runs: Sequence[Run], p: Array, columns: tuple[int, ...], *, h_max: float = 0.0
+    ) -> list[tuple[Array, Array]] | None:
+        """Several runs at once, six in a quarter of their time where vectors hold eight numbers. Of each the outputs
+        (n_samples, n_outputs), and their derivatives (n_samples, n_outputs, n_columns + n_states) by these of the
+        parameters and the initial state. None where one of them fails (`run` tells which).
+
+        Raises ValueError as `run` does. Runs that cannot be made together are made one after the other: without a C
+        compiler, and where an operation has no translation.
+        """
+        library = self._scan_on_lanes(columns) if len(runs) > 1 else None
+        if library is None:
+            return self._one_by_one(runs, p, columns, h_max)
+        found, segments, kept = [], (c_loop.SEGMENT * len(runs))(), []
+        for segment, given in zip(segments, runs, strict=True):
+            t, u, _, s0, resets = self._checked(given.t, given.u, p, given.s0, given.resets)
+            _check_steps(t, h_max)
+            ny, width = self.sizes.outputs, len(columns) + self.sizes.states
+            found.append((np.empty((len(t), ny)), np.empty((len(t), ny, width))))
+            arrays = {"t": t, "u": u, "resets": resets, "s": s0, "y": found[-1][0], "Y": found[-1][1]}
+            kept.append(arrays)
+            for name, array in arrays.items():
+                setattr(segment, name, array.ctypes.data if array.size else None)
+            segment.n, segment.hold = len(t), given.hold
+        p = np.ascontiguousarray(p, float)
+        lanes = library.lanes()
+        for first in range(0, len(runs), lanes):
+            count = min(len(runs) - first, lanes)
+            if not library.scan_lanes(count, ctypes.byref(segments[first]), h_max, p.ctypes.data):
+                return None
+        return found
+
+    def _one_by_one(
+        self, runs: Sequence[Run], p: Array, columns: tuple[int, ...], h_max: float
+    ) -> list[tuple[Array, Array]] | None:
+        kept, found = [*columns, *range(len(p), len(p) + self.sizes.states)], []
+        for given in runs:
+            t, u, s0, hold, resets = given
+            run = self.run(t, u, p, s0, h_max=h_max, hold=hold, sensitivities=True, resets=resets)
+            if run.failed is not None or run.jacobian is None:
+                return None
+            found.append((run.outputs, run.jacobian[:, :, kept]))
+        return found
+
+    def _scan_on_lanes(self, columns: tuple[int, ...]) -> ctypes.CDLL | None:
+        with self._lock:
+            if self._compiled and columns not in self._on_lanes:
+                self._on_lanes[columns] = c_loop.scan_on_lanes(self.recurrence, columns)
+            return self._on_lanes.get(columns)
 
     def shoot(
         self, t: Array, u: Array, p: Array, path: Array, *, h_max: float = 0.0, carried: NDArray[np.bool_] | None = None

@@ -13,7 +13,7 @@ from identification.estimators.coordinates import Coordinates
 from identification.estimators.least_squares import Normal, weighted
 from identification.parallel import each
 from recordings import Array, IndexArray
-from simulator import Kernel
+from simulator import Run, Kernel
 
 HELD = 10.0
 """In a last, plain stage a parameter may move freely by about this factor from where it started; beyond, it costs what
@@ -103,10 +103,10 @@ class Problem:
 
     def evaluate(self, unknowns: Array, setting: ResidualForm) -> Normal | None:
         """Normal equations of all segments at once; None where the model diverges."""
-        normals = each(lambda i: self._normal(i, unknowns, setting), range(len(self.pieces)))
         size = self.n_free + self.n_local * len(self.pieces)
         total = Normal(0.0, np.zeros(size), np.zeros((size, size)))
-        for i, one in enumerate(normals):
+        for i, response in enumerate(self.responses(unknowns, setting, sensitivities=True)):
+            one = None if response is None else self._normal(i, response, unknowns, setting)
             if one is None:
                 return None
             at = np.concatenate([np.arange(self.n_free), self._local_slice(i)])
@@ -129,8 +129,16 @@ class Problem:
     def responses(
         self, unknowns: Array, setting: ResidualForm, *, sensitivities: bool = False
     ) -> list[Response | None]:
-        """The model's answer for every segment."""
-        return each(lambda i: self._response(i, unknowns, setting, sensitivities), range(len(self.pieces)))
+        """The model's answer for every segment; with sensitivities, for none where it diverges on one of them."""
+        p = self.coordinates.p(unknowns[: self.n_free])
+        runs = [self._given(i, unknowns, setting) for i in range(len(self.pieces))]
+        if not sensitivities:
+            return each(lambda run: self._plain_response(run, p, setting), runs)
+        columns = tuple(np.flatnonzero(self.coordinates.free).tolist())
+        found = self.kernel.run_together(runs, p, columns, h_max=setting.h_max)
+        if found is None:
+            return [None] * len(runs)
+        return [self._response(i, p, *one) for i, one in enumerate(found)]
 
     def residual(self, i: int, response: Response) -> Array:
         """Normalised residual of segment i (n_samples,), zero where nothing was measured."""
@@ -145,36 +153,39 @@ class Problem:
     def _local_slice(self, i: int) -> IndexArray:
         return np.arange(self.n_free + i * self.n_local, self.n_free + (i + 1) * self.n_local)
 
-    def _normal(self, i: int, unknowns: Array, setting: ResidualForm) -> Normal | None:
-        response = self._response(i, unknowns, setting, True)
-        if response is None or response.by is None:
+    def _normal(self, i: int, response: Response, unknowns: Array, setting: ResidualForm) -> Normal | None:
+        if response.by is None:
             return None
         piece = self.pieces[i]
         jacobian = np.where(piece.segment.seen[:, None], response.by / piece.noise, 0.0)
         normal = weighted(self.residual(i, response), jacobian, setting.tuning)
         return _with_memory_prior(normal, unknowns[self._local_slice(i)], self.n_free, self.kernel.causality)
 
-    def _response(self, i: int, unknowns: Array, setting: ResidualForm, sensitivities: bool) -> Response | None:
+    def _given(self, i: int, unknowns: Array, setting: ResidualForm) -> Run:
+        """What the run of segment i is given."""
         piece, kernel = self.pieces[i], self.kernel
-        segment, scale = piece.segment, self.local_scale(piece)
-        p = self.coordinates.p(unknowns[: self.n_free])
-        s0 = self._first(segment)
-        s0[self.local] = unknowns[self._local_slice(i)] * scale
+        segment, s0 = piece.segment, self._first(piece.segment)
+        s0[self.local] = unknowns[self._local_slice(i)] * self.local_scale(piece)
         held = piece.hold and kernel.causality == "force"
-        run = kernel.run(
-            segment.t, self._input(segment), p, s0, h_max=setting.h_max, hold=held,
-            sensitivities=sensitivities, resets=self._resets(segment, setting.window),
-        )  # fmt: skip
-        if run.failed is not None:
-            return None
-        if run.jacobian is None:
-            return Response(run.outputs[:, 0], None)
-        columns = run.jacobian[:, 0, :]
-        by_p = columns[:, : len(p)][:, self.coordinates.free] * self.coordinates.slope(p)
-        span = max(np.ptp(self._measured(segment)), np.ptp(run.outputs[:, 0]))
+        return Run(segment.t, self._input(segment), s0, held, self._resets(segment, setting.window))
+
+    def _plain_response(self, given: Run, p: Array, setting: ResidualForm) -> Response | None:
+        t, u, s0, hold, resets = given
+        run = self.kernel.run(t, u, p, s0, h_max=setting.h_max, hold=hold, resets=resets)
+        return None if run.failed is not None else Response(run.outputs[:, 0], None)
+
+    def _response(self, i: int, p: Array, outputs: Array, jacobian: Array) -> Response | None:
+        """The answer for segment i of a run (n_samples, 1) with its derivatives (n_samples, 1, n_free + n_states); None
+        where the model has forgotten its start.
+        """
+        piece, predicted, columns = self.pieces[i], outputs[:, 0], jacobian[:, 0]
+        by_p = columns[:, : self.n_free] * self.coordinates.slope(p)
+        span = max(np.ptp(self._measured(piece.segment)), np.ptp(predicted))
         if np.max(np.abs(by_p), initial=0.0) > FORGETFUL * span:
             return None
-        return Response(run.outputs[:, 0], np.hstack([by_p, columns[:, len(p) :][:, self.local] * scale]))
+        return Response(
+            predicted, np.hstack([by_p, columns[:, self.n_free :][:, self.local] * self.local_scale(piece)])
+        )
 
     def _first(self, segment: Segment) -> Array:
         """The state at the beginning of a segment as the recording shows it."""
