@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from importlib import resources
 from types import ModuleType
@@ -93,14 +94,24 @@ def chain(t: Array, z: Array, noise: float, order: int, *, moving: bool = False)
     moving : it starts as its first samples say, and not about at rest.
     """
     r, dt = noise**2, np.diff(t)
-    levels = [np.full(len(dt), level) for level in r * 10.0 ** DECADES[order]]
-    intensity = max(levels, key=lambda level: _pass(t, z, level, noise, order, moving)[3])
+
+    def even(decade: float) -> Array:
+        return np.full(len(dt), r * 10.0**decade)
+
+    intensity = even(_likeliest(DECADES[order], lambda decade: _pass(t, z, even(decade), noise, order, moving)[3]))
     least = (2 * order - 1) * math.factorial(order - 1) ** 2 * r * STILL**2
     for _ in range(ROUNDS):
         mean, _, jumps, _ = _pass(t, z, intensity, noise, order, moving)
         intensity = np.maximum(_updated(intensity, dt, np.diff(mean[:, -1]) ** 2, jumps), least)
     mean, std, likelihood = _known(t, z, intensity, noise, order, moving)
     return mean, std, intensity, likelihood
+
+
+def _likeliest(decades: Array, likelihood: Callable[[float], float]) -> float:
+    """The decade with the largest likelihood, which has one peak: the best of every other one, or one beside it."""
+    known = functools.cache(likelihood)
+    best = int(np.argmax([known(d) for d in decades[::2]])) * 2
+    return float(max(decades[max(best - 1, 0) : best + 2], key=known))
 
 
 def smoothed(t: Array, z: Array, intensity: Array, noise: float, order: int) -> Array:

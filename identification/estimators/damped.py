@@ -87,12 +87,11 @@ def _noise_aware(
     if is_resolved(best):
         return fit_noise_aware(valve, coordinates, smooth, segment_grids, [best.theta], progress)
     progress("fit to whole recordings", 0, 0)
-    work = damped_for(valve, coordinates, segment_grids, best.theta)
-    ended = on_whole_recordings(work, best.theta)
+    ended = on_whole_recordings(work.resolving(best.theta), best.theta)
     if ended is None:
         return None
     whole, apart = ended
-    estimate = whole.end
+    work, estimate = whole.work, whole.end
     form = ResidualForm(work.freedom.h_max)
     minimum = Minimum(free_run_start(problem, estimate), estimate.normal, form, 0, estimate.settled)
     found = replace(fit_of(estimate, work, problem, minimum), order="damped")

@@ -61,6 +61,10 @@ ACCIDENT = 20.0
 class DampedNoiseAware(NoiseAware):
     """The fit of one kernel of a force with error, in damped steps, to some grids (a `PathEstimator`)."""
 
+    def resolving(self, theta: Array) -> DampedNoiseAware:
+        """The same with sub-steps that resolve a slip of theta (m,)."""
+        return replace(self, freedom=freedom_for(self.coordinates.values(theta)))
+
     def start(self, theta: Array, steps: int = NEW_PATH) -> Estimate | None:
         """The estimate at fixed parameters theta (m,), along new paths that take so many steps. None where the model
         diverges.

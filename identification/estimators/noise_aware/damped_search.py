@@ -25,8 +25,6 @@ HIGHER = (1.0, 1.01, 1.05)
 ROUGHER, ROUGH_STEPS = 100.0, 4
 """Factor on the intensity of what drives a rougher force, and steps of a fit with it: ten times are too few where the
 motion itself drives the force, as behind a positioner."""
-BACK_TO_IT = 2.0
-"""Standard deviations within which a rougher force leads nowhere else: a descent from there would come back."""
 WORTH = 30.0
 """Fall of the cost that paths of other slips give: a descent that gains less is the last."""
 SAME = 1e-2
@@ -109,16 +107,16 @@ def on_whole_recordings(whole: DampedNoiseAware, theta: Array) -> tuple[WholeFit
     """The fit to whole recordings from theta (m,), and how far another end is that explains them as well (m,), in
     coordinates. None where the model diverges.
 
-    It goes on while that gains: from where a rougher force leads or, where it explains too little, from new paths and
-    more static friction. Slips that paths miss move an end by more than noise does: how far, ends of about the same
-    cost tell.
+    It goes on while it explains too little and that gains, from new paths and more static friction. Slips that paths
+    miss move an end by more than noise does: how far, ends of about the same cost tell.
     """
     end = _end(whole, whole.start(theta))
     if end is None:
         return None
     found, ends = WholeFit(whole, end), [lean(end)]
     for _ in range(ROUNDS):
-        end = None if time_is_over() or found.end.loss > HOPELESS else _end(whole, _again(found))
+        over = found.explains or found.end.loss > HOPELESS or time_is_over()
+        end = None if over else _end(whole, _again(found))
         if end is None:
             break
         gained = found.end.cost - end.cost
@@ -135,15 +133,12 @@ def _end(whole: DampedNoiseAware, start: Estimate | None) -> Estimate | None:
 
 
 def _again(found: WholeFit) -> Estimate | None:
-    """The estimate from which a fit goes on. One that explains all goes on from where a rougher force leads; another
-    along new paths where it has ended or with more static friction, whichever costs least: where that is too low the
-    model slips before the data do, and no step of a descent is as long as the way back. Chunks do not always tell it. A
-    fit that explains nothing says nothing of static friction. None where a further descent would only come back.
+    """The estimate from which a fit goes on that explains too little: along new paths where it has ended, or with more
+    static friction, whichever costs least. Where that is too low the model slips before the data do, and no step of a
+    descent is as long as the way back. Chunks do not always tell it. A fit that explains nothing says nothing of static
+    friction. None where the model diverges.
     """
     work, theta = found.work, found.end.theta
-    if found.explains:
-        away = np.abs(found.to_rougher) > BACK_TO_IT * np.sqrt(np.diag(found.end.covariance))
-        return work.start(theta + found.to_rougher) if away.any() else None
     values = work.coordinates.values(theta)
     factors = HIGHER[:1] if found.end.loss > UNEXPLAINED else HIGHER
     tried = [work.coordinates.theta_of(values | {"lugre.fs": factor * values["lugre.fs"]}) for factor in factors]
