@@ -87,10 +87,9 @@ def _noise_aware(
     if is_resolved(best):
         return fit_noise_aware(valve, coordinates, smooth, segment_grids, [best.theta], progress)
     progress("fit to whole recordings", 0, 0)
-    ended = on_whole_recordings(work.resolving(best.theta), best.theta)
-    if ended is None:
+    whole = on_whole_recordings(work.resolving(best.theta), best.theta)
+    if whole is None:
         return None
-    whole, apart = ended
     work, estimate = whole.work, whole.end
     form = ResidualForm(work.freedom.h_max)
     minimum = Minimum(free_run_start(problem, estimate), estimate.normal, form, 0, estimate.settled)
@@ -98,7 +97,7 @@ def _noise_aware(
     if not whole.explains:
         return found
     found = replace(found, outcome=Outcome.CONVERGED)
-    return without_bias(found, whole, apart)
+    return without_bias(found, whole)
 
 
 def _narrowed(search: Search, starts: Sequence[Array]) -> Iterator[Array]:

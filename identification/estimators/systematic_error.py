@@ -25,14 +25,14 @@ STEPS = 4
 """Steps of a fit to a replicate."""
 
 
-def without_bias(found: Fit, whole: WholeFit, apart: Array | float = 0.0) -> Fit:
+def without_bias(found: Fit, whole: WholeFit) -> Fit:
     """A noise-aware fit of damped order, to whole recordings, less its bias, with `Fit.systematic`, how far it may be
-    off beside its noise; its estimate stays as it was. apart (m,) : how far another end is that explains them as well.
+    off beside its noise; its estimate stays as it was.
     """
     assert found.estimate is not None
     left = found.estimate.covariance @ found.estimate.normal.gradient
     bias = order_bias(found)
-    causes = left, apart + np.zeros_like(left), whole.to_rougher, np.zeros_like(left) if bias is None else bias
+    causes = left, whole.to_rougher, np.zeros_like(left) if bias is None else bias
     found = replace(found, systematic=np.sqrt(np.sum(np.square(causes), axis=0)))
     return found if bias is None else _less(found, bias)
 
@@ -48,8 +48,9 @@ def order_bias(found: Fit) -> Array | None:
     if experiments is None:
         return None
     coordinates = problem.coordinates.with_priors_at(estimate.theta)  # to a replicate what is known beforehand is right
-    again = damped_for(problem.kernel, coordinates, grids(experiments), estimate.theta).fit(estimate.theta, STEPS)
-    return None if again is None else again.theta - estimate.theta
+    work = damped_for(problem.kernel, coordinates, grids(experiments), estimate.theta)
+    start = work.start(estimate.theta)
+    return None if start is None else work.followed(start, STEPS).theta - estimate.theta
 
 
 def _less(found: Fit, bias: Array) -> Fit:

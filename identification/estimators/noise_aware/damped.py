@@ -18,7 +18,8 @@ from identification.budget import time_is_over
 from identification.data.grid import Grid
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.estimate import HOPELESS, Estimate, Innovations, costs, lean
-from identification.estimators.noise_aware.estimator import EQUAL, NEW_PATH, NoiseAware, Stages
+from identification.estimators.least_squares import gauss_newton
+from identification.estimators.noise_aware.estimator import EQUAL, LONGEST, NEW_PATH, NoiseAware, Stages
 from identification.estimators.noise_aware.linearised_model import PathFreedom
 from identification.estimators.noise_aware.paths import along_smooth_motion, first_paths, without_overshoot
 from identification.estimators.noise_aware.shots import missed_slips, shots, window
@@ -51,6 +52,8 @@ in a row that no path explains after which no more are looked for."""
 MANY = 4e-2
 """Share of innovations far off from which it is more than some slips that a path misses: far from the right model,
 looking for them costs most and gains least."""
+FOLLOWED, ENOUGH = 8, 1.0
+"""Steps along new paths at most, and the fall of the cost that another one has to promise."""
 LEFT = 0.3, 5.0
 """Fall of the cost that a step has to promise by the normal equations to be tried, and after one that failed."""
 ACCIDENT = 20.0
@@ -69,10 +72,49 @@ class DampedNoiseAware(NoiseAware):
         """The estimate at fixed parameters theta (m,), along new paths that take so many steps. None where the model
         diverges.
         """
+        new = self._along_new(theta, steps)
+        return None if new is None else self.mended(new)
+
+    def _along_new(self, theta: Array, steps: int = NEW_PATH) -> Estimate | None:
+        """The estimate at theta along new paths, whatever slips they miss."""
         firsts = self._best_new(theta)
         best = None if firsts is None else self._loosened(theta, firsts)
-        end = None if best is None else self.along(theta, best, steps)
-        return None if end is None else self._mended(end)
+        return None if best is None else self.along(theta, best, steps)
+
+    def followed(self, now: Estimate, steps: int = FOLLOWED) -> Estimate:
+        """Gauss-Newton's steps along paths that are new at every one of them, whether the cost falls or not.
+
+        What a model explains about a path is what it would explain at the end of the next step of the path. It is less
+        in the stretches where a path was chosen for that, at the parameters for which it was, and then no step of the
+        parameters seems to gain: a descent stops, by up to twenty standard deviations, where chance has led its paths.
+        The gradient along paths that were not chosen has no such memory. Its root is near the truth, and each step has
+        but the chance of its own paths.
+        """
+        for _ in range(steps):
+            solved = gauss_newton(now.normal, now.theta, LONGEST, self.coordinates.bounds)
+            if solved is None or time_is_over():
+                break
+            if solved.free and solved.decrease < ENOUGH:
+                return replace(now, settled=True)
+            further = self._along_new_or_moved(now, solved.move)
+            if further is None:
+                break
+            now = further
+        return now
+
+    def _along_new_or_moved(self, now: Estimate, step: Array) -> Estimate | None:
+        """The estimate a step further along new paths, and where these miss a slip along those that move along."""
+        new = self._along_new(now.theta + step)
+        if new is None:
+            return None
+        p, moved = self.coordinates.p(new.theta), self.moved(now, step)
+        lines = each(lambda i: self.held.line(i, p, moved[i]), range(len(self.grids)))
+        paths = list[Array]()
+        for grid, own, other, line, known in zip(self.grids, new.paths, moved, new.linearised, lines, strict=True):
+            stretch = _stretches(grid)
+            far = np.inf if known is None else _misfit(stretch, known) + ACCIDENT
+            paths.append(_stretchwise(stretch, [own, other], [misfit := _misfit(stretch, line), far + 0 * misfit]))
+        return self.along(new.theta, paths, 1)
 
     def _best_new(self, theta: Array, known: Sequence[Sequence[Array]] = ()) -> list[Array] | None:
         """The best of new paths, and of known ones, that have not come to rest."""
@@ -96,7 +138,7 @@ class DampedNoiseAware(NoiseAware):
         best = self._best_new(theta, known)
         return None if best is None else self.along(theta, best, NEW_PATH)
 
-    def _mended(self, now: Estimate) -> Estimate:
+    def mended(self, now: Estimate) -> Estimate:
         """An estimate whose paths slip where the data do: about a slip that is missed, the best of some paths."""
         vain: list[set[int]] = [set() for _ in self.grids]
         for _ in range(ROUNDS if now.outliers < MANY else 0):
@@ -184,7 +226,7 @@ class DampedNoiseAware(NoiseAware):
     ) -> Estimate | None:
         """The estimate after a descent along new paths, or those that another model left. None where it diverges."""
         start = self._moved_to(theta, [paths])
-        return None if start is None else self.descend(self._mended(start), steps, vain)
+        return None if start is None else self.descend(self.mended(start), steps, vain)
 
     def on_new_paths(self, theta: Array, most: float = HOPELESS) -> Estimate | None:
         """The end of a descent from theta (m,) along new paths; most : loss that its first steps may leave. None where
@@ -241,7 +283,7 @@ class DampedNoiseAware(NoiseAware):
         only matter where the step does not gain without them.
         """
         trial = self._moved_to(now.theta + step, [now.paths, self.moved(now, step)])
-        return trial if trial is None or self.gained(now, trial) > 0 else self._mended(trial)
+        return trial if trial is None or self.gained(now, trial) > 0 else self.mended(trial)
 
     @property
     def left(self) -> tuple[float, float]:

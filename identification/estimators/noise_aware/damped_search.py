@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identification.budget import time_is_over
-from identification.estimators.estimate import HOPELESS, Estimate, converged, lean, no_worse
+from identification.estimators.estimate import HOPELESS, Estimate, converged, lean
 from identification.estimators.noise_aware.damped import LAST, DampedNoiseAware
 from identification.estimators.noise_aware.search import HOPELESS_TRIES, NOT_FAR, RIGHT, UNEXPLAINED, chunks
 from recordings import Array, Progress, silent
@@ -97,34 +97,36 @@ class WholeFit:
         """How far that is (m,), in coordinates, 0 where it is nowhere."""
         return (self.end if self.rougher is None else self.rougher).theta - self.end.theta
 
-    def apart(self, others: Sequence[Estimate]) -> Array:
-        """How far other ends are at most (m,), in coordinates, that explain the recordings as well."""
-        alike = [end.theta for end in others if self.explains and no_worse(end, self.end)]
-        return np.max(np.abs([self.end.theta, *alike] - self.end.theta), axis=0)
 
+def on_whole_recordings(whole: DampedNoiseAware, theta: Array) -> WholeFit | None:
+    """The fit to whole recordings from theta (m,), in coordinates. None where the model diverges.
 
-def on_whole_recordings(whole: DampedNoiseAware, theta: Array) -> tuple[WholeFit, Array] | None:
-    """The fit to whole recordings from theta (m,), and how far another end is that explains them as well (m,), in
-    coordinates. None where the model diverges.
-
-    It goes on while it explains too little and that gains, from new paths and more static friction. Slips that paths
-    miss move an end by more than noise does: how far, ends of about the same cost tell.
+    Where steps along new paths explain too little, descents go on while they gain, from new paths and more static
+    friction.
     """
-    end = _end(whole, whole.start(theta))
+    start = whole.start(theta)
+    end = None if start is None else _followed(whole, start)
     if end is None:
         return None
-    found, ends = WholeFit(whole, end), [lean(end)]
+    found = WholeFit(whole, end)
     for _ in range(ROUNDS):
-        over = found.explains or found.end.loss > HOPELESS or time_is_over()
-        end = None if over else _end(whole, _again(found))
-        if end is None:
+        if found.explains or found.end.loss > HOPELESS or time_is_over():
             break
-        gained = found.end.cost - end.cost
-        ends.append(lean(end))
-        found = WholeFit(whole, end) if gained > 0 else found
+        end = _end(whole, _again(found))
+        if end is None or end.cost > found.end.cost:
+            break
+        found, gained = WholeFit(whole, end), found.end.cost - end.cost
+        if found.explains:
+            end = _followed(whole, end)
+            found = found if end is None or not WholeFit(whole, end).explains else WholeFit(whole, end)
         if gained < WORTH:
             break
-    return found, found.apart(ends)
+    return found
+
+
+def _followed(whole: DampedNoiseAware, start: Estimate) -> Estimate | None:
+    """Where steps along new paths lead on whole recordings, as ends are compared."""
+    return whole.strict(whole.mended(whole.followed(start)))
 
 
 def _end(whole: DampedNoiseAware, start: Estimate | None) -> Estimate | None:
@@ -153,4 +155,4 @@ def with_rougher_force(whole: DampedNoiseAware, found: Estimate) -> Estimate | N
     grids = [replace(grid, force=replace(grid.force, intensity=ROUGHER * grid.force.intensity)) for grid in whole.grids]
     work = replace(whole, grids=grids)
     start = work.start(found.theta)  # paths that came to rest under the smooth force stay there
-    return None if start is None else work.descend(start, ROUGH_STEPS)
+    return None if start is None else work.followed(start, ROUGH_STEPS)
