@@ -17,7 +17,7 @@ import numpy as np
 from identification.budget import time_is_over
 from identification.data.grid import Grid
 from identification.estimators.coordinates import Coordinates
-from identification.estimators.estimate import HOPELESS, Estimate, Innovations, costs, lean
+from identification.estimators.estimate import HOPELESS, Estimate, Innovations, converged, costs, lean
 from identification.estimators.least_squares import gauss_newton
 from identification.estimators.noise_aware.estimator import EQUAL, LONGEST, NEW_PATH, NoiseAware, Stages
 from identification.estimators.noise_aware.linearised_model import PathFreedom
@@ -237,7 +237,7 @@ class DampedNoiseAware(NoiseAware):
             if now is None or now.loss > HOPELESS:
                 break
             now = self.descend(now, steps)
-            if now.settled or now.loss > most:
+            if now.settled or now.loss > most or converged(now, resolved=False):
                 break
         return None if now is None else lean(now)
 

@@ -22,7 +22,7 @@ ROUNDS = 5
 """Times at most that a fit to whole recordings goes on."""
 HIGHER = (1.0, 1.01, 1.05)
 """Factors on static friction with which a descent on whole recordings begins again."""
-ROUGHER, ROUGH_STEPS = 100.0, 4
+ROUGHER, ROUGH_STEPS = 100.0, 2
 """Factor on the intensity of what drives a rougher force, and steps of a fit with it: ten times are too few where the
 motion itself drives the force, as behind a positioner."""
 WORTH = 30.0
