@@ -59,6 +59,11 @@ def last_of_all(*given: Any) -> Any:
     return given[-1]
 
 
+def by_descents(work: Any, now: Any, steps: int = 12) -> Any:
+    """In the place of steps along new paths."""
+    return work.descend(now, steps)
+
+
 DIRECT, STAGES = (resolve_name(f"{FULL}.{name}") for name in ("search:DIRECT", "estimator:STAGES"))
 DAMPED_ORDER: dict[str, Mapping[str, Any]] = {
     "16 starts instead of 64": {f"{SEARCH}.STARTS": 16},
@@ -71,7 +76,8 @@ DAMPED_ORDER: dict[str, Mapping[str, Any]] = {
     "nothing but runs through missed slips": {f"{CHUNKS}.OTHERS": ()},
     "a missed slip counts in full": {f"{CHUNKS}.ACCIDENT": float("inf")},
     "steps of paths that do harm are kept": {f"{CHUNKS}.WORSE": float("inf")},
-    "one descent on whole recordings": {f"{WHOLE}.ROUNDS": 0},
+    "descents instead of steps along new paths": {f"{CHUNKS}.DampedNoiseAware.followed": by_descents},
+    "no descents on whole recordings": {f"{WHOLE}.ROUNDS": 0},
     "a force does not answer the motion": {"identification.data.grid.answering": as_smooth},
     "no more static friction": {f"{WHOLE}.HIGHER": (1.0,)},
     "no fit with a rougher force": {f"{WHOLE}.with_rougher_force": nothing},

@@ -54,7 +54,7 @@ def with_shots(recurrence: Recurrence, columns: tuple[int, ...], text: str) -> c
     return _library(shots, "\n".join((sizes, _text("parts.h"), _text("shots.h"), text)), native=True)
 
 
-SEGMENT = type(
+SEGMENT: Any = type(
     "Segment", (ctypes.Structure,),
     {"_fields_": [(name, ctypes.c_void_p) for name in ("t", "u", "resets", "s", "y", "Y")]
      + [(name, ctypes.c_long) for name in ("n", "hold")]},

@@ -112,8 +112,8 @@ class DampedNoiseAware(NoiseAware):
         paths = list[Array]()
         for grid, own, other, line, known in zip(self.grids, new.paths, moved, new.linearised, lines, strict=True):
             stretch = _stretches(grid)
-            far = np.inf if known is None else _misfit(stretch, known) + ACCIDENT
-            paths.append(_stretchwise(stretch, [own, other], [misfit := _misfit(stretch, line), far + 0 * misfit]))
+            missed = np.inf if known is None else _misfit(stretch, known) + ACCIDENT
+            paths.append(np.where((_misfit(stretch, line) > missed)[stretch][:, None], other, own))
         return self.along(new.theta, paths, 1)
 
     def _best_new(self, theta: Array, known: Sequence[Sequence[Array]] = ()) -> list[Array] | None:

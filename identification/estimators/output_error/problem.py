@@ -13,7 +13,7 @@ from identification.estimators.coordinates import Coordinates
 from identification.estimators.least_squares import Normal, weighted
 from identification.parallel import each
 from recordings import Array, IndexArray
-from simulator import Run, Kernel
+from simulator import Kernel, Run
 
 HELD = 10.0
 """In a last, plain stage a parameter may move freely by about this factor from where it started; beyond, it costs what
