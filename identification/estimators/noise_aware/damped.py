@@ -52,7 +52,7 @@ in a row that no path explains after which no more are looked for."""
 MANY = 4e-2
 """Share of innovations far off from which it is more than some slips that a path misses: far from the right model,
 looking for them costs most and gains least."""
-FOLLOWED, ENOUGH = 8, 1.0
+FOLLOWED, ENOUGH = 16, 2.0
 """Steps along new paths at most, and the fall of the cost that another one has to promise."""
 LEFT = 0.3, 5.0
 """Fall of the cost that a step has to promise by the normal equations to be tried, and after one that failed."""
