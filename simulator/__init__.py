@@ -9,6 +9,7 @@ from simulator.effect import Catalogue, Effect, Memory, Parameter, Quantities, S
 from simulator.effects import BASE, CATALOGUE
 from simulator.excitation import Excitation
 from simulator.first_look import AddedForce, FirstLook, Missing, rhythms
+from simulator.imitation import usual_damping
 from simulator.positioner import PERIOD, Positioner, positioned
 from simulator.relaxation import Lag, Relaxation
 from simulator.simulation import FINE_STEP, Sensors, random_valve, simulate
@@ -52,4 +53,5 @@ __all__ = [
     "rhythms",
     "shows_imposed",
     "simulate",
+    "usual_damping",
 ]

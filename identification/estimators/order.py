@@ -17,6 +17,8 @@ from typing import Literal
 
 import numpy as np
 
+from simulator import usual_damping
+
 Order = Literal["full", "damped", "static"]
 
 RESOLVED, RESOLVED_EXACT = 1.0, 12.0
@@ -40,11 +42,6 @@ def swing(values: Mapping[str, float]) -> float:
 def turn(values: Mapping[str, float], spacing: float) -> float:
     """Angle [rad] by which the mass swings on its bristles in a time `spacing` [s], for parameters by full name."""
     return swing(values) * spacing
-
-
-def usual_damping(sigma0: float, m: float) -> float:
-    """Damping of the bristle [N s/m] to begin with where nothing tells it: a quarter of critical damping."""
-    return 0.5 * float(np.sqrt(sigma0 * m))
 
 
 def at_rest(stiffness: float) -> dict[str, float]:

@@ -21,13 +21,13 @@ from identification.estimators.anchors import anchors
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.fitted import Fit, Outcome, fit_of_windows
 from identification.estimators.least_squares import Solution, minimise
-from identification.estimators.order import Order, at_rest, sub_step, usual_damping
+from identification.estimators.order import Order, at_rest, sub_step
 from identification.estimators.output_error.force_position_loop import ForcePositionLoop, force_position_loop
 from identification.estimators.output_error.homotopy import Minimum
 from identification.estimators.output_error.problem import Problem, ResidualForm
 from identification.estimators.output_error.replicates import in_windows, replicates
 from recordings import Array, Progress, silent
-from simulator import Kernel, kernel
+from simulator import Kernel, kernel, usual_damping
 
 WINDOW = 0.25
 """A free run is set back to the data once in so many seconds."""

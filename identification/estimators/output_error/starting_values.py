@@ -14,10 +14,9 @@ import numpy as np
 from identification.data.experiment import Experiment, imposed
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.least_squares import Normal, Solution, minimise
-from identification.estimators.order import usual_damping
 from identification.estimators.output_error.problem import Problem, ResidualForm
 from recordings import Array
-from simulator import Kernel, kernel, shows_imposed
+from simulator import Kernel, kernel, shows_imposed, usual_damping
 
 STIFFNESS_STARTS = (3e5, 2e6, 8e6)
 """Bristle stiffnesses to start from [N/m]."""
