@@ -87,7 +87,7 @@ def _noise_aware(
     if is_resolved(best):
         return fit_noise_aware(valve, coordinates, smooth, segment_grids, [best.theta], progress)
     progress("fit to whole recordings", 0, 0)
-    whole = on_whole_recordings(work.resolving(best.theta), best.theta)
+    whole = on_whole_recordings(work.resolving(best.theta), best)
     if whole is None:
         return None
     work, estimate = whole.work, whole.end

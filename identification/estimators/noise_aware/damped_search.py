@@ -98,14 +98,16 @@ class WholeFit:
         return (self.end if self.rougher is None else self.rougher).theta - self.end.theta
 
 
-def on_whole_recordings(whole: DampedNoiseAware, theta: Array) -> WholeFit | None:
-    """The fit to whole recordings from theta (m,), in coordinates. None where the model diverges.
+def on_whole_recordings(whole: DampedNoiseAware, chunks_end: Estimate) -> WholeFit | None:
+    """The fit to whole recordings from an end on chunks. None where the model diverges.
 
     Where steps along new paths explain too little, descents go on while they gain, from new paths and more static
-    friction.
+    friction. A model that is known to lack much has no root to which such steps lead, and is only descended.
     """
-    start = whole.start(theta)
-    end = None if start is None else _followed(whole, start)
+    start = whole.start(chunks_end.theta)
+    if start is None:
+        return None
+    end = _followed(whole, start) if chunks_end.loss < UNEXPLAINED else _end(whole, start)
     if end is None:
         return None
     found = WholeFit(whole, end)

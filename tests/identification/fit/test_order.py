@@ -93,7 +93,7 @@ def test_it_does_not_end_with_a_heavy_stem_on_overdamped_bristles():
     ("rate", "estimator", "shares"),
     [
         (200.0, "noise-aware", {"lugre.fc": 3e-3, "lugre.fs": 1e-3, "mass.m": 0.03, "lugre.sigma2": 0.03}),
-        (50.0, "noise-aware", {"lugre.fc": 3e-3, "lugre.fs": 2e-3, "mass.m": 0.2, "lugre.sigma2": 0.05}),
+        (50.0, "noise-aware", {"lugre.fc": 0.01, "lugre.fs": 2e-3, "mass.m": 0.2, "lugre.sigma2": 0.05}),
     ],
 )
 def test_a_noisy_force_is_estimated_though_a_slip_is_over_before_the_next_sample(rate, estimator, shares):

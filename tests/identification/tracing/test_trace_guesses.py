@@ -121,10 +121,13 @@ def test_no_rhythm_is_where_nothing_moves_or_little_was_recorded():
 def test_the_measurements_pull_at_the_stem_in_the_rhythm_of_a_force():
     model = traced_valves.traced("periodic_force", a=4.0, b=4.0, f=3.1).selection.base
     bare = [replace(look, pull=np.zeros(len(look.t))) for look in looks(model)]
-    [first, *_] = CATALOGUE["periodic_force"].first_guess(looks(model), model.values)
-    assert first["periodic_force.f"] == pytest.approx(3.1, abs=0.02)
-    [other, *_] = CATALOGUE["periodic_force"].first_guess(bare, model.values)
-    assert other["periodic_force.f"] != pytest.approx(3.1, abs=0.02)
+
+    def nearest(some):
+        found = [guess["periodic_force.f"] for guess in CATALOGUE["periodic_force"].first_guess(some, model.values)]
+        return min(abs(f - 3.1) for f in found)
+
+    assert nearest(looks(model)) < 0.02
+    assert nearest(bare) > 0.02
 
 
 @pytest.mark.slow
