@@ -128,11 +128,3 @@ def converged(estimate: Estimate, *, resolved: bool = True) -> bool:
 def but_for_chance(outliers: float, samples: int) -> float:
     """The share of outliers that so many samples may have where it is `outliers`: three standard deviations more."""
     return outliers + 3 * float(np.sqrt(outliers / samples))
-
-
-def no_worse(estimate: Estimate, usual: Estimate) -> bool:
-    """Whether the innovations are no larger, and no more of them are far off, than those of another estimate, but for
-    chance.
-    """
-    few = but_for_chance(usual.outliers, usual.samples)
-    return bool(estimate.loss < usual.loss + 3 / np.sqrt(estimate.samples) and estimate.outliers <= few)

@@ -141,8 +141,8 @@ class Scanner:
         states after a sample's output (their sensitivities become zero), NaN where a state goes on.
         Raises ValueError for shapes that do not fit, times that do not rise and a useless h_max.
         """
-        if sensitivities and not self.recurrence.differentiable:
-            raise ValueError("sensitivities are asked for, and the recurrence was built without (differentiable=False)")
+        if sensitivities:
+            self._check_derivatives()
         t, u, p, s, given = self._checked(t, u, p, s0, resets)
         _check_steps(t, h_max)
         _, _, np_, ny, _ = self.sizes
@@ -165,6 +165,7 @@ class Scanner:
         Raises ValueError as `run` does. Runs that cannot be made together are made one after the other: without a C
         compiler, and where an operation has no translation.
         """
+        self._check_derivatives()
         library = self._scan_on_lanes(columns) if len(runs) > 1 else None
         if library is None:
             return self._one_by_one(runs, p, columns, h_max)
@@ -221,6 +222,10 @@ class Scanner:
         mask = np.zeros(ns, np.uint8) if carried is None else carried.astype(np.uint8)
         failed = self._loops_for(carried is None).shoot(0, n, t, u, h_max, p, path, ends, by, y, y_by, mask)
         return Shots(ends, by, y, y_by, failed if failed >= 0 else None)
+
+    def _check_derivatives(self) -> None:
+        if not self.recurrence.differentiable:
+            raise ValueError("sensitivities are asked for, and the recurrence was built without (differentiable=False)")
 
     def _checked(self, t: Array, u: Array, p: Array, s0: Array, resets: Array | None) -> tuple[Array, ...]:
         """The arguments as contiguous arrays of the shapes the loop expects; the state is a copy."""

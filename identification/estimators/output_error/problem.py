@@ -103,9 +103,12 @@ class Problem:
 
     def evaluate(self, unknowns: Array, setting: ResidualForm) -> Normal | None:
         """Normal equations of all segments at once; None where the model diverges."""
+        answers = self._with_derivatives(unknowns, setting)
+        if answers is None:
+            return None
         size = self.n_free + self.n_local * len(self.pieces)
         total = Normal(0.0, np.zeros(size), np.zeros((size, size)))
-        for i, response in enumerate(self.responses(unknowns, setting, sensitivities=True)):
+        for i, response in enumerate(answers):
             one = None if response is None else self._normal(i, response, unknowns, setting)
             if one is None:
                 return None
@@ -129,16 +132,13 @@ class Problem:
     def responses(
         self, unknowns: Array, setting: ResidualForm, *, sensitivities: bool = False
     ) -> list[Response | None]:
-        """The model's answer for every segment; with sensitivities, for none where it diverges on one of them."""
+        """The model's answer for every segment, None for one on which it diverges."""
+        if sensitivities:
+            together = self._with_derivatives(unknowns, setting)
+            return together or [self._alone(i, unknowns, setting) for i in range(len(self.pieces))]
         p = self.coordinates.p(unknowns[: self.n_free])
         runs = [self._given(i, unknowns, setting) for i in range(len(self.pieces))]
-        if not sensitivities:
-            return each(lambda run: self._plain_response(run, p, setting), runs)
-        columns = tuple(np.flatnonzero(self.coordinates.free).tolist())
-        found = self.kernel.run_together(runs, p, columns, h_max=setting.h_max)
-        if found is None:
-            return [None] * len(runs)
-        return [self._response(i, p, *one) for i, one in enumerate(found)]
+        return each(lambda run: self._plain_response(run, p, setting), runs)
 
     def residual(self, i: int, response: Response) -> Array:
         """Normalised residual of segment i (n_samples,), zero where nothing was measured."""
@@ -168,6 +168,21 @@ class Problem:
         s0[self.local] = unknowns[self._local_slice(i)] * self.local_scale(piece)
         held = piece.hold and kernel.causality == "force"
         return Run(segment.t, self._input(segment), s0, held, self._resets(segment, setting.window))
+
+    def _with_derivatives(
+        self, unknowns: Array, setting: ResidualForm, some: Sequence[int] = ()
+    ) -> list[Response | None] | None:  # fmt: skip
+        """The answers for all segments, or for some, with sensitivities; None where the model diverges on one."""
+        p, chosen = self.coordinates.p(unknowns[: self.n_free]), some or range(len(self.pieces))
+        columns = tuple(np.flatnonzero(self.coordinates.free).tolist())
+        runs = [self._given(i, unknowns, setting) for i in chosen]
+        found = self.kernel.run_together(runs, p, columns, h_max=setting.h_max)
+        return None if found is None else [self._response(i, p, *one) for i, one in zip(chosen, found, strict=True)]
+
+    def _alone(self, i: int, unknowns: Array, setting: ResidualForm) -> Response | None:
+        """The answer for segment i with sensitivities, whatever happens on the others."""
+        found = self._with_derivatives(unknowns, setting, (i,))
+        return None if found is None else found[0]
 
     def _plain_response(self, given: Run, p: Array, setting: ResidualForm) -> Response | None:
         t, u, s0, hold, resets = given

@@ -124,7 +124,7 @@ def test_the_measurements_pull_at_the_stem_in_the_rhythm_of_a_force():
 
     def nearest(some):
         found = [guess["periodic_force.f"] for guess in CATALOGUE["periodic_force"].first_guess(some, model.values)]
-        return min(abs(f - 3.1) for f in found)
+        return min(abs(f - 3.1) for f in found[:2])
 
     assert nearest(looks(model)) < 0.02
     assert nearest(bare) > 0.02
