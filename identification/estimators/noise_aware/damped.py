@@ -1,10 +1,9 @@
 """The noise-aware estimate where the sampling shows a slip and not the bristle: parameters and paths in damped steps.
 
 A slip lasts a few samples here. A path that slips a sample late costs hundreds, at the right parameters as at others,
-and hides what a step of the parameters gains. So the cost of parameters in a descent is that of the best of several
-paths, stretch by stretch: along the smoothed motion, runs of the model, and those that were best before; about a slip
-that all miss, runs that slip as the data do (`shots.py`). Near the end even that says more of the paths than of the
-parameters, and steps go along new paths without being judged. Steps are Gauss-Newton's.
+and hides what a step of the parameters gains. So the cost of parameters is that of the best of several paths, stretch
+by stretch: along the smoothed motion, runs of the model, and those that were best before; about a slip that all miss,
+runs that slip as the data do (`shots.py`). Steps are Gauss-Newton's.
 """
 
 from __future__ import annotations
@@ -91,12 +90,12 @@ class DampedNoiseAware(NoiseAware):
         The gradient along paths that were not chosen has no such memory. Its root is near the truth, and each step has
         but the chance of its own paths.
         """
-        for left in reversed(range(steps + 1)):
+        for _ in range(steps):
             solved = gauss_newton(now.normal, now.theta, LONGEST, self.coordinates.bounds)
-            if solved is not None and solved.free and solved.decrease < ENOUGH:
-                return replace(now, settled=True)
-            if solved is None or not left or time_is_over():
+            if solved is None or time_is_over():
                 break
+            if solved.free and solved.decrease < ENOUGH:
+                return replace(now, settled=True)
             further = self._along_new_or_moved(now, solved.move)
             if further is None:
                 break

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from identification.budget import time_is_over
-from identification.estimators.estimate import HOPELESS, Estimate, converged
+from identification.estimators.estimate import HOPELESS, Estimate, converged, lean
 from identification.estimators.noise_aware.damped import LAST, DampedNoiseAware
 from identification.estimators.noise_aware.search import HOPELESS_TRIES, NOT_FAR, RIGHT, UNEXPLAINED, chunks
 from recordings import Array, Progress, silent
 
 COARSER = 2
-"""Times that a sub-step is longer on chunks: what that makes wrong, the fit to whole recordings mends."""
+"""Times that a sub-step is longer on chunks: what that makes wrong, the descent on whole recordings mends."""
 FEW = 1e-3
 """Share of innovations far off from which an end on chunks is not taken for the right one."""
 ROUNDS = 5
@@ -85,26 +86,28 @@ class WholeFit:
         """Whether its innovations look like noise."""
         return converged(self.end, resolved=False)
 
+    @functools.cached_property
+    def rougher(self) -> Estimate | None:
+        """Where the fit goes if the force is rougher between samples; None where the model diverges."""
+        end = with_rougher_force(self.work, self.end)
+        return None if end is None else lean(end)
+
     @property
     def to_rougher(self) -> Array:
-        """How far the fit goes (m,), in coordinates, if the force is rougher between samples; 0 where it diverges."""
-        end = with_rougher_force(self.work, self.end)
-        return np.zeros_like(self.end.theta) if end is None else end.theta - self.end.theta
+        """How far that is (m,), in coordinates, 0 where it is nowhere."""
+        return (self.end if self.rougher is None else self.rougher).theta - self.end.theta
 
 
 def on_whole_recordings(whole: DampedNoiseAware, chunks_end: Estimate) -> WholeFit | None:
     """The fit to whole recordings from an end on chunks. None where the model diverges.
 
-    It takes steps along new paths. A model that is known to lack much has no root to which they lead, and is descended;
-    and where they lead nowhere, descents go on while they gain, with more static friction, too. What a descent has come
-    to explain goes on along new paths.
+    Where steps along new paths explain too little, descents go on while they gain, from new paths and more static
+    friction. A model that is known to lack much has no root to which such steps lead, and is only descended.
     """
     start = whole.start(chunks_end.theta)
     if start is None:
         return None
-    end = _followed(whole, start) if chunks_end.loss < UNEXPLAINED else None
-    followed = end is not None and (converged(end, resolved=False) or end.loss < start.loss)
-    end = end if followed else _end(whole, start)
+    end = _followed(whole, start) if chunks_end.loss < UNEXPLAINED else _end(whole, start)
     if end is None:
         return None
     found = WholeFit(whole, end)
@@ -114,24 +117,18 @@ def on_whole_recordings(whole: DampedNoiseAware, chunks_end: Estimate) -> WholeF
         end = _end(whole, _again(found))
         if end is None or end.cost > found.end.cost:
             break
-        gained, followed = found.end.cost - end.cost, False
-        found = WholeFit(whole, end)
+        found, gained = WholeFit(whole, end), found.end.cost - end.cost
+        if found.explains:
+            end = _followed(whole, end)
+            found = found if end is None or not WholeFit(whole, end).explains else WholeFit(whole, end)
         if gained < WORTH:
             break
-    return _on_new_paths(found) if found.explains and not followed else found
-
-
-def _on_new_paths(found: WholeFit) -> WholeFit:
-    """Where steps along new paths lead from a fit, if that explains the recordings, too."""
-    start = found.work.start(found.end.theta)
-    end = None if start is None else _followed(found.work, start)
-    return found if end is None or not converged(end, resolved=False) else WholeFit(found.work, end)
+    return found
 
 
 def _followed(whole: DampedNoiseAware, start: Estimate) -> Estimate | None:
     """Where steps along new paths lead on whole recordings, as ends are compared."""
-    end = whole.followed(start)
-    return whole.strict(replace(whole.mended(end), settled=end.settled))
+    return whole.strict(whole.mended(whole.followed(start)))
 
 
 def _end(whole: DampedNoiseAware, start: Estimate | None) -> Estimate | None:

@@ -1,4 +1,4 @@
-"""The fit to whole recordings in damped order: steps along new paths, and what goes on where they lead nowhere."""
+"""The fit to whole recordings in damped order: steps along new paths, and descents where the model lacks much."""
 
 from __future__ import annotations
 
@@ -35,19 +35,6 @@ def test_steps_along_new_paths_lead_back_to_the_valve():
     assert work.mended(end).loss < 1.05 < start.loss
 
 
-def test_where_they_lead_astray_a_descent_goes_on_from_the_start(monkeypatch):
-    work, theta = valve()
-    end = work.start(theta)
-
-    def astray(self, now, steps=1):
-        return replace(self.start(now.theta + 0.1), settled=False)
-
-    monkeypatch.setattr(DampedNoiseAware, "followed", astray)
-    found = on_whole_recordings(work, end)
-    assert found.explains
-    assert np.abs(found.end.theta - theta)[work.names.index("lugre.fs")] < 0.005
-
-
 def test_a_model_that_lacks_much_is_descended(monkeypatch):
     work, theta = valve()
     end = replace(work.start(theta), loss=10.0)
@@ -55,7 +42,7 @@ def test_a_model_that_lacks_much_is_descended(monkeypatch):
     monkeypatch.setattr(DampedNoiseAware, "followed", lambda self, now, steps=1: calls.append(now) or now)
     found = on_whole_recordings(work, end)
     assert found.explains
-    assert len(calls) == 1  # once the descent explains the recordings
+    assert not calls
 
 
 def test_none_where_the_model_diverges(monkeypatch):
