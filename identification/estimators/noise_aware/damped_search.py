@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from identification.budget import time_is_over
-from identification.estimators.estimate import HOPELESS, Estimate, converged, lean
+from identification.estimators.estimate import HOPELESS, Estimate, converged
 from identification.estimators.noise_aware.damped import LAST, DampedNoiseAware
 from identification.estimators.noise_aware.search import HOPELESS_TRIES, NOT_FAR, RIGHT, UNEXPLAINED, chunks
 from recordings import Array, Progress, silent
@@ -86,16 +85,11 @@ class WholeFit:
         """Whether its innovations look like noise."""
         return converged(self.end, resolved=False)
 
-    @functools.cached_property
-    def rougher(self) -> Estimate | None:
-        """Where the fit goes if the force is rougher between samples; None where the model diverges."""
-        end = with_rougher_force(self.work, self.end)
-        return None if end is None else lean(end)
-
     @property
     def to_rougher(self) -> Array:
-        """How far that is (m,), in coordinates, 0 where it is nowhere."""
-        return (self.end if self.rougher is None else self.rougher).theta - self.end.theta
+        """How far the fit goes (m,), in coordinates, if the force is rougher between samples; 0 where it diverges."""
+        end = with_rougher_force(self.work, self.end)
+        return np.zeros_like(self.end.theta) if end is None else end.theta - self.end.theta
 
 
 def on_whole_recordings(whole: DampedNoiseAware, chunks_end: Estimate) -> WholeFit | None:
@@ -119,8 +113,9 @@ def on_whole_recordings(whole: DampedNoiseAware, chunks_end: Estimate) -> WholeF
             break
         found, gained = WholeFit(whole, end), found.end.cost - end.cost
         if found.explains:
-            end = _followed(whole, end)
-            found = found if end is None or not WholeFit(whole, end).explains else WholeFit(whole, end)
+            further = _followed(whole, end)
+            if further is not None and converged(further, resolved=False):
+                found = WholeFit(whole, further)
         if gained < WORTH:
             break
     return found
