@@ -33,8 +33,6 @@ FREEDOM = PathFreedom(1.0, 1e-4, 0.1)
 FINER = 4
 """Part of the longest sub-step that resolves a slip which the fit takes: the step's own error biases mass and viscous
 friction by more than the noise does (at full size by ten standard deviations, at a quarter by none that shows)."""
-WIDEST = 0.01
-"""Time between the nodes of a path [s] at most."""
 STRETCH = 0.5
 """Length [s] of the stretches in which paths are chosen: a slip, and the rest behind it."""
 WORSE, BACK = 0.1, 0.3
@@ -42,7 +40,7 @@ WORSE, BACK = 0.1, 0.3
 STEPS, LAST = 6, 12
 """Steps by which a descent on chunks shows whether it is worth going on, and steps of it then and on whole recordings.
 """
-LOOSE, LOOSE_STEPS = (10.0, 3.0), 3
+LOOSE, LOOSE_STEPS = (5.0,), 3
 """Factors on the noise of the force while a new path comes to rest at first, one after the other, and steps of each."""
 OTHERS, SHOT_RESTING = (along_smooth_motion, without_overshoot), 4
 """What is tried about a slip that is missed, beside runs of the model, and steps in which it comes to rest."""
@@ -52,8 +50,9 @@ in a row that no path explains after which no more are looked for."""
 MANY = 4e-2
 """Share of innovations far off from which it is more than some slips that a path misses: far from the right model,
 looking for them costs most and gains least."""
-FOLLOWED, ENOUGH = 16, 2.0
-"""Steps along new paths at most, and the fall of the cost that another one has to promise."""
+FOLLOWED, FEW, ENOUGH = 48, 8, 2.0
+"""Steps along new paths at most, how many of them have to lower the mean cost of as many before them, and the fall of
+the cost that another one has to promise."""
 LEFT = 0.3, 5.0
 """Fall of the cost that a step has to promise by the normal equations to be tried, and after one that failed."""
 ACCIDENT = 20.0
@@ -72,10 +71,10 @@ class DampedNoiseAware(NoiseAware):
         """The estimate at fixed parameters theta (m,), along new paths that take so many steps. None where the model
         diverges.
         """
-        new = self._along_new(theta, steps)
+        new = self.along_new(theta, steps)
         return None if new is None else self.mended(new)
 
-    def _along_new(self, theta: Array, steps: int = NEW_PATH) -> Estimate | None:
+    def along_new(self, theta: Array, steps: int = NEW_PATH) -> Estimate | None:
         """The estimate at theta along new paths, whatever slips they miss."""
         firsts = self._best_new(theta)
         best = None if firsts is None else self._loosened(theta, firsts)
@@ -90,31 +89,35 @@ class DampedNoiseAware(NoiseAware):
         The gradient along paths that were not chosen has no such memory. Its root is near the truth, and each step has
         but the chance of its own paths.
         """
+        known, settled = list[float](), False
         for _ in range(steps):
             solved = gauss_newton(now.normal, now.theta, LONGEST, self.coordinates.bounds)
             if solved is None or time_is_over():
                 break
-            if solved.free and solved.decrease < ENOUGH:
-                return replace(now, settled=True)
-            further = self._along_new_or_moved(now, solved.move)
+            settled = bool(known) and solved.free and solved.decrease < ENOUGH  # a start has a memory of its own
+            further = None if settled else self._along_new_or_moved(now, solved.move)
             if further is None:
                 break
             now = further
-        return now
+            known.append(now.cost)
+            if not len(known) % FEW and _mean(known[-FEW:]) > _mean(known[-2 * FEW : -FEW]):
+                break
+        return replace(now, settled=settled)
 
     def _along_new_or_moved(self, now: Estimate, step: Array) -> Estimate | None:
         """The estimate a step further along new paths, and where these miss a slip along those that move along."""
-        new = self._along_new(now.theta + step)
+        new = self.along_new(now.theta + step)
         if new is None:
             return None
         p, moved = self.coordinates.p(new.theta), self.moved(now, step)
         lines = each(lambda i: self.held.line(i, p, moved[i]), range(len(self.grids)))
-        paths = list[Array]()
+        paths, any_missed = list[Array](), False
         for grid, own, other, line, known in zip(self.grids, new.paths, moved, new.linearised, lines, strict=True):
             stretch = _stretches(grid)
-            missed = np.inf if known is None else _misfit(stretch, known) + ACCIDENT
-            paths.append(np.where((_misfit(stretch, line) > missed)[stretch][:, None], other, own))
-        return self.along(new.theta, paths, 1)
+            missed = _misfit(stretch, line) > (np.inf if known is None else _misfit(stretch, known) + ACCIDENT)
+            paths.append(np.where(missed[stretch][:, None], other, own))
+            any_missed |= bool(missed.any())
+        return self.along(new.theta, paths, 1) if any_missed else new
 
     def _best_new(self, theta: Array, known: Sequence[Sequence[Array]] = ()) -> list[Array] | None:
         """The best of new paths, and of known ones, that have not come to rest."""
@@ -145,7 +148,7 @@ class DampedNoiseAware(NoiseAware):
             end = None if time_is_over() else self._through_slips(now, vain)
             if end is None or end.cost > now.cost - EQUAL:
                 break
-            now = end
+            now = replace(end, settled=now.settled)
         return now
 
     def _through_slips(self, now: Estimate, vain: Sequence[set[int]]) -> Estimate | None:
@@ -228,18 +231,15 @@ class DampedNoiseAware(NoiseAware):
         start = self._moved_to(theta, [paths])
         return None if start is None else self.descend(self.mended(start), steps, vain)
 
-    def on_new_paths(self, theta: Array, most: float = HOPELESS) -> Estimate | None:
-        """The end of a descent from theta (m,) along new paths; most : loss that its first steps may leave. None where
-        the model diverges.
-        """
-        now = self.start(theta)
+    def descended(self, now: Estimate, most: float = HOPELESS) -> Estimate:
+        """The end of a descent from an estimate; most : loss that its first steps may leave."""
         for steps in (STEPS, LAST):
-            if now is None or now.loss > HOPELESS:
+            if now.loss > HOPELESS:
                 break
             now = self.descend(now, steps)
             if now.settled or now.loss > most or converged(now, resolved=False):
                 break
-        return None if now is None else lean(now)
+        return lean(now)
 
     def relaxed(
         self, i: int, p: Array, path: Array, line: Innovations, steps: int
@@ -297,10 +297,9 @@ class DampedNoiseAware(NoiseAware):
         """The stage of a fit to whole recordings: there is but one."""
         return ((self.freedom, LAST),)
 
-    @property
-    def strict_freedom(self) -> PathFreedom:
-        """The freedom of the paths by which ends of fits are judged."""
-        return self.freedom
+    def strict(self, now: Estimate) -> Estimate:
+        """The estimate as ends are compared: as it is, for paths have but one freedom."""
+        return now
 
     def _best_paths(
         self, theta: Array, candidates: Callable[[int], Sequence[Array | None]]
@@ -335,6 +334,11 @@ def _stretches(grid: Grid) -> IndexArray:
     return np.asarray((grid.t - grid.t[0]) // STRETCH, int)
 
 
+def _mean(values: Sequence[float]) -> float:
+    """The mean of some values, infinite of none."""
+    return float(np.mean(values)) if values else np.inf
+
+
 def _cost(line: Innovations | None) -> float:
     """The cost of all innovations, infinite where the model has no solution."""
     return np.inf if line is None else float(costs(*line.scored).sum())
@@ -348,17 +352,12 @@ def _misfit(stretch: IndexArray, line: Innovations) -> Array:
 def damped_for(
     valve: Kernel, coordinates: Coordinates, segment_grids: Sequence[Grid], theta: Array
 ) -> DampedNoiseAware:
-    """The estimator for the grids of some experiments, with nodes and sub-steps that resolve a slip of theta (m,)."""
+    """The estimator for the grids of some experiments, with sub-steps that resolve a slip of theta (m,)."""
     with_error = kernel(valve.effects, "force with error", valve.catalogue, damped=True)
     smooth = each(lambda grid: grid.with_local_smoothing(), segment_grids)  # longest where least happens
-    return DampedNoiseAware(with_error, coordinates, close(smooth), freedom_for(coordinates.values(theta)))
+    return DampedNoiseAware(with_error, coordinates, smooth, freedom_for(coordinates.values(theta)))
 
 
 def freedom_for(values: Mapping[str, float]) -> PathFreedom:
     """The freedom of paths whose sub-steps resolve a slip, for parameters by full name."""
     return replace(FREEDOM, h_max=sub_step(values) / FINER)
-
-
-def close(segment_grids: Sequence[Grid]) -> list[Grid]:
-    """Grids with nodes close enough for a slip."""
-    return [grid.divided(max(1, round(float(np.median(np.diff(grid.t))) / WIDEST))) for grid in segment_grids]

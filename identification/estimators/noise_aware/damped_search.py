@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -28,6 +28,8 @@ WORTH = 30.0
 """Fall of the cost that paths of other slips give: a descent that gains less is the last."""
 SAME = 1e-2
 """Distance of two starts, in coordinates, below which they are one."""
+NEAR = 2.0
+"""Mean loss along new paths up to which a descent begins before other starts are looked at."""
 CHUNK, CHUNK_S = 1000, 8.0
 """Least nodes and seconds of a chunk."""
 
@@ -40,22 +42,37 @@ def best_on_chunks(
     """
     freedom = replace(whole.freedom, h_max=COARSER * whole.freedom.h_max)
     small = replace(whole, grids=chunks(whole.grids, CHUNK, CHUNK_S), freedom=freedom)
-    ends, tried = list[Estimate](), list[Array]()
-    for tries, start in enumerate(starts, 1):
-        if any(np.abs(start - one).max() < SAME for one in tried):
-            continue
-        tried.append(start)
+    ends = list[Estimate]()
+    for tries, start in enumerate(_likeliest_first(small, starts), 1):
         progress("search on chunks", tries, 0)
         least = min((end.loss for end in ends), default=UNEXPLAINED)
-        end = small.on_new_paths(start, most=min(UNEXPLAINED, NOT_FAR * least))
-        if end is not None and enough(end):  # what damped steps leave is no reason to stop where they are not needed
-            end = small.on_new_paths(end.theta)
-        ends += [] if end is None else [end]
+        end = small.descended(small.mended(start), most=min(UNEXPLAINED, NOT_FAR * least))
+        again = small.start(end.theta) if enough(end) else None
+        if again is not None:  # what damped steps leave is no reason to stop where they are not needed
+            end = small.descended(again)
+        ends.append(end)
         hopeless = tries >= HOPELESS_TRIES and all(end.loss > UNEXPLAINED for end in ends)
         sure = ends and (_explained(_best(ends)) or _agreed(ends) or enough(_best(ends)))
         if ends and (hopeless or sure or time_is_over()):
             break
     return _best(ends) if ends else None
+
+
+def _likeliest_first(work: DampedNoiseAware, starts: Iterable[Array]) -> Iterator[Estimate]:
+    """The estimates along new paths at starting values (m,) that differ: each at once if it is near, the others at the
+    end, those of least loss first.
+    """
+    tried, others = list[Array](), list[Estimate]()
+    for start in starts:
+        if any(np.abs(start - one).max() < SAME for one in tried):
+            continue
+        tried.append(start)
+        new = work.along_new(start)
+        if new is not None and new.loss < NEAR:
+            yield new
+        elif new is not None:
+            others.append(new)
+    yield from sorted(others, key=lambda new: new.loss)
 
 
 def _best(ends: Sequence[Estimate]) -> Estimate:
@@ -114,21 +131,21 @@ def on_whole_recordings(whole: DampedNoiseAware, chunks_end: Estimate) -> WholeF
         found, gained = WholeFit(whole, end), found.end.cost - end.cost
         if found.explains:
             further = _followed(whole, end)
-            if further is not None and converged(further, resolved=False):
+            if converged(further, resolved=False):
                 found = WholeFit(whole, further)
         if gained < WORTH:
             break
     return found
 
 
-def _followed(whole: DampedNoiseAware, start: Estimate) -> Estimate | None:
-    """Where steps along new paths lead on whole recordings, as ends are compared."""
-    return whole.strict(whole.mended(whole.followed(start)))
+def _followed(whole: DampedNoiseAware, start: Estimate) -> Estimate:
+    """Where steps along new paths lead on whole recordings."""
+    return whole.mended(whole.followed(start))
 
 
 def _end(whole: DampedNoiseAware, start: Estimate | None) -> Estimate | None:
-    """Where a descent on whole recordings from a start leads, as ends are compared; None without a start."""
-    return None if start is None else whole.strict(whole.descend(start, LAST))
+    """Where a descent on whole recordings from a start leads; None without a start."""
+    return None if start is None else whole.descend(start, LAST)
 
 
 def _again(found: WholeFit) -> Estimate | None:

@@ -243,14 +243,9 @@ class NoiseAware:
         """The stages of a fit to whole recordings."""
         return STAGES if self.dense else SPARSE_STAGES
 
-    @property
-    def strict_freedom(self) -> PathFreedom:
-        """The freedom of the paths by which ends of fits are judged."""
-        return STRICT
-
     def strict(self, now: Estimate) -> Estimate | None:
         """The estimate without allowance for the error of linearisation, which makes costs of estimates comparable."""
-        end = self.with_freedom(self.strict_freedom).along(now.theta, now.paths, STRICT_STEPS)
+        end = self.with_freedom(STRICT).along(now.theta, now.paths, STRICT_STEPS)
         return None if end is None else replace(end, settled=now.settled)
 
     def _sigmas(self, now: Estimate) -> Array:

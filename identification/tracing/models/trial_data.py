@@ -12,7 +12,7 @@ from identification.data.experiment import Experiment, Segment
 from identification.data.grid import Grid, grids
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.imposed_motion.estimator import ImposedMotion
-from identification.estimators.noise_aware.damped import DampedNoiseAware, close, freedom_for
+from identification.estimators.noise_aware.damped import DampedNoiseAware, freedom_for
 from identification.estimators.noise_aware.estimator import NoiseAware
 from identification.estimators.noise_aware.linearised_model import PathFreedom
 from identification.estimators.noise_aware.resolution import resolving
@@ -83,9 +83,8 @@ class TrialData:
         )
 
     def damped_for(self, values: Mapping[str, float]) -> TrialData:
-        """The same in damped order, with nodes and steps close enough for a slip, for parameters by full name."""
-        fitted, held_out = (tuple(close(some)) for some in (self.fitted, self.held_out))
-        return replace(self, fitted=fitted, held_out=held_out, damped=freedom_for(values))
+        """The same in damped order, with steps close enough for a slip, for parameters by full name."""
+        return replace(self, damped=freedom_for(values))
 
     def in_order(self, *effects: str) -> tuple[str, ...]:
         """Effects in the order of the catalogue."""

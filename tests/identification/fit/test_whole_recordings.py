@@ -11,7 +11,7 @@ from benchmarks.plant_sampling import recordings
 from identification.data.grid import grids
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.noise_aware.damped import DampedNoiseAware, damped_for
-from identification.estimators.noise_aware.damped_search import on_whole_recordings
+from identification.estimators.noise_aware.damped_search import best_on_chunks, on_whole_recordings
 from simulator import BASE, kernel
 
 
@@ -32,7 +32,24 @@ def test_steps_along_new_paths_lead_back_to_the_valve():
     assert end.settled
     near = [work.names.index(name) for name in ("spring.K", "lugre.fc", "lugre.fs", "lugre.sigma2")]
     assert np.abs(end.theta - theta)[near].max() < 0.005
-    assert work.mended(end).loss < 1.05 < start.loss
+    mended = work.mended(end)
+    assert mended.loss < 1.05 < start.loss
+    assert mended.settled
+
+
+def test_a_start_that_explains_most_is_tried_first(monkeypatch):
+    work, theta = valve()
+    worse, better = theta.copy(), theta.copy()
+    fs = work.names.index("lugre.fs")
+    worse[fs], better[fs] = theta[fs] + 0.6, theta[fs] + 0.3
+    losses = []
+    monkeypatch.setattr(DampedNoiseAware, "descend", lambda self, now, steps: losses.append(now.loss) or now)
+    best_on_chunks(work, [worse, better, worse + 1e-4], lambda _: False)
+    first = losses[0]
+    losses.clear()
+    best_on_chunks(work, [better], lambda _: False)
+    assert losses[0] == first
+    assert first > 2.0
 
 
 def test_a_model_that_lacks_much_is_descended(monkeypatch):
