@@ -60,7 +60,7 @@ def best_on_chunks(
 
 def _likeliest_first(work: DampedNoiseAware, starts: Iterable[Array]) -> Iterator[Estimate]:
     """The estimates along new paths at starting values (m,) that differ: each at once if it is near, the others at the
-    end, those of least loss first.
+    end, those of least loss first, but what explains nothing as it comes.
     """
     tried, others = list[Array](), list[Estimate]()
     for start in starts:
@@ -72,7 +72,7 @@ def _likeliest_first(work: DampedNoiseAware, starts: Iterable[Array]) -> Iterato
             yield new
         elif new is not None:
             others.append(new)
-    yield from sorted(others, key=lambda new: new.loss)
+    yield from sorted(others, key=lambda new: min(new.loss, UNEXPLAINED))
 
 
 def _best(ends: Sequence[Estimate]) -> Estimate:

@@ -41,7 +41,7 @@ def test_a_start_that_explains_most_is_tried_first(monkeypatch):
     work, theta = valve()
     worse, better = theta.copy(), theta.copy()
     fs = work.names.index("lugre.fs")
-    worse[fs], better[fs] = theta[fs] + 0.6, theta[fs] + 0.3
+    worse[fs], better[fs] = theta[fs] + 0.6, theta[fs] + 0.06
     losses = []
     monkeypatch.setattr(DampedNoiseAware, "descend", lambda self, now, steps: losses.append(now.loss) or now)
     best_on_chunks(work, [worse, better, worse + 1e-4], lambda _: False)
