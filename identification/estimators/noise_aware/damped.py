@@ -40,7 +40,7 @@ WORSE, BACK = 0.1, 0.3
 STEPS, LAST = 6, 12
 """Steps by which a descent on chunks shows whether it is worth going on, and steps of it then and on whole recordings.
 """
-LOOSE, LOOSE_STEPS = (5.0,), 3
+LOOSE, LOOSE_STEPS = (10.0, 3.0), 3
 """Factors on the noise of the force while a new path comes to rest at first, one after the other, and steps of each."""
 OTHERS, SHOT_RESTING = (along_smooth_motion, without_overshoot), 4
 """What is tried about a slip that is missed, beside runs of the model, and steps in which it comes to rest."""
