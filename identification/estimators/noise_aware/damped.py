@@ -100,7 +100,8 @@ class DampedNoiseAware(NoiseAware):
                 break
             now = further
             known.append(now.cost)
-            if not len(known) % FEW and _mean(known[-FEW:]) > _mean(known[-2 * FEW : -FEW]):
+            turn = len(known) > FEW and len(known) % FEW == 0
+            if turn and np.mean(known[-FEW:]) > np.mean(known[-2 * FEW : -FEW]):
                 break
         return replace(now, settled=settled)
 
@@ -332,11 +333,6 @@ def _stretchwise(stretch: IndexArray, paths: Sequence[Array], misfits: Sequence[
 def _stretches(grid: Grid) -> IndexArray:
     """The number of the stretch that each node of a grid lies in, (n,)."""
     return np.asarray((grid.t - grid.t[0]) // STRETCH, int)
-
-
-def _mean(values: Sequence[float]) -> float:
-    """The mean of some values, infinite of none."""
-    return float(np.mean(values)) if values else np.inf
 
 
 def _cost(line: Innovations | None) -> float:

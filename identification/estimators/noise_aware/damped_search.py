@@ -52,8 +52,8 @@ def best_on_chunks(
             end = small.descended(again)
         ends.append(end)
         hopeless = tries >= HOPELESS_TRIES and all(end.loss > UNEXPLAINED for end in ends)
-        sure = ends and (_explained(_best(ends)) or _agreed(ends) or enough(_best(ends)))
-        if ends and (hopeless or sure or time_is_over()):
+        best = _best(ends)
+        if hopeless or _explained(best) or _agreed(ends) or enough(best) or time_is_over():
             break
     return _best(ends) if ends else None
 
