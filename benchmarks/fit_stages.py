@@ -70,7 +70,7 @@ DAMPED_ORDER: dict[str, Mapping[str, Any]] = {
     "four starts, and none of them dropped": {f"{SEARCH}.STARTS": 4, f"{SEARCH}.STEPS": (10,)},
     "no bristle in balance on first paths": {f"{PATHS}.balanced": last_of_all},
     "no runs of the model": {f"{PATHS}.set_back_path": nothing},
-    "no loose forces on new paths": {f"{CHUNKS}.LOOSE": ()},
+    "no looser force on new paths": {f"{CHUNKS}.LOOSE": 1.0},
     "missed slips are not looked for": {f"{CHUNKS}.ROUNDS": 0},
     "no runs through missed slips": {f"{CHUNKS}.shots": no_runs},
     "nothing but runs through missed slips": {f"{CHUNKS}.OTHERS": ()},

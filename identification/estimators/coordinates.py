@@ -23,7 +23,8 @@ class Coordinates:
 
     names : all parameters in kernel order; base (n_parameters,) : values of the fixed ones; free, logs (n_parameters,)
     bool; scale (n_parameters,) : unit of the linear coordinates; lower, upper (n_parameters,) in physical units;
-    priors : (name, mean, standard deviation) of what a user knows, SI units; constraints : that a user makes.
+    priors : (name, mean, standard deviation) of what a user knows, SI units; constraints : that a user makes; learned :
+    mean (n_free,) and precision (n_free, n_free) of theta by other recordings.
     """
 
     names: tuple[str, ...]
@@ -35,6 +36,7 @@ class Coordinates:
     upper: Array
     priors: tuple[tuple[str, float, float], ...] = ()
     constraints: tuple[Constraint, ...] = ()
+    learned: tuple[Array, Array] | None = None
 
     @classmethod
     def of(
@@ -131,21 +133,25 @@ class Coordinates:
 
     def all_held(self) -> Coordinates:
         """The same with no parameter free, for what asks for no derivatives by them."""
-        return replace(self, free=np.zeros_like(self.free))
+        return replace(self, free=np.zeros_like(self.free), learned=None)
 
     def with_defaults(self, values: Mapping[str, float]) -> Coordinates:
         """The same with other values before any fit, by full name."""
         return replace(self, base=np.array([values.get(n, v) for n, v in self.defaults.items()]))
 
     def told(self, theta: Array) -> Normal:
-        """Normal equations (n_free,) of the user's priors, which are normal in the parameters themselves."""
+        """Normal equations (n_free,) of the user's priors, which are normal in the parameters themselves, and of what
+        other recordings told.
+        """
         p, n, names = self.p(theta), self.n_free, self.free_names
-        normal = Normal(0.0, np.zeros(n), np.zeros((n, n)))
-        for name, mean, std in self.priors:
-            off = (float(p[self.names.index(name)]) - mean) / std
+        mean, precision = self.learned or (theta, np.zeros((n, n)))
+        off = theta - mean
+        normal = Normal(float(off @ precision @ off), precision @ off, precision)
+        for name, told, std in self.priors:
+            away = (float(p[self.names.index(name)]) - told) / std
             by = np.zeros(n)
             by[names.index(name)] = self.slope(p)[names.index(name)] / std
-            normal = normal.plus(Normal(off**2, off * by, np.outer(by, by)))
+            normal = normal.plus(Normal(away**2, away * by, np.outer(by, by)))
         return normal
 
     @property

@@ -106,20 +106,3 @@ def _narrowed(search: Search, starts: Sequence[Array]) -> Iterator[Array]:
         end = search.narrowed(start)
         if end is not None:
             yield end
-
-
-def damped_start(
-    valve: Kernel, coordinates: Coordinates, smooth: Sequence[Experiment], segment_grids: Sequence[Grid]
-) -> Array | None:
-    """Starting values (m,) for the fit of a valve to whole recordings, as `fit_damped` finds them, from nothing but the
-    defaults of the coordinates for what is not of the base model; None where nothing leads anywhere.
-    """
-    search = search_for(valve, coordinates, smooth, "damped")
-    if search is None:
-        return None
-    starts = search.ends()
-    if not starts:
-        return None
-    work = damped_for(valve, coordinates, segment_grids, starts[0])
-    best = best_on_chunks(work, _narrowed(search, starts), enough=lambda _: False)
-    return None if best is None else best.theta

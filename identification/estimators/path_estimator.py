@@ -49,5 +49,7 @@ class PathEstimator(Protocol):
     def descend(self, now: Estimate, steps: int) -> Estimate:
         """The estimate after at most so many Gauss-Newton steps."""
 
-    def fit(self, theta: Array, steps: int) -> Estimate | None:
-        """`start` and `descend`. None where the model diverges."""
+    def fit(self, theta: Array, steps: int, vain: Callable[[Estimate], bool] | None = None) -> Estimate | None:
+        """The estimate after at most so many Gauss-Newton steps from theta (m,), along new paths, which where slips are
+        short are new at every step. vain : whether it is, to go on. None where the model diverges.
+        """

@@ -32,7 +32,7 @@ from identification.estimators.coordinates import Coordinates
 from identification.estimators.feasibility import check_given, obstacle
 from identification.given import plant_constants
 from identification.tracing import settings
-from identification.tracing.candidates import candidates_of_round
+from identification.tracing.candidates import candidates_of_round, in_wrong_order
 from identification.tracing.classes import in_the_end, one_accepted
 from identification.tracing.judge import Candidate, judged_by_chance
 from identification.tracing.models.base import base_model, polished, with_stiffness_growth
@@ -96,6 +96,8 @@ def forward_selection(
         if not budget.allows(f"round {len(rounds) + 1}"):
             break
         rounds.append(candidates_of_round(model, budget, watch))
+        if in_wrong_order(rounds[-1]) and budget.allows("the full order"):
+            return forward_selection(_in_full_order(base, progress), budget, progress)
         best = next(iter(rounds[-1]), None)
         if best is None or not best.accepted or best.refit is None:
             break
@@ -115,6 +117,13 @@ def forward_selection(
             model, added = before, earlier
             break
     return base, model, added, rounds
+
+
+def _in_full_order(base: Model, progress: Progress) -> Model:
+    """The base model fitted in full order."""
+    data = base.data
+    watch = _of("base model in full order", progress)
+    return base_model(data.experiments, data.held_out_experiments, data.given, data.catalogue, watch, order="full")
 
 
 def _pruned(model: Model, added: tuple[str, ...]) -> tuple[Model, tuple[str, ...]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +12,6 @@ from identification.tracing.classes import ranked
 from identification.tracing.judge import NO_TIME, Candidate, judge, not_fitted, not_refitted
 from identification.tracing.models.comparison import is_white
 from identification.tracing.models.model import Model
-from identification.tracing.models.search import fitted_anew
 from identification.tracing.refine import CandidateFit, gain_of, worth_refitting
 from identification.tracing.screen import Score, screen
 from identification.tracing.shortlist import shortlisted_fits
@@ -22,15 +21,12 @@ from recordings import Progress, silent
 def candidates_of_round(model: Model, budget: Budget, progress: Progress = silent) -> tuple[Candidate, ...]:
     """All candidates beside a model, best first; at most the first is accepted."""
     scores, fits, judged = screen(model, progress), list[CandidateFit](), dict[str, Candidate]()
-    anew, lacks = set[str](), model.data.damped is not None and not is_white(model)
     for some, rest in shortlisted_fits(model, scores, budget, progress):
         fits = sorted([*fits, *some], key=lambda fit: -fit.gain if fit.chunk_fits else np.inf)
         chosen = [fit for effect, fit in worth_refitting(model, fits).items() if effect not in judged]
         shown = budget.within(chosen, "refits and hold-out", progress, lambda fit: fit.effect)
         judged |= {fit.effect: judge(model, fit) for fit in shown}
-        if lacks and not any(_is_enough(c, rest) for c in judged.values()):
-            judged |= _best_anew(model, fits, judged, anew, budget)
-        if any(_is_enough(c, rest) for c in judged.values()):
+        if any(_is_enough(c, rest) for c in judged.values()) or in_wrong_order(judged.values()):
             break
     judged |= {fit.effect: judge(model, fit) for fit in _best_in_time(model, fits, budget) if fit.effect not in judged}
     known = [judged.get(fit.effect) or not_refitted(fit) for fit in fits]
@@ -39,22 +35,13 @@ def candidates_of_round(model: Model, budget: Budget, progress: Progress = silen
     return tuple(replace(c, why=NO_TIME) if _is_late(c, budget) else c for c in found)
 
 
-def _best_anew(
-    model: Model, fits: Sequence[CandidateFit], judged: dict[str, Candidate], anew: set[str], budget: Budget
-) -> dict[str, Candidate]:
-    """The accepted candidate that gains most, fitted anew and judged again where that gains more; anew : those that
-    were. A slip that the base model has wrong holds its paths, and a refit that starts from them.
+def in_wrong_order(candidates: Iterable[Candidate]) -> bool:
+    """Whether the best refit of candidates of damped order shows that the sampling resolves the bristle, which a base
+    model that lacks much could not tell. An accepted one that leaves nothing is right in either order.
     """
-    best = max((c for c in judged.values() if c.accepted), key=lambda c: c.gain, default=None)
-    if best is None or best.effect in anew or not budget.allows(f"{best.effect} anew"):
-        return {}
-    anew.add(best.effect)
-    fit = next(fit for fit in fits if fit.effect == best.effect)
-    refit = fitted_anew(model, best.effect, next(iter(fit.score.guesses), fit.score.values))
-    if refit is None or gain_of(model, refit) < best.gain:
-        return {}
-    again = judge(model, replace(fit, base_path_refit=refit, chunk_fits=()))
-    return {best.effect: again} if again.accepted else {}
+    refits = [c.refit for c in candidates if c.refit is not None]
+    best = min(refits, key=lambda refit: refit.cost, default=None)
+    return best is not None and best.shows_the_swing and not any(_is_enough(c, ()) for c in candidates)
 
 
 def _best_in_time(model: Model, fits: Sequence[CandidateFit], budget: Budget) -> list[CandidateFit]:

@@ -91,8 +91,7 @@ def net_gain(model: Model, refit: Model, effect: str) -> float:
 
 def _clear_gain(model: Model) -> float:
     """The gain that is beyond doubt for recordings of such sampling."""
-    spacing = max(s.dt for e in model.data.experiments for s in e.segments)
-    resolved = resolved_by_nodes(model.values, spacing)
+    resolved = resolved_by_nodes(model.values, model.data.spacing)
     return settings.CLEAR_GAIN if resolved else settings.CLEAR_GAIN_UNRESOLVED
 
 

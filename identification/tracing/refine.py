@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 from identification.estimators.estimate import Estimate, lean
 from identification.tracing import settings
+from identification.tracing.models.comparison import fitted_whiteness
 from identification.tracing.models.guesses import strengths
 from identification.tracing.models.model import Model
 from identification.tracing.models.promise import may_reach, newton_step
@@ -50,7 +51,8 @@ def fit_on_chunks(
     first = first_fits(base, score.effect, values=score.values, guesses=score.guesses, from_here=from_here)
     if base_on_chunks is None or not first:
         return CandidateFit(score, (), score.gain)
-    ends = continued(first, base_on_chunks.cost - settings.GAIN_SHARE * best_gain)
+    least = max(settings.GAIN_SHARE * best_gain, _least_on_chunks(base))
+    ends = continued(first, base_on_chunks.cost - least)
     gains = [gain_of(base_on_chunks, end) for end in ends]
     others = [
         end
@@ -103,19 +105,24 @@ def worth_refitting(base: Model, fits: Sequence[CandidateFit]) -> dict[str, Cand
     share = settings.FAR_SHARE if imposed else settings.GAIN_SHARE
     count = settings.CANDIDATES if imposed else settings.CANDIDATES // 2
     on_chunks = [fit for fit in fits if fit.chunk_fits][:count]
-    likely = settings.MIN_GAIN / 2 * base.data.chunk_share
-    least = max(share * on_chunks[0].gain, likely) if on_chunks else 0.0
+    least = max(share * on_chunks[0].gain, _least_on_chunks(base)) if on_chunks else 0.0
     best = max((gain_of(base, fit.base_path_refit) for fit in fits), default=0.0)
     enough = max(settings.MIN_GAIN, share * best)
     on_paths = {fit.effect: replace(fit, chunk_fits=()) for fit in fits if gain_of(base, fit.base_path_refit) > enough}
     return on_paths | {fit.effect: fit for fit in on_chunks if fit.gain >= least}
 
 
+def _least_on_chunks(base: Model) -> float:
+    """The gain on chunks below which a candidate is not refitted to whole recordings."""
+    return settings.MIN_GAIN / 2 * base.data.chunk_share
+
+
 def refitted(base: Model, fit: CandidateFit) -> Model | None:
     """The best refit of a candidate to the whole recordings: on chunks a worse end may look better. The one on the base
-    model's paths is enough where it gains what chunks promise for the whole.
+    model's paths is enough where it gains what chunks promise for the whole and leaves nothing.
     """
     near = fit.base_path_refit
-    enough = gain_of(base, near) * base.data.chunk_share > fit.gain
+    promised = gain_of(base, near) * base.data.chunk_share > fit.gain
+    enough = near is not None and promised and fitted_whiteness(near).white
     refits = [near] if enough else [near, *(end.refitted_to(base.data) for end in fit.chunk_fits)]
     return min((r for r in refits if r is not None), key=lambda r: r.cost, default=None)

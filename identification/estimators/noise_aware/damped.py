@@ -40,8 +40,8 @@ WORSE, BACK = 0.1, 0.3
 STEPS, LAST = 6, 12
 """Steps by which a descent on chunks shows whether it is worth going on, and steps of it then and on whole recordings.
 """
-LOOSE, LOOSE_STEPS = (10.0, 3.0), 3
-"""Factors on the noise of the force while a new path comes to rest at first, one after the other, and steps of each."""
+LOOSE, LOOSE_STEPS = 5.0, 3
+"""Factor on the noise of the force while a new path comes to rest at first, and steps of that."""
 OTHERS, SHOT_RESTING = (along_smooth_motion, without_overshoot), 4
 """What is tried about a slip that is missed, beside runs of the model, and steps in which it comes to rest."""
 ROUNDS, RESTING, PATIENCE = 3, 2, 6
@@ -61,7 +61,12 @@ ACCIDENT = 20.0
 
 @dataclass(frozen=True)
 class DampedNoiseAware(NoiseAware):
-    """The fit of one kernel of a force with error, in damped steps, to some grids (a `PathEstimator`)."""
+    """The fit of one kernel of a force with error, in damped steps, to some grids (a `PathEstimator`).
+
+    many : share of innovations far off from which slips that the paths miss are not looked for.
+    """
+
+    many: float = MANY
 
     def resolving(self, theta: Array) -> DampedNoiseAware:
         """The same with sub-steps that resolve a slip of theta (m,)."""
@@ -80,7 +85,14 @@ class DampedNoiseAware(NoiseAware):
         best = None if firsts is None else self._loosened(theta, firsts)
         return None if best is None else self.along(theta, best, steps)
 
-    def followed(self, now: Estimate, steps: int = FOLLOWED) -> Estimate:
+    def fit(self, theta: Array, steps: int, vain: Callable[[Estimate], bool] | None = None) -> Estimate | None:
+        """The estimate where steps along new paths lead from theta (m,). None where the model diverges."""
+        first = self.along_new(theta)
+        return None if first is None else self.mended(self.followed(first, steps, vain))
+
+    def followed(
+        self, now: Estimate, steps: int = FOLLOWED, vain: Callable[[Estimate], bool] | None = None
+    ) -> Estimate:  # fmt: skip
         """Gauss-Newton's steps along paths that are new at every one of them, whether the cost falls or not.
 
         What a model explains about a path is what it would explain at the end of the next step of the path. It is less
@@ -100,6 +112,8 @@ class DampedNoiseAware(NoiseAware):
                 break
             now = further
             known.append(now.cost)
+            if vain is not None and vain(now):
+                break
             turn = len(known) > FEW and len(known) % FEW == 0
             if turn and np.mean(known[-FEW:]) > np.mean(known[-2 * FEW : -FEW]):
                 break
@@ -128,14 +142,12 @@ class DampedNoiseAware(NoiseAware):
         )
 
     def _loosened(self, theta: Array, firsts: Sequence[Array]) -> list[Array] | None:
-        """New paths that first come to rest under forces that are known less well than they are, where that explains
-        more: one that slips late stays there otherwise.
+        """New paths that first come to rest under a force that is known less well than it is, where that explains more:
+        one that slips late stays there otherwise.
         """
-        loose = firsts
-        for force in LOOSE:
-            end = self.with_freedom(replace(self.freedom, force=force)).along(theta, loose, LOOSE_STEPS)
-            loose = loose if end is None else end.paths
-        return self._best_paths(theta, lambda i: [loose[i], firsts[i]])
+        work = self.with_freedom(replace(self.freedom, force=LOOSE))
+        loose = work.along(theta, firsts, LOOSE_STEPS)
+        return list(firsts) if loose is None else self._best_paths(theta, lambda i: [loose.paths[i], firsts[i]])
 
     def _moved_to(self, theta: Array, known: Sequence[Sequence[Array]]) -> Estimate | None:
         """The estimate at theta along the best of new and known paths, whatever slips they miss."""
@@ -145,7 +157,7 @@ class DampedNoiseAware(NoiseAware):
     def mended(self, now: Estimate) -> Estimate:
         """An estimate whose paths slip where the data do: about a slip that is missed, the best of some paths."""
         vain: list[set[int]] = [set() for _ in self.grids]
-        for _ in range(ROUNDS if now.outliers < MANY else 0):
+        for _ in range(ROUNDS if now.outliers < self.many else 0):
             end = None if time_is_over() else self._through_slips(now, vain)
             if end is None or end.cost > now.cost - EQUAL:
                 break

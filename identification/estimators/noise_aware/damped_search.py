@@ -26,12 +26,15 @@ ROUGHER, ROUGH_STEPS = 100.0, 2
 motion itself drives the force, as behind a positioner."""
 WORTH = 30.0
 """Fall of the cost that paths of other slips give: a descent that gains less is the last."""
+MUCH = 0.5
+"""Share of the loss above 1 that a descent leaves, from which on the next one is not worth its time: what a model
+lacks no descent finds."""
 SAME = 1e-2
 """Distance of two starts, in coordinates, below which they are one."""
 NEAR = 2.0
 """Mean loss along new paths up to which a descent begins before other starts are looked at."""
-CHUNK, CHUNK_S = 1000, 8.0
-"""Least nodes and seconds of a chunk."""
+DAMPED_CHUNK = 1000, 8.0
+"""Least nodes and seconds of a chunk: in short ones paths make up for what a model lacks."""
 
 
 def best_on_chunks(
@@ -41,7 +44,7 @@ def best_on_chunks(
     where the model diverges from all.
     """
     freedom = replace(whole.freedom, h_max=COARSER * whole.freedom.h_max)
-    small = replace(whole, grids=chunks(whole.grids, CHUNK, CHUNK_S), freedom=freedom)
+    small = replace(whole, grids=chunks(whole.grids, *DAMPED_CHUNK), freedom=freedom)
     ends = list[Estimate]()
     for tries, start in enumerate(_likeliest_first(small, starts), 1):
         progress("search on chunks", tries, 0)
@@ -128,12 +131,12 @@ def on_whole_recordings(whole: DampedNoiseAware, chunks_end: Estimate) -> WholeF
         end = _end(whole, _again(found))
         if end is None or end.cost > found.end.cost:
             break
-        found, gained = WholeFit(whole, end), found.end.cost - end.cost
+        found, gained, left = WholeFit(whole, end), found.end.cost - end.cost, (end.loss - 1) / (found.end.loss - 1)
         if found.explains:
             further = _followed(whole, end)
             if converged(further, resolved=False):
                 found = WholeFit(whole, further)
-        if gained < WORTH:
+        if gained < WORTH or left > MUCH:
             break
     return found
 

@@ -221,9 +221,10 @@ class NoiseAware:
             trial = self.along(trial.theta, self.moved(trial, np.zeros(len(trial.theta))), 0)
         return trial
 
-    def fit(self, theta: Array, steps: int) -> Estimate | None:
+    def fit(self, theta: Array, steps: int, vain: Callable[[Estimate], bool] | None = None) -> Estimate | None:
         """The estimate after a descent from theta (m,) along new paths. None where the model diverges."""
-        return self.in_stages(theta, ((self.freedom, steps),))
+        first = self.start(theta)
+        return None if first is None else self.descend(first, steps, vain)
 
     def in_stages(self, theta: Array, stages: Stages = ()) -> Estimate | None:
         """The estimate after descents with ever less freedom of the paths, by default those for whole recordings. None

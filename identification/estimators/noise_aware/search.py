@@ -139,12 +139,19 @@ def chunks(grids: Sequence[Grid], nodes: int = CHUNK, seconds: float = CHUNK_S) 
     """Some stretches of every grid (n_samples,), evenly spread, when grids are long; nodes, seconds [s] : in a stretch,
     at least.
     """
-    total, found = sum(len(s.t) for s in grids), []
-    for s in grids:
+    return [grids[i].part(at.start, at.stop) for i, at in chunk_places(grids, nodes, seconds)]
+
+
+def chunk_places(
+    grids: Sequence[Grid], nodes: int = CHUNK, seconds: float = CHUNK_S
+) -> list[tuple[int, slice]]:  # fmt: skip
+    """Where those stretches are: the number of the grid of each, and its nodes."""
+    total, found = sum(len(s.t) for s in grids), list[tuple[int, slice]]()
+    for i, s in enumerate(grids):
         n, count = len(s.t), max(1, round(CHUNKS * len(s.t) / total))
         length = max(nodes, int(seconds * (n - 1) / (s.t[-1] - s.t[0])))
         short = 1.5 * length * count >= n
-        found += [s] if short else [s.part(c.start, c.stop) for c in centred(n, length, count)]
+        found += [(i, at) for at in ([slice(0, n)] if short else centred(n, length, count))]
     return found
 
 

@@ -40,9 +40,9 @@ STARTS, STEPS, FEWER = 64, (1, 4, 10), 4
 many: successive halving (Jamieson and Talwalkar, AISTATS 2016). The cost before any step does not tell a good start."""
 TRIALS = 3
 """Replicates."""
-SEARCHED, CHUNK = 60.0, 7.5
+SEARCHED, CHUNK = 30.0, 7.5
 """Seconds of the recordings that are searched on, in chunks of so many."""
-SAMPLES = 6000
+SAMPLES = 3000
 """Samples that are searched on, about: closer ones are thinned, for a slip takes longer than they are apart."""
 LAST = 40
 """Steps in the narrow loss."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from identification.estimators.fit import fit
 from identification.estimators.fitted import Fit, Outcome, held
 from identification.estimators.imposed_motion.fit import fit_imposed_motion
 from identification.estimators.imposed_motion.grid import imposed_grids, showing
-from identification.estimators.order import swing
+from identification.estimators.order import Order, swing
 from identification.tracing import settings
 from identification.tracing.models.comparison import is_white
 from identification.tracing.models.model import Model
@@ -30,14 +31,16 @@ def base_model(
     given: Mapping[str, float],
     catalogue: Catalogue,
     progress: Progress = silent,
+    *,
+    order: Order | Literal["auto"] = "auto",
 ) -> Model:
     """The base model of a trace: the fit of `fit` to the recordings, and from there on as candidates are fitted. Where
     the motion is imposed the force is predicted, and likewise without a spring, where a free run integrates every error
-    of the model. Raises NegativeAnswer where it cannot be fitted.
+    of the model. order : of `fit`. Raises NegativeAnswer where it cannot be fitted.
     """
     if experiments[0].causality == "motion" or given.get("spring.K") == 0.0:
         return _force_predicting(experiments, held_out, given, catalogue)
-    first = fit(experiments, given=given, catalogue=catalogue, progress=progress)
+    first = fit(experiments, given=given, order=order, catalogue=catalogue, progress=progress)
     if not first.outcome.usable:
         raise NegativeAnswer(first.outcome.value)
     return _going_on(first, trial_data(experiments, held_out, held(first), catalogue))

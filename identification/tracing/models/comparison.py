@@ -153,14 +153,22 @@ def fitted_whiteness(model: Model) -> Whiteness:
 
 def held_out_whiteness(model: Model) -> Whiteness:
     """The test on the held-out grids; failed where the model has no solution on them."""
-    if model.held_out is None:
-        return Whiteness(False, 0.0, float("inf"), 1.0)
-    if model.data.imposed:
+    if model.data.imposed and model.held_out is not None:
         return imposed_whiteness(model.held_out, model.data.held_out)
+    as_fitted = _held_out_whiteness(model, model.held_out)
+    if as_fitted.white or not fitted_whiteness(model).white:  # what misses its own data does not know its error
+        return as_fitted
+    return _held_out_whiteness(model, model.held_out_within_error)
+
+
+def _held_out_whiteness(model: Model, estimate: Estimate | None) -> Whiteness:
+    """The test of an estimate of a model on the held-out grids; failed where there is none."""
+    if estimate is None:
+        return Whiteness(False, 0.0, float("inf"), 1.0)
     if model.data.damped is None:
-        return whiteness(model.held_out)
+        return whiteness(estimate)
     beside = [(one.held_out, one.data.held_out) for one in model.on_replicates if one.held_out is not None]
-    return whiteness_beside(model.held_out, model.data.held_out, beside)
+    return whiteness_beside(estimate, model.data.held_out, beside)
 
 
 def is_white(model: Model) -> bool:

@@ -12,7 +12,10 @@ from identification.data.grid import Grid
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.estimate import Estimate, lean
 from identification.estimators.fitted import Fit
+from identification.estimators.noise_aware.estimator import UNIT_LOSS
 from identification.estimators.noise_aware.linearised_model import pull_at_force
+from identification.estimators.noise_aware.resolution import resolved_by_nodes
+from identification.estimators.noise_aware.search import UNEXPLAINED
 from identification.tracing import settings
 from identification.tracing.models.replicates import replicate_of
 from identification.tracing.models.trial_data import TrialData
@@ -71,6 +74,15 @@ class Model:
         pairs = zip(now.linearised, grids, strict=True)
         return [pull_at_force(line, grid.t, self.values["mass.m"]) for line, grid in pairs]
 
+    @property
+    def shows_the_swing(self) -> bool:
+        """Whether it is of damped order and has found a swing that nodes between samples resolve, where it explains
+        enough to say so: then the full order suits the recordings.
+        """
+        if self.data.damped is None or self.estimate.loss > UNEXPLAINED:
+            return False
+        return resolved_by_nodes(self.values, self.data.spacing)
+
     @functools.cached_property
     def cost_at_rest(self) -> float:
         """The cost after as many steps of the paths as trials of other models take."""
@@ -79,7 +91,7 @@ class Model:
     @functools.cached_property
     def held_out(self) -> Estimate | None:
         """The estimate on the held-out grids: the paths alone, at the fitted parameters. None without a solution."""
-        held_out = replace(self.data, fitted=self.data.held_out).estimator(self.effects)
+        held_out = replace(self.data, fitted=self.data.held_out).estimator(self.effects, judging=True)
         found = held_out.start(self.estimate.theta, settings.STEPS)
         for _ in range(settings.REPEATS - 1):
             if found is None:
@@ -91,6 +103,21 @@ class Model:
         return None if found is None else lean(found)
 
     @functools.cached_property
+    def held_out_within_error(self) -> Estimate | None:
+        """The estimate on the held-out grids with the parameters moved as far as their error after the fit allows: what
+        that explains is no lack of the model. What the move is against the fit is part of the loss.
+        """
+        if self.held_out is None or self.data.imposed:
+            return self.held_out
+        learned = (self.estimate.theta, self.estimate.normal.matrix)
+        work = replace(self.data, fitted=self.data.held_out).estimator(self.effects, learned=learned, judging=True)
+        end = work.refit(self.held_out.theta, self.held_out.paths, settings.STEPS)
+        if end is None:
+            return self.held_out
+        strain = work.coordinates.told(end.theta).cost / end.samples / UNIT_LOSS
+        return min(self.held_out, lean(replace(end, loss=end.loss + strain)), key=lambda one: one.loss)
+
+    @functools.cached_property
     def on_replicates(self) -> tuple[Model, ...]:
         """The same parameters on recordings that they could have given, as often as that has a solution."""
         rng = np.random.default_rng(REPLICATE_SEED)
@@ -100,7 +127,7 @@ class Model:
 
     def on_other(self, data: TrialData) -> Model | None:
         """The same parameters on other data: the paths alone. None without a solution."""
-        end = data.estimator(self.effects).start(self.estimate.theta, settings.STEPS)
+        end = data.estimator(self.effects, judging=True).start(self.estimate.theta, settings.STEPS)
         return None if end is None else Model(self.effects, data, lean(end))
 
     def on_held_out(self) -> Model:
@@ -136,10 +163,14 @@ class Model:
         end = work.refit(self.estimate.theta, self.estimate.paths, steps, vain)
         return self if end is None else Model(self.effects, self.data, lean(end))
 
-    def refitted_to(self, data: TrialData) -> Model | None:
-        """These parameters fitted on to other data, on new paths. None where that diverges."""
-        work = data.estimator(self.effects, worth=settings.CHANCE_GAIN)
-        end = work.fit(self.estimate.theta, settings.STEPS)
+    def refitted_to(
+        self, data: TrialData, *, coarse: bool = False, vain: Callable[[Estimate], bool] | None = None
+    ) -> Model | None:  # fmt: skip
+        """These parameters fitted on to other data, on new paths. coarse : in longer sub-steps; vain : whether it is,
+        to go on. None where that diverges.
+        """
+        work = data.estimator(self.effects, coarse=coarse, worth=settings.CHANCE_GAIN)
+        end = work.fit(self.estimate.theta, settings.STEPS, vain)
         return None if end is None else Model(self.effects, data, lean(end))
 
     def with_effect(self, effect: str, values: Mapping[str, float], steps: int = 0) -> Model | None:

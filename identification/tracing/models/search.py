@@ -10,8 +10,6 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from identification.data.grid import grids, with_smooth_force
-from identification.estimators.damped import damped_start
 from identification.estimators.estimate import Estimate, lean
 from identification.estimators.noise_aware.search import usual_values
 from identification.estimators.path_estimator import PathEstimator
@@ -20,7 +18,6 @@ from identification.tracing.models.guesses import EffectGuesses
 from identification.tracing.models.model import Model
 from identification.tracing.models.promise import may_reach
 from recordings import Array
-from simulator import kernel
 
 
 def best_model_on_chunks(model: Model) -> Model | None:
@@ -47,8 +44,9 @@ def first_fits(
     theta = work.coordinates.theta(work.kernel.vector(known))
     usual = usual_values(work.coordinates, theta)[:1]
     bent = [work.kernel.vector(known | dict(guess)) for guess in guesses if not model.values.keys().isdisjoint(guess)]
-    own = _started(work, [theta, *usual] if from_here else usual)
-    guessed = _started(work, [work.coordinates.theta(p) for p in bent])
+    steps = settings.STEPS // 3 if data.damped is None else 0  # along new paths starts differ at once
+    own = _started(work, [theta, *usual] if from_here else usual, steps)
+    guessed = _started(work, [work.coordinates.theta(p) for p in bent], steps)
     best = sorted([*own, *guessed], key=lambda fit: fit.cost)[: settings.AT_LEAST]
     if guessed and all(fit is not guessed[0] for fit in best):  # plays and hysteresis come to rest slowly
         best.append(guessed[0])
@@ -56,8 +54,8 @@ def first_fits(
 
 
 def continued(fits: Sequence[Model], least: float = float("inf")) -> list[Model]:
-    """First fits continued, best first. In damped order, where a descent goes on along new paths, each for as long as
-    it may come below the cost `least`, or that of the best end before it.
+    """First fits continued, best first. In damped order, where every step is along new paths, each for as long as it
+    may come below the cost `least`, or that of the best end before it.
     """
     steps, ends = settings.STEPS - settings.STEPS // 3, list[Model]()
 
@@ -65,7 +63,10 @@ def continued(fits: Sequence[Model], least: float = float("inf")) -> list[Model]
         return not may_reach(now, min((least, *(end.cost for end in ends))))
 
     for fit in fits:
-        ends.append(fit.descended(steps, coarse=True, vain=None if fit.data.damped is None else vain))
+        if fit.data.damped is None:
+            ends.append(fit.descended(steps, coarse=True))
+        else:
+            ends.append(fit.refitted_to(fit.data, coarse=True, vain=vain) or fit)
     return sorted(ends, key=lambda end: end.cost)
 
 
@@ -76,22 +77,7 @@ def differ(effect: str, one: Model, other: Model) -> bool:
     return bool((np.abs(a - b) > settings.SMALL_SHARE * np.maximum(np.abs(a), np.abs(b))).any())
 
 
-def _started(work: PathEstimator, starts: Sequence[Array]) -> list[Estimate]:
+def _started(work: PathEstimator, starts: Sequence[Array], steps: int) -> list[Estimate]:
     """First fits from some starting values, best first."""
-    fits = [work.fit(start, settings.STEPS // 3) for start in starts]
+    fits = [work.fit(start, steps) for start in starts]
     return sorted((lean(fit) for fit in fits if fit is not None), key=lambda fit: fit.cost)
-
-
-def fitted_anew(model: Model, effect: str, values: Mapping[str, float]) -> Model | None:
-    """A model in damped order and one more effect at some values, fitted from the recordings alone, as the base model
-    was: with the same starts, and none of the parameters that it bent. None where that leads nowhere.
-    """
-    data = model.data
-    effects, segment_grids = data.in_order(*model.effects, effect), grids(data.experiments)
-    known = data.defaults(effect) | model.values | dict(values)
-    theta = damped_start(
-        kernel(effects, "force", data.catalogue), data.coordinates(effects).with_defaults(known),
-        with_smooth_force(data.experiments, segment_grids), segment_grids,
-    )  # fmt: skip
-    end = None if theta is None else data.estimator(effects, worth=settings.CHANCE_GAIN).fit(theta, settings.STEPS)
-    return None if end is None else Model(effects, data, lean(end)).refitted()

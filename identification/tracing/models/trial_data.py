@@ -13,11 +13,14 @@ from identification.data.grid import Grid, grids
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.imposed_motion.estimator import ImposedMotion
 from identification.estimators.noise_aware.damped import DampedNoiseAware, freedom_for
+from identification.estimators.noise_aware.damped_search import COARSER, DAMPED_CHUNK
 from identification.estimators.noise_aware.estimator import NoiseAware
 from identification.estimators.noise_aware.linearised_model import PathFreedom
 from identification.estimators.noise_aware.resolution import resolving
+from identification.estimators.noise_aware.search import chunk_places
 from identification.estimators.path_estimator import PathEstimator
 from identification.tracing import settings
+from recordings import Array
 from simulator import Catalogue, Kernel, kernel
 
 MIN_PART_SAMPLES, CHUNK_NODES = 10, 20
@@ -60,6 +63,11 @@ class TrialData:
         return self.travel[1] - self.travel[0]
 
     @property
+    def spacing(self) -> float:
+        """Longest time between two samples of the fitted recordings [s]."""
+        return max(s.dt for e in self.experiments for s in e.segments)
+
+    @property
     def samples(self) -> int:
         """Number of nodes of the fitted grids."""
         return sum(len(grid.t) for grid in self.fitted)
@@ -73,7 +81,10 @@ class TrialData:
         """The same with chunks of the fitted grids, and where each is: enough for a first fit."""
         if self.imposed:  # memory would have to be found anew in every chunk, and the whole costs little
             return self, [(i, slice(0, len(grid.t))) for i, grid in enumerate(self.fitted)]
-        places = [(i, at) for i, grid in enumerate(self.fitted) for at in _chunks(grid)]
+        if self.damped is None:
+            places = [(i, at) for i, grid in enumerate(self.fitted) for at in _chunks(grid)]
+        else:
+            places = chunk_places(self.fitted, *DAMPED_CHUNK)
         return replace(self, fitted=tuple(self.fitted[i].part(at.start, at.stop) for i, at in places)), places
 
     def resolving(self, omega: float) -> TrialData:
@@ -115,15 +126,21 @@ class TrialData:
             free, upper=np.minimum(free.upper, np.array([bounds.get(name, np.inf) for name in free.names]))
         )  # fmt: skip
 
-    def estimator(self, effects: tuple[str, ...], *, coarse: bool = False, worth: float = 0.0) -> PathEstimator:
-        """The fit of some effects to the fitted grids. coarse : in longer sub-steps, in full order; worth : of
-        `NoiseAware`, which alone has paths.
+    def estimator(
+        self, effects: tuple[str, ...], *, coarse: bool = False, worth: float = 0.0,
+        learned: tuple[Array, Array] | None = None, judging: bool = False,
+    ) -> PathEstimator:  # fmt: skip
+        """The fit of some effects to the fitted grids. coarse : in longer sub-steps; worth : of `NoiseAware`, which
+        alone has paths; learned : of `Coordinates`; judging : how much of the data a model explains, so that no slip is
+        to be missed by the paths alone.
         """
-        target, free = self.kernel(effects), self.coordinates(effects)
+        target, free = self.kernel(effects), replace(self.coordinates(effects), learned=learned)
         if self.imposed:
             return ImposedMotion(target, free, self.fitted)
         if self.damped is not None:
-            return DampedNoiseAware(target, free, self.fitted, self.damped, worth)
+            freedom = replace(self.damped, h_max=COARSER * self.damped.h_max) if coarse else self.damped
+            work = DampedNoiseAware(target, free, self.fitted, freedom, worth)
+            return replace(work, many=1.0) if judging else work
         freedom = replace(settings.PATH_FREEDOM, h_max=COARSE) if coarse else settings.PATH_FREEDOM
         return NoiseAware(target, free, self.fitted, freedom, worth)
 

@@ -13,7 +13,7 @@ from identification import Fit, Identification, Outcome, experiment, fit, identi
 from identification.data.grid import grids
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.noise_aware.damped import damped_for
-from identification.estimators.noise_aware.damped_search import CHUNK, CHUNK_S
+from identification.estimators.noise_aware.damped_search import DAMPED_CHUNK
 from identification.estimators.noise_aware.search import RIGHT, chunks
 from identification.estimators.order import (
     LONGEST,
@@ -125,7 +125,7 @@ def test_a_stretch_that_begins_in_a_slip_is_reached_from_the_last_rest_before_it
     coordinates = Coordinates.of(kernel(BASE), {}, 700.0)
     theta = coordinates.theta_of(STIFF)
     whole = damped_for(kernel(BASE), coordinates, known, theta)
-    stretches = chunks(whole.grids, CHUNK, CHUNK_S)
+    stretches = chunks(whole.grids, *DAMPED_CHUNK)
     assert len(stretches) > 3
     estimate = replace(whole, grids=stretches).start(theta)
     assert estimate is not None

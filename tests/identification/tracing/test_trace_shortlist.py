@@ -41,11 +41,12 @@ def test_a_refit_ends_early_beside_one_that_gains_far_more():
     assert gain_of(base, whole) > gain_of(base, short) + 100
 
 
-def test_what_gains_enough_on_the_base_models_paths_is_not_refitted_on_others():
+def test_what_leaves_nothing_on_the_base_models_paths_is_not_refitted_on_others():
     base = traced("hardening_spring", k3=3e5).selection.base
     spring = next(s for s in screened("hardening_spring", k3=3e5) if s.effect == "hardening_spring")
-    elsewhere, short = refit_on_base_paths(base, spring), refit_on_base_paths(base, spring, best_gain=1e9)
-    promised = gain_of(base, short) * base.data.chunk_share
-    less, more = (CandidateFit(spring, (elsewhere,), factor * promised, short) for factor in (0.9, 1.1))
-    assert refitted(base, less) is short
-    assert gain_of(base, refitted(base, more)) > gain_of(base, short)
+    whole, short = refit_on_base_paths(base, spring), refit_on_base_paths(base, spring, best_gain=1e9)
+    for near, enough in ((whole, True), (short, False)):
+        promised = gain_of(base, near) * base.data.chunk_share
+        less, more = (CandidateFit(spring, (whole,), factor * promised, near) for factor in (0.9, 1.1))
+        assert (refitted(base, less) is near) == enough
+        assert gain_of(base, refitted(base, more)) >= gain_of(base, near)
