@@ -97,7 +97,9 @@ def forward_selection(
             break
         rounds.append(candidates_of_round(model, budget, watch))
         if in_wrong_order(rounds[-1]) and budget.allows("the full order"):
-            return forward_selection(_in_full_order(base, progress), budget, progress)
+            full = _in_full_order(base, progress)
+            if full is not None:
+                return forward_selection(full, budget, progress)
         best = next(iter(rounds[-1]), None)
         if best is None or not best.accepted or best.refit is None:
             break
@@ -119,11 +121,14 @@ def forward_selection(
     return base, model, added, rounds
 
 
-def _in_full_order(base: Model, progress: Progress) -> Model:
-    """The base model fitted in full order."""
+def _in_full_order(base: Model, progress: Progress) -> Model | None:
+    """The base model fitted in full order; None where it cannot be."""
     data = base.data
     watch = _of("base model in full order", progress)
-    return base_model(data.experiments, data.held_out_experiments, data.given, data.catalogue, watch, order="full")
+    try:
+        return base_model(data.experiments, data.held_out_experiments, data.given, data.catalogue, watch, order="full")
+    except NegativeAnswer:
+        return None
 
 
 def _pruned(model: Model, added: tuple[str, ...]) -> tuple[Model, tuple[str, ...]]:

@@ -18,6 +18,7 @@ from identification.tracing.candidates import in_wrong_order
 from identification.tracing.judge import Candidate
 from identification.tracing.models.model import Model
 from identification.tracing.models.trial_data import trial_data
+from recordings import NegativeAnswer
 from simulator import BASE, CATALOGUE
 
 SOFT = STIFF | {"lugre.sigma0": 2e4}
@@ -72,6 +73,20 @@ def test_where_a_candidate_shows_the_swing_all_begins_again_in_full_order(monkey
     assert found is full
     assert model is full
     assert added == ()
+
+
+def test_where_the_full_order_has_no_fit_the_damped_one_goes_on(monkeypatch: pytest.MonkeyPatch):
+    def no_fit(*_: object, order: str):
+        raise NegativeAnswer(f"no fit in {order} order")
+
+    base = model_of(STIFF)
+    soft = Candidate("backlash", 1e3, {}, refit=with_values(base, SOFT, 1.5))
+    monkeypatch.setattr(algorithm, "candidates_of_round", lambda *_: (soft,))
+    monkeypatch.setattr(algorithm, "base_model", no_fit)
+    found, model, added, rounds = algorithm.forward_selection(base, Budget())
+    assert found is model is base
+    assert added == ()
+    assert rounds == [(soft,)]
 
 
 def test_held_out_recordings_may_move_parameters_within_their_error():
