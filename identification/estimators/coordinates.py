@@ -135,10 +135,6 @@ class Coordinates:
         """The same with no parameter free, for what asks for no derivatives by them."""
         return replace(self, free=np.zeros_like(self.free), learned=None)
 
-    def with_defaults(self, values: Mapping[str, float]) -> Coordinates:
-        """The same with other values before any fit, by full name."""
-        return replace(self, base=np.array([values.get(n, v) for n, v in self.defaults.items()]))
-
     def told(self, theta: Array) -> Normal:
         """Normal equations (n_free,) of the user's priors, which are normal in the parameters themselves, and of what
         other recordings told.

@@ -7,6 +7,7 @@
         shortlist   fit the best on the model's paths and on chunks, the most promising first     shortlist.py
         refit       refit those that gain most to the whole recordings                            refine.py
         judge       compare them with the model on held-out recordings; accept the simplest       judge.py, classes.py
+        order       begin again in full order, where the best of them suits it                    candidates.py
         prune       drop effects that the others make needless                                    here
         null test   ask whether as much is gained where nothing is missing                        null_bootstrap.py
     swap            try others in the place of each of several effects                            swap.py

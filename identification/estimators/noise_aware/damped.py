@@ -33,6 +33,8 @@ FREEDOM = PathFreedom(1.0, 1e-4, 0.1)
 FINER = 4
 """Part of the longest sub-step that resolves a slip which the fit takes: the step's own error biases mass and viscous
 friction by more than the noise does (at full size by ten standard deviations, at a quarter by none that shows)."""
+COARSER = 2
+"""Times that a sub-step is longer on chunks: what that makes wrong, the fit to whole recordings mends."""
 STRETCH = 0.5
 """Length [s] of the stretches in which paths are chosen: a slip, and the rest behind it."""
 WORSE, BACK = 0.1, 0.3
@@ -71,6 +73,11 @@ class DampedNoiseAware(NoiseAware):
     def resolving(self, theta: Array) -> DampedNoiseAware:
         """The same with sub-steps that resolve a slip of theta (m,)."""
         return replace(self, freedom=freedom_for(self.coordinates.values(theta)))
+
+    @property
+    def coarse(self) -> DampedNoiseAware:
+        """The same in longer sub-steps, for fits to chunks."""
+        return self.with_freedom(replace(self.freedom, h_max=COARSER * self.freedom.h_max))
 
     def start(self, theta: Array, steps: int = NEW_PATH) -> Estimate | None:
         """The estimate at fixed parameters theta (m,), along new paths that take so many steps. None where the model
@@ -141,13 +148,13 @@ class DampedNoiseAware(NoiseAware):
             theta, lambda i: [*first_paths(self.kernel, self.grids[i], p, h_max), *(paths[i] for paths in known)]
         )
 
-    def _loosened(self, theta: Array, firsts: Sequence[Array]) -> list[Array] | None:
+    def _loosened(self, theta: Array, firsts: list[Array]) -> list[Array] | None:
         """New paths that first come to rest under a force that is known less well than it is, where that explains more:
         one that slips late stays there otherwise.
         """
         work = self.with_freedom(replace(self.freedom, force=LOOSE))
         loose = work.along(theta, firsts, LOOSE_STEPS)
-        return list(firsts) if loose is None else self._best_paths(theta, lambda i: [loose.paths[i], firsts[i]])
+        return firsts if loose is None else self._best_paths(theta, lambda i: [loose.paths[i], firsts[i]])
 
     def _moved_to(self, theta: Array, known: Sequence[Sequence[Array]]) -> Estimate | None:
         """The estimate at theta along the best of new and known paths, whatever slips they miss."""

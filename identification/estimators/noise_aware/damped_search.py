@@ -13,8 +13,6 @@ from identification.estimators.noise_aware.damped import LAST, DampedNoiseAware
 from identification.estimators.noise_aware.search import HOPELESS_TRIES, NOT_FAR, RIGHT, UNEXPLAINED, chunks
 from recordings import Array, Progress, silent
 
-COARSER = 2
-"""Times that a sub-step is longer on chunks: what that makes wrong, the descent on whole recordings mends."""
 FEW = 1e-3
 """Share of innovations far off from which an end on chunks is not taken for the right one."""
 ROUNDS = 5
@@ -43,8 +41,7 @@ def best_on_chunks(
     """The best end on chunks from starting values (m,), the likeliest first, until it is enough or explains them. None
     where the model diverges from all.
     """
-    freedom = replace(whole.freedom, h_max=COARSER * whole.freedom.h_max)
-    small = replace(whole, grids=chunks(whole.grids, *DAMPED_CHUNK), freedom=freedom)
+    small = replace(whole.coarse, grids=chunks(whole.grids, *DAMPED_CHUNK))
     ends = list[Estimate]()
     for tries, start in enumerate(_likeliest_first(small, starts), 1):
         progress("search on chunks", tries, 0)
@@ -131,12 +128,13 @@ def on_whole_recordings(whole: DampedNoiseAware, chunks_end: Estimate) -> WholeF
         end = _end(whole, _again(found))
         if end is None or end.cost > found.end.cost:
             break
-        found, gained, left = WholeFit(whole, end), found.end.cost - end.cost, (end.loss - 1) / (found.end.loss - 1)
+        last = found.end.cost - end.cost < WORTH or end.loss - 1 > MUCH * (found.end.loss - 1)
+        found = WholeFit(whole, end)
         if found.explains:
             further = _followed(whole, end)
             if converged(further, resolved=False):
                 found = WholeFit(whole, further)
-        if gained < WORTH or left > MUCH:
+        if last:
             break
     return found
 

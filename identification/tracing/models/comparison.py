@@ -153,8 +153,6 @@ def fitted_whiteness(model: Model) -> Whiteness:
 
 def held_out_whiteness(model: Model) -> Whiteness:
     """The test on the held-out grids; failed where the model has no solution on them."""
-    if model.data.imposed and model.held_out is not None:
-        return imposed_whiteness(model.held_out, model.data.held_out)
     as_fitted = _held_out_whiteness(model, model.held_out)
     if as_fitted.white or not fitted_whiteness(model).white:  # what misses its own data does not know its error
         return as_fitted
@@ -165,6 +163,8 @@ def _held_out_whiteness(model: Model, estimate: Estimate | None) -> Whiteness:
     """The test of an estimate of a model on the held-out grids; failed where there is none."""
     if estimate is None:
         return Whiteness(False, 0.0, float("inf"), 1.0)
+    if model.data.imposed:
+        return imposed_whiteness(estimate, model.data.held_out)
     if model.data.damped is None:
         return whiteness(estimate)
     beside = [(one.held_out, one.data.held_out) for one in model.on_replicates if one.held_out is not None]

@@ -153,14 +153,12 @@ class Model:
         """The same effects after further steps."""
         return self.descended(settings.STEPS)
 
-    def descended(
-        self, steps: int, *, coarse: bool = False, vain: Callable[[Estimate], bool] | None = None
-    ) -> Model:  # fmt: skip
+    def descended(self, steps: int, *, coarse: bool = False) -> Model:
         """The same effects after so many further steps, or until two of them change little. coarse : in longer
-        sub-steps; vain : whether it is, to go on.
+        sub-steps.
         """
         work = self.data.estimator(self.effects, coarse=coarse, worth=settings.CHANCE_GAIN)
-        end = work.refit(self.estimate.theta, self.estimate.paths, steps, vain)
+        end = work.refit(self.estimate.theta, self.estimate.paths, steps)
         return self if end is None else Model(self.effects, self.data, lean(end))
 
     def refitted_to(

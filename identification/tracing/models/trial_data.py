@@ -12,8 +12,8 @@ from identification.data.experiment import Experiment, Segment
 from identification.data.grid import Grid, grids
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.imposed_motion.estimator import ImposedMotion
-from identification.estimators.noise_aware.damped import DampedNoiseAware, freedom_for
-from identification.estimators.noise_aware.damped_search import COARSER, DAMPED_CHUNK
+from identification.estimators.noise_aware.damped import MANY, DampedNoiseAware, freedom_for
+from identification.estimators.noise_aware.damped_search import DAMPED_CHUNK
 from identification.estimators.noise_aware.estimator import NoiseAware
 from identification.estimators.noise_aware.linearised_model import PathFreedom
 from identification.estimators.noise_aware.resolution import resolving
@@ -138,9 +138,8 @@ class TrialData:
         if self.imposed:
             return ImposedMotion(target, free, self.fitted)
         if self.damped is not None:
-            freedom = replace(self.damped, h_max=COARSER * self.damped.h_max) if coarse else self.damped
-            work = DampedNoiseAware(target, free, self.fitted, freedom, worth)
-            return replace(work, many=1.0) if judging else work
+            work = DampedNoiseAware(target, free, self.fitted, self.damped, worth, many=1.0 if judging else MANY)
+            return work.coarse if coarse else work
         freedom = replace(settings.PATH_FREEDOM, h_max=COARSE) if coarse else settings.PATH_FREEDOM
         return NoiseAware(target, free, self.fitted, freedom, worth)
 

@@ -6,33 +6,22 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from stiff_valves import STIFF, stem_test
+from stiff_models import model_of
+from stiff_valves import STIFF
 
-from identification import experiment
 from identification.budget import Budget
 from identification.estimators.noise_aware.damped import MANY
 from identification.estimators.noise_aware.damped_search import DAMPED_CHUNK
 from identification.estimators.noise_aware.search import chunks
-from identification.tracing import algorithm, settings
+from identification.tracing import algorithm
 from identification.tracing.candidates import in_wrong_order
 from identification.tracing.judge import Candidate
 from identification.tracing.models.model import Model
-from identification.tracing.models.trial_data import trial_data
 from recordings import NegativeAnswer
-from simulator import BASE, CATALOGUE
+from simulator import BASE
 
 SOFT = STIFF | {"lugre.sigma0": 2e4}
 """The mass swings on its bristles by one radian from sample to sample at 100 Hz."""
-
-
-def model_of(values: dict[str, float], steps: int = settings.STEPS) -> Model:
-    """The base model of some parameters, in damped order, on recordings of the stiff valve at 100 Hz."""
-    fitted, held_out = ([experiment(r)] for r in stem_test(100.0, ("staircase:25", "sine:25")))
-    data = trial_data(fitted, held_out, {}, CATALOGUE).damped_for(STIFF)
-    work = data.estimator(BASE)
-    estimate = work.start(work.coordinates.theta_of(values), steps)
-    assert estimate is not None
-    return Model(BASE, data, estimate)
 
 
 def with_values(model: Model, values: dict[str, float], loss: float) -> Model:
