@@ -49,7 +49,15 @@ class PathEstimator(Protocol):
     def descend(self, now: Estimate, steps: int) -> Estimate:
         """The estimate after at most so many Gauss-Newton steps."""
 
-    def fit(self, theta: Array, steps: int, vain: Callable[[Estimate], bool] | None = None) -> Estimate | None:
+    def first(self, theta: Array, steps: int) -> Estimate | None:
+        """The estimate that says, by its cost, whether theta (m,) is a good start: after at most so many Gauss-Newton
+        steps, or none where slips are short. None where the model diverges.
+        """
+
+    def further(self, first: Estimate, steps: int) -> Estimate:
+        """The estimate after at most so many Gauss-Newton steps from a `first` one."""
+
+    def fit(self, theta: Array, steps: int) -> Estimate | None:
         """The estimate after at most so many Gauss-Newton steps from theta (m,), along new paths, which where slips are
-        short are new at every step. vain : whether it is, to go on. None where the model diverges.
+        short are new at every step. None where the model diverges.
         """

@@ -69,10 +69,18 @@ class ImposedMotion:
         found = None if end is None else self.start(end.theta)
         return now if end is None or found is None else replace(found, settled=end.settled)
 
-    def fit(self, theta: Array, steps: int, _vain: Callable[[Estimate], bool] | None = None) -> Estimate | None:
+    def fit(self, theta: Array, steps: int) -> Estimate | None:
         """The estimate after a descent from theta (m,). None where the model diverges."""
         first = self.start(theta)
         return None if first is None else self.descend(first, steps)
+
+    def first(self, theta: Array, steps: int) -> Estimate | None:
+        """The estimate after a short descent from theta (m,). None where the model diverges."""
+        return self.fit(theta, steps)
+
+    def further(self, first: Estimate, steps: int) -> Estimate:
+        """The estimate after a further descent."""
+        return self.descend(first, steps)
 
     def _line(self, grid: ImposedGrid, p: Array) -> tuple[Array, Innovations] | None:
         run = self.kernel.run(grid.t, grid.driven, p, first_state(self.kernel, grid.driven), sensitivities=True)

@@ -92,14 +92,20 @@ class DampedNoiseAware(NoiseAware):
         best = None if firsts is None else self._loosened(theta, firsts)
         return None if best is None else self.along(theta, best, steps)
 
-    def fit(self, theta: Array, steps: int, vain: Callable[[Estimate], bool] | None = None) -> Estimate | None:
+    def fit(self, theta: Array, steps: int) -> Estimate | None:
         """The estimate where steps along new paths lead from theta (m,). None where the model diverges."""
         first = self.along_new(theta)
-        return None if first is None else self.mended(self.followed(first, steps, vain))
+        return None if first is None else self.mended(self.followed(first, steps))
 
-    def followed(
-        self, now: Estimate, steps: int = FOLLOWED, vain: Callable[[Estimate], bool] | None = None
-    ) -> Estimate:  # fmt: skip
+    def first(self, theta: Array, _steps: int) -> Estimate | None:
+        """The estimate at theta (m,) along new paths: along these starts differ at once. None where the model diverges."""
+        return self.along_new(theta)
+
+    def further(self, first: Estimate, steps: int) -> Estimate:
+        """The estimate where steps along new paths lead."""
+        return self.mended(self.followed(first, steps))
+
+    def followed(self, now: Estimate, steps: int = FOLLOWED) -> Estimate:
         """Gauss-Newton's steps along paths that are new at every one of them, whether the cost falls or not.
 
         What a model explains about a path is what it would explain at the end of the next step of the path. It is less
@@ -113,14 +119,13 @@ class DampedNoiseAware(NoiseAware):
             solved = gauss_newton(now.normal, now.theta, LONGEST, self.coordinates.bounds)
             if solved is None or time_is_over():
                 break
-            settled = bool(known) and solved.free and solved.decrease < ENOUGH  # a start has a memory of its own
+            enough = max(ENOUGH, self.worth)
+            settled = bool(known) and solved.free and solved.decrease < enough  # a start has a memory of its own
             further = None if settled else self._along_new_or_moved(now, solved.move)
             if further is None:
                 break
             now = further
             known.append(now.cost)
-            if vain is not None and vain(now):
-                break
             turn = len(known) > FEW and len(known) % FEW == 0
             if turn and np.mean(known[-FEW:]) > np.mean(known[-2 * FEW : -FEW]):
                 break

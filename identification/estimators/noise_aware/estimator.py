@@ -19,7 +19,7 @@ import numpy as np
 from identification.budget import time_is_over
 from identification.data.grid import Grid
 from identification.estimators.coordinates import Coordinates
-from identification.estimators.estimate import Estimate, Innovations, totals
+from identification.estimators.estimate import Estimate, Innovations, lean, totals
 from identification.estimators.least_squares import gauss_newton
 from identification.estimators.noise_aware.linearised_model import PathFreedom, first_path
 from identification.estimators.noise_aware.predictor import KALMAN_SMOOTHER, Predictor
@@ -221,10 +221,19 @@ class NoiseAware:
             trial = self.along(trial.theta, self.moved(trial, np.zeros(len(trial.theta))), 0)
         return trial
 
-    def fit(self, theta: Array, steps: int, vain: Callable[[Estimate], bool] | None = None) -> Estimate | None:
+    def fit(self, theta: Array, steps: int) -> Estimate | None:
         """The estimate after a descent from theta (m,) along new paths. None where the model diverges."""
         first = self.start(theta)
-        return None if first is None else self.descend(first, steps, vain)
+        return None if first is None else self.descend(first, steps)
+
+    def first(self, theta: Array, steps: int) -> Estimate | None:
+        """The estimate after a short descent from theta (m,) along new paths. None where the model diverges."""
+        found = self.fit(theta, steps)
+        return None if found is None else lean(found)
+
+    def further(self, first: Estimate, steps: int) -> Estimate:
+        """The estimate after a further descent."""
+        return self.refit(first.theta, first.paths, steps) or first
 
     def in_stages(self, theta: Array, stages: Stages = ()) -> Estimate | None:
         """The estimate after descents with ever less freedom of the paths, by default those for whole recordings. None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -150,25 +150,15 @@ class Model:
         return self if estimate is None else Model(self.effects, self.data, estimate)
 
     def refitted(self) -> Model:
-        """The same effects after further steps."""
-        return self.descended(settings.STEPS)
-
-    def descended(self, steps: int, *, coarse: bool = False) -> Model:
-        """The same effects after so many further steps, or until two of them change little. coarse : in longer
-        sub-steps.
-        """
-        work = self.data.estimator(self.effects, coarse=coarse, worth=settings.CHANCE_GAIN)
-        end = work.refit(self.estimate.theta, self.estimate.paths, steps)
+        """The same effects after further steps, or until two of them change little."""
+        work = self.data.estimator(self.effects, worth=settings.CHANCE_GAIN)
+        end = work.refit(self.estimate.theta, self.estimate.paths, settings.STEPS)
         return self if end is None else Model(self.effects, self.data, lean(end))
 
-    def refitted_to(
-        self, data: TrialData, *, coarse: bool = False, vain: Callable[[Estimate], bool] | None = None
-    ) -> Model | None:  # fmt: skip
-        """These parameters fitted on to other data, on new paths. coarse : in longer sub-steps; vain : whether it is,
-        to go on. None where that diverges.
-        """
-        work = data.estimator(self.effects, coarse=coarse, worth=settings.CHANCE_GAIN)
-        end = work.fit(self.estimate.theta, settings.STEPS, vain)
+    def refitted_to(self, data: TrialData) -> Model | None:
+        """These parameters fitted on to other data, on new paths. None where that diverges."""
+        work = data.estimator(self.effects, worth=settings.CHANCE_GAIN)
+        end = work.fit(self.estimate.theta, settings.STEPS)
         return None if end is None else Model(self.effects, data, lean(end))
 
     def with_effect(self, effect: str, values: Mapping[str, float], steps: int = 0) -> Model | None:

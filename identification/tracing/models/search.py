@@ -7,6 +7,7 @@ same effects are also started from usual values, and a candidate from where a mo
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -16,8 +17,10 @@ from identification.estimators.path_estimator import PathEstimator
 from identification.tracing import settings
 from identification.tracing.models.guesses import EffectGuesses
 from identification.tracing.models.model import Model
-from identification.tracing.models.promise import may_reach
 from recordings import Array
+
+FIRST_STEPS = settings.STEPS // 3
+"""Steps after which starts are compared: bad ones show by then."""
 
 
 def best_model_on_chunks(model: Model) -> Model | None:
@@ -44,9 +47,8 @@ def first_fits(
     theta = work.coordinates.theta(work.kernel.vector(known))
     usual = usual_values(work.coordinates, theta)[:1]
     bent = [work.kernel.vector(known | dict(guess)) for guess in guesses if not model.values.keys().isdisjoint(guess)]
-    steps = settings.STEPS // 3 if data.damped is None else 0  # along new paths starts differ at once
-    own = _started(work, [theta, *usual] if from_here else usual, steps)
-    guessed = _started(work, [work.coordinates.theta(p) for p in bent], steps)
+    own = _started(work, [theta, *usual] if from_here else usual)
+    guessed = _started(work, [work.coordinates.theta(p) for p in bent])
     best = sorted([*own, *guessed], key=lambda fit: fit.cost)[: settings.AT_LEAST]
     if guessed and all(fit is not guessed[0] for fit in best):  # plays and hysteresis come to rest slowly
         best.append(guessed[0])
@@ -54,19 +56,16 @@ def first_fits(
 
 
 def continued(fits: Sequence[Model], least: float = float("inf")) -> list[Model]:
-    """First fits continued, best first. In damped order, where every step is along new paths, each for as long as it
-    may come below the cost `least`, or that of the best end before it.
+    """First fits continued, best first. In damped order, where every step is along new paths, most lead to one end, so
+    the others are left out where the first one does not come below the cost `least`.
     """
-    steps, ends = settings.STEPS - settings.STEPS // 3, list[Model]()
-
-    def vain(now: Estimate) -> bool:
-        return not may_reach(now, min((least, *(end.cost for end in ends))))
-
+    ends = list[Model]()
     for fit in fits:
-        if fit.data.damped is None:
-            ends.append(fit.descended(steps, coarse=True))
-        else:
-            ends.append(fit.refitted_to(fit.data, coarse=True, vain=vain) or fit)
+        work = fit.data.estimator(fit.effects, coarse=True, worth=settings.CHANCE_GAIN)
+        end = work.further(fit.estimate, settings.STEPS - FIRST_STEPS)
+        ends.append(replace(fit, estimate=lean(end)))
+        if fit.data.damped is not None and end.cost > least:
+            break
     return sorted(ends, key=lambda end: end.cost)
 
 
@@ -77,7 +76,7 @@ def differ(effect: str, one: Model, other: Model) -> bool:
     return bool((np.abs(a - b) > settings.SMALL_SHARE * np.maximum(np.abs(a), np.abs(b))).any())
 
 
-def _started(work: PathEstimator, starts: Sequence[Array], steps: int) -> list[Estimate]:
+def _started(work: PathEstimator, starts: Sequence[Array]) -> list[Estimate]:
     """First fits from some starting values, best first."""
-    fits = [work.fit(start, steps) for start in starts]
-    return sorted((lean(fit) for fit in fits if fit is not None), key=lambda fit: fit.cost)
+    fits = [work.first(start, FIRST_STEPS) for start in starts]
+    return sorted((fit for fit in fits if fit is not None), key=lambda fit: fit.cost)
