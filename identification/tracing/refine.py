@@ -121,8 +121,8 @@ def refitted(base: Model, fit: CandidateFit) -> Model | None:
     """The best refit of a candidate to the whole recordings: on chunks a worse end may look better. The one on the base
     model's paths is enough where it gains what chunks promise for the whole and leaves nothing.
     """
-    near = fit.base_path_refit
-    promised = gain_of(base, near) * base.data.chunk_share > fit.gain
+    near, others = fit.base_path_refit, fit.chunk_fits
+    promised = bool(others) and gain_of(base, near) * base.data.chunk_share > fit.gain
     enough = near is not None and promised and fitted_whiteness(near).white
-    refits = [near] if enough else [near, *(end.refitted_to(base.data) for end in fit.chunk_fits)]
+    refits = [near] if enough else [near, *(end.refitted_to(base.data) for end in others)]
     return min((r for r in refits if r is not None), key=lambda r: r.cost, default=None)

@@ -98,7 +98,7 @@ class DampedNoiseAware(NoiseAware):
         return None if first is None else self.mended(self.followed(first, steps))
 
     def first(self, theta: Array, _steps: int) -> Estimate | None:
-        """The estimate at theta (m,) along new paths: along these starts differ at once. None where the model diverges."""
+        """The estimate at theta (m,) along new paths, where starts differ at once. None where the model diverges."""
         return self.along_new(theta)
 
     def further(self, first: Estimate, steps: int) -> Estimate:
