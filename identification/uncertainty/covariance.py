@@ -43,9 +43,10 @@ WEAK = 0.3
 COLLINEAR = 0.95
 """Correlation above which two parameters are called nearly collinear, in tables, pages and files alike."""
 WIDER_DAMPED, WIDER_IN_WINDOWS = 1.5, 2.2
-"""Factors on the standard deviations of a noise-aware fit of damped order, whose few largest errors are those of another
-slip and not of noise, and of one in windows. Chosen on the development seeds of `benchmarks/plant_sampling.py`; the
-coverage on others is in docs/studies/identification.md. In full order none is needed."""
+"""Factors on the standard deviations of a noise-aware fit of damped order, whose largest errors are those of a slip at
+another time and not of noise, and of one in windows. Chosen on the development seeds of
+`benchmarks/plant_sampling.py`; the coverage on others is in docs/studies/identification.md. In full order none is
+needed."""
 BENDS = 2.0
 """Standard deviations of the position's noise by which a bristle has to bend before it breaks away, for its stiffness
 and the Stribeck velocity to show where its swing is not resolved: below, a stiffer one with another friction curve fits

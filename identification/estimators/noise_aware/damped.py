@@ -166,22 +166,32 @@ class DampedNoiseAware(NoiseAware):
         best = self._best_new(theta, known)
         return None if best is None else self.along(theta, best, NEW_PATH)
 
-    def mended(self, now: Estimate) -> Estimate:
-        """An estimate whose paths slip where the data do: about a slip that is missed, the best of some paths."""
+    def mended(self, now: Estimate, before: Estimate | None = None) -> Estimate:
+        """An estimate whose paths slip where the data do: about a slip that is missed, the best of some paths. Those
+        that were missed before are not looked for again.
+        """
         vain: list[set[int]] = [set() for _ in self.grids]
+        known = vain if before is None else self._missed(before)
         for _ in range(ROUNDS if now.outliers < self.many else 0):
-            end = None if time_is_over() else self._through_slips(now, vain)
+            end = None if time_is_over() else self._through_slips(now, vain, known)
             if end is None or end.cost > now.cost - EQUAL:
                 break
             now = replace(end, settled=now.settled)
         return now
 
-    def _through_slips(self, now: Estimate, vain: Sequence[set[int]]) -> Estimate | None:
+    def _missed(self, now: Estimate) -> list[set[int]]:
+        """The first nodes of the slips that an estimate misses, by grid."""
+        pairs = zip(self.grids, now.linearised, strict=True)
+        return [{first for first, _ in missed_slips(grid, line)} for grid, line in pairs]
+
+    def _through_slips(
+        self, now: Estimate, vain: Sequence[set[int]], known: Sequence[set[int]]
+    ) -> Estimate | None:  # fmt: skip
         """An estimate along paths with the best that can be found about every slip that is missed, but those that were
-        looked for in vain, by grid. None where nothing better is.
+        looked for in vain or are known, by grid. None where nothing better is.
         """
         p = self.coordinates.p(now.theta)
-        ends = each(lambda i: self._end_through_slips(i, p, now, vain[i]), range(len(self.grids)))
+        ends = each(lambda i: self._end_through_slips(i, p, now, vain[i], known[i]), range(len(self.grids)))
         if all(end is None for end in ends):
             return None
         olds = zip(now.paths, now.linearised, strict=True)
@@ -189,10 +199,10 @@ class DampedNoiseAware(NoiseAware):
         return self._estimate(now.theta, paths, lines)
 
     def _end_through_slips(
-        self, i: int, p: Array, now: Estimate, vain: set[int]
+        self, i: int, p: Array, now: Estimate, vain: set[int], known: set[int]
     ) -> tuple[Array, Innovations] | None:  # fmt: skip
         """Where the path of grid i comes to rest from the best about every slip; None where nothing better is found."""
-        path, work = self._better_path(i, p, now.paths[i], now.linearised[i], vain), self.held
+        path, work = self._better_path(i, p, now.paths[i], now.linearised[i], vain, known), self.held
         line = None if path is None else work.line(i, p, path)
         end = None if path is None or line is None else work.relaxed(i, p, path, line, RESTING)
         if end is None:
@@ -203,14 +213,18 @@ class DampedNoiseAware(NoiseAware):
         line = work.line(i, p, best)
         return None if line is None else self.relaxed(i, p, best, line, NEW_PATH)
 
-    def _better_path(self, i: int, p: Array, path: Array, line: Innovations, vain: set[int]) -> Array | None:
+    def _better_path(
+        self, i: int, p: Array, path: Array, line: Innovations, vain: set[int], known: set[int]
+    ) -> Array | None:  # fmt: skip
         """A path of grid i (n, n_states) with the best that can be found about every slip that it misses, until
         `PATIENCE` in a row are found by none: what the model lacks no path has. None where nothing better is.
 
-        vain : first nodes of slips that were looked for in vain, which this adds to.
+        vain : first nodes of slips that were looked for in vain, which this adds to; known : of those that are left
+        out.
         """
         found, better, failures = path.copy(), False, 0
-        for slip in missed_slips(self.grids[i], line):
+        slips = [slip for slip in missed_slips(self.grids[i], line) if slip[0] not in known - vain]
+        for slip in slips:
             if failures == PATIENCE:
                 break
             if slip[0] in vain:
@@ -308,7 +322,7 @@ class DampedNoiseAware(NoiseAware):
         only matter where the step does not gain without them.
         """
         trial = self._moved_to(now.theta + step, [now.paths, self.moved(now, step)])
-        return trial if trial is None or self.gained(now, trial) > 0 else self.mended(trial)
+        return trial if trial is None or self.gained(now, trial) > 0 else self.mended(trial, now)
 
     @property
     def left(self) -> tuple[float, float]:
