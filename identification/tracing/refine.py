@@ -41,18 +41,14 @@ def gain_of(base: Model, refit: Model | None) -> float:
     return 0.0 if refit is None else base.cost - refit.cost
 
 
-def fit_on_chunks(
-    base: Model, base_on_chunks: Model | None, score: Score, from_here: bool, best_gain: float = 0.0
-) -> CandidateFit:
-    """A candidate fitted to chunks, against the base model fitted to them, for as long as it may come to something
-    beside another that gains `best_gain` there. from_here : whether it also starts from the parameters of the base
-    model.
+def fit_on_chunks(base: Model, base_on_chunks: Model | None, score: Score, from_here: bool) -> CandidateFit:
+    """A candidate fitted to chunks, against the base model fitted to them. from_here : whether it also starts from the
+    parameters of the base model.
     """
     first = first_fits(base, score.effect, values=score.values, guesses=score.guesses, from_here=from_here)
     if base_on_chunks is None or not first:
         return CandidateFit(score, (), score.gain)
-    least = max(settings.GAIN_SHARE * best_gain, _least_on_chunks(base))
-    ends = continued(first, base_on_chunks.cost - least)
+    ends = continued(first)
     gains = [gain_of(base_on_chunks, end) for end in ends]
     others = [
         end

@@ -49,23 +49,20 @@ def first_fits(
     bent = [work.kernel.vector(known | dict(guess)) for guess in guesses if not model.values.keys().isdisjoint(guess)]
     own = _started(work, [theta, *usual] if from_here else usual)
     guessed = _started(work, [work.coordinates.theta(p) for p in bent])
-    best = sorted([*own, *guessed], key=lambda fit: fit.cost)[: settings.AT_LEAST]
+    others = settings.AT_LEAST if data.damped is None else 1  # along new paths most starts lead to one end
+    best = sorted([*own, *guessed], key=lambda fit: fit.cost)[:others]
     if guessed and all(fit is not guessed[0] for fit in best):  # plays and hysteresis come to rest slowly
         best.append(guessed[0])
     return [Model(effects, data, fit) for fit in best]
 
 
-def continued(fits: Sequence[Model], least: float = float("inf")) -> list[Model]:
-    """First fits continued, best first. In damped order, where every step is along new paths, most lead to one end, so
-    the others are left out where the first one does not come below the cost `least`.
-    """
+def continued(fits: Sequence[Model]) -> list[Model]:
+    """First fits continued, best first."""
     ends = list[Model]()
     for fit in fits:
         work = fit.data.estimator(fit.effects, coarse=True, worth=settings.CHANCE_GAIN)
         end = work.further(fit.estimate, settings.STEPS - FIRST_STEPS)
         ends.append(replace(fit, estimate=lean(end)))
-        if fit.data.damped is not None and end.cost > least:
-            break
     return sorted(ends, key=lambda end: end.cost)
 
 

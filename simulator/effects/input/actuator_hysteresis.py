@@ -44,12 +44,17 @@ class ActuatorHysteresis(Effect):
         return q.u - p["h"] / p["r"] * behind
 
     def first_guess(self, recordings: Sequence[FirstLook], base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
-        """How what is missing grows with the change of the force since its last reversals."""
+        """How what is missing grows with the change of the force since its last reversals, and what is usual: a narrow
+        loop is over before the valve breaks away, and most of it looks like friction.
+        """
+        h, r = self.parameters
+        usual = {self.parameter_name("r"): r.scale} | hidden_in_friction(self.parameter_name("h"), h.scale, base)
 
         def trial(r: float) -> Trial:
             return {"r": r}, {"h": lambda look: stacked(look.u, r, ELEMENTS)}
 
         guess = Missing.of(recordings, base, presliding=True).best(trial(way * base["lugre.fc"]) for way in WAYS)
         if guess is None or guess.values["h"] <= 0:
-            return []
-        return [self.named(**guess.values) | hidden_in_friction(self.parameter_name("h"), guess.values["h"], base)]
+            return [usual]
+        read = self.named(**guess.values) | hidden_in_friction(self.parameter_name("h"), guess.values["h"], base)
+        return [read, usual]
