@@ -115,7 +115,7 @@ def polished(model: Model) -> Model:
     What lacks an effect has many ends that differ by hundreds in cost, by its paths alone. Candidates are fitted on new
     paths, so the model that they are compared with must have been, too: or any of them explains that difference.
     """
-    if is_white(model) or model.data.damped is not None:  # there every refit looks for new paths
+    if model.data.damped is not None or is_white(model):  # in damped order every refit looks for new paths
         return min(model, model.refitted(), key=lambda m: m.cost)
     here, other = _refitted_repeatedly(model), best_model_on_chunks(model)
     there = None if other is None else other.refitted_to(model.data)
