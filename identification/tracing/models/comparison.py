@@ -22,7 +22,7 @@ LOSS_SPREAD = 1.264
 """Standard deviation of Cauchy's loss of one unit normal innovation, in means of it."""
 SQUARE_SPREAD = 2.0**0.5
 """The same of its square."""
-Replicates = Sequence[tuple[Estimate, tuple[Grid, ...]]]
+OnReplicates = Sequence[tuple[Estimate, tuple[Grid, ...]]]
 """Estimates of a model on replicates, which lack nothing, and their grids."""
 
 
@@ -85,7 +85,7 @@ def whiteness(estimate: Estimate) -> Whiteness:
     return Whiteness(p_value > settings.STRICT_LEVEL, p_value, estimate.loss, estimate.outliers)
 
 
-def whiteness_beside(estimate: Estimate, grids: tuple[Grid, ...], replicates: Replicates) -> Whiteness:
+def whiteness_beside(estimate: Estimate, grids: tuple[Grid, ...], replicates: OnReplicates) -> Whiteness:
     """Test of the position's innovations where the sampling does not resolve break-away: its linearisation leaves more
     than noise of a complete model, too, most of it in a few places. So the loss over blocks of time is compared with
     that of the same blocks of replicates, which lack nothing (paired t test). Without any, nothing is white, and nor is
@@ -144,7 +144,7 @@ def imposed_whiteness(estimate: Estimate, grids: tuple[Grid, ...]) -> Whiteness:
 def fitted_whiteness(model: Model) -> Whiteness:
     """The test on the fitted grids."""
 
-    def beside() -> Replicates:
+    def beside() -> OnReplicates:
         return [(one.estimate, one.data.fitted) for one in model.on_replicates]
 
     return _whiteness_of(model, model.estimate, model.data.fitted, beside)
@@ -163,14 +163,14 @@ def _held_out_whiteness(model: Model, estimate: Estimate | None) -> Whiteness:
     if estimate is None:
         return Whiteness(False, 0.0, float("inf"), 1.0)
 
-    def beside() -> Replicates:
+    def beside() -> OnReplicates:
         return [(one.held_out, one.data.held_out) for one in model.on_replicates if one.held_out is not None]
 
     return _whiteness_of(model, estimate, model.data.held_out, beside)
 
 
 def _whiteness_of(
-    model: Model, estimate: Estimate, grids: tuple[Grid, ...], beside: Callable[[], Replicates]
+    model: Model, estimate: Estimate, grids: tuple[Grid, ...], beside: Callable[[], OnReplicates]
 ) -> Whiteness:  # fmt: skip
     """The test of an estimate of a model that suits its data. beside : the model on replicates, which takes seconds: a
     complete model does not leave less on them than noise, so an estimate that does not leave more than that passes.
