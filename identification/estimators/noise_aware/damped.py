@@ -9,7 +9,7 @@ runs that slip as the data do (`shots.py`). Steps are Gauss-Newton's.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -102,11 +102,22 @@ class DampedNoiseAware(NoiseAware):
         return self.along_new(theta)
 
     def further(self, first: Estimate, steps: int) -> Estimate:
-        """The estimate where steps along new paths lead."""
-        return self.mended(self.followed(first, steps))
+        """The best estimate on the way that steps along new paths take, not the last: far from the end, or without one,
+        slips that paths miss make costs differ by thousands from step to step.
+        """
+        return self.mended(min(self._way(first, steps), key=lambda now: now.cost))
 
     def followed(self, now: Estimate, steps: int = FOLLOWED) -> Estimate:
-        """Gauss-Newton's steps along paths that are new at every one of them, whether the cost falls or not.
+        """The estimate to which steps along new paths lead, whatever it costs: near the root only chance makes one step
+        better than another.
+        """
+        for end in self._way(now, steps):
+            now = end
+        return now
+
+    def _way(self, now: Estimate, steps: int) -> Iterator[Estimate]:
+        """An estimate, and those after Gauss-Newton's steps along paths that are new at every one of them, whether the
+        cost falls or not.
 
         What a model explains about a path is what it would explain at the end of the next step of the path. It is less
         in the stretches where a path was chosen for that, at the parameters for which it was, and then no step of the
@@ -114,22 +125,24 @@ class DampedNoiseAware(NoiseAware):
         The gradient along paths that were not chosen has no such memory. Its root is near the truth, and each step has
         but the chance of its own paths.
         """
-        known, settled = list[float](), False
+        now, known, enough = replace(now, settled=False), list[float](), max(ENOUGH, self.worth)
+        yield now
         for _ in range(steps):
             solved = gauss_newton(now.normal, now.theta, LONGEST, self.coordinates.bounds)
             if solved is None or time_is_over():
-                break
-            enough = max(ENOUGH, self.worth)
-            settled = bool(known) and solved.free and solved.decrease < enough  # a start has a memory of its own
-            further = None if settled else self._along_new_or_moved(now, solved.move)
+                return
+            if known and solved.free and solved.decrease < enough:  # a start has a memory of its own
+                yield replace(now, settled=True)
+                return
+            further = self._along_new_or_moved(now, solved.move)
             if further is None:
-                break
+                return
             now = further
             known.append(now.cost)
+            yield now
             turn = len(known) > FEW and len(known) % FEW == 0
             if turn and np.mean(known[-FEW:]) > np.mean(known[-2 * FEW : -FEW]):
-                break
-        return replace(now, settled=settled)
+                return
 
     def _along_new_or_moved(self, now: Estimate, step: Array) -> Estimate | None:
         """The estimate a step further along new paths, and where these miss a slip along those that move along."""

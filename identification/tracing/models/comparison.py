@@ -40,9 +40,7 @@ class Comparison:
 
 def compare(before: Estimate, after: Estimate, grids: tuple[Grid, ...]) -> Comparison:
     """How much better the second estimate explains the position, block by block."""
-    costs_of = [
-        [costs(line.innovations, line.variances, one.tuning) for line in one.linearised] for one in (before, after)
-    ]
+    costs_of = [[costs(*line.scored, one.tuning) for line in one.linearised] for one in (before, after)]
     gains = _summed(grids, [was - now for was, now in zip(*costs_of, strict=True)])
     spread = float(np.std(gains, ddof=1)) or 1e-12
     value = float(np.mean(gains)) / (spread / np.sqrt(len(gains)))

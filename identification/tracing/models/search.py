@@ -61,7 +61,8 @@ def continued(fits: Sequence[Model]) -> list[Model]:
     ends = list[Model]()
     for fit in fits:
         work = fit.data.estimator(fit.effects, coarse=True, worth=settings.CHANCE_GAIN)
-        end = work.further(fit.estimate, settings.STEPS - FIRST_STEPS)
+        taken = FIRST_STEPS if fit.data.damped is None else 0
+        end = work.further(fit.estimate, settings.STEPS - taken)
         ends.append(replace(fit, estimate=lean(end)))
     return sorted(ends, key=lambda end: end.cost)
 
