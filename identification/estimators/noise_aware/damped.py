@@ -184,7 +184,7 @@ class DampedNoiseAware(NoiseAware):
         that were missed before are not looked for again.
         """
         vain: list[set[int]] = [set() for _ in self.grids]
-        known = vain if before is None else self._missed(before)
+        known = [set[int]() for _ in self.grids] if before is None else self._missed(before)
         for _ in range(ROUNDS if now.outliers < self.many else 0):
             end = None if time_is_over() else self._through_slips(now, vain, known)
             if end is None or end.cost > now.cost - EQUAL:
@@ -201,7 +201,7 @@ class DampedNoiseAware(NoiseAware):
         self, now: Estimate, vain: Sequence[set[int]], known: Sequence[set[int]]
     ) -> Estimate | None:  # fmt: skip
         """An estimate along paths with the best that can be found about every slip that is missed, but those that were
-        looked for in vain or are known, by grid. None where nothing better is.
+        looked for in vain, and those known before, by grid. None where nothing better is.
         """
         p = self.coordinates.p(now.theta)
         ends = each(lambda i: self._end_through_slips(i, p, now, vain[i], known[i]), range(len(self.grids)))
@@ -232,11 +232,11 @@ class DampedNoiseAware(NoiseAware):
         """A path of grid i (n, n_states) with the best that can be found about every slip that it misses, until
         `PATIENCE` in a row are found by none: what the model lacks no path has. None where nothing better is.
 
-        vain : first nodes of slips that were looked for in vain, which this adds to; known : of those that are left
-        out.
+        vain : first nodes of slips that were looked for in vain, which this adds to; known : of those that are not
+        looked for.
         """
         found, better, failures = path.copy(), False, 0
-        slips = [slip for slip in missed_slips(self.grids[i], line) if slip[0] not in known - vain]
+        slips = [slip for slip in missed_slips(self.grids[i], line) if slip[0] not in known]
         for slip in slips:
             if failures == PATIENCE:
                 break
