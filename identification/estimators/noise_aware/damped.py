@@ -221,7 +221,7 @@ class DampedNoiseAware(NoiseAware):
         if end is None:
             return None
         stretch = _stretches(self.grids[i])
-        misfits = [_misfit(stretch, known) for known in (now.linearised[i], end[1])]
+        misfits = [_misfit(stretch, one) for one in (now.linearised[i], end[1])]
         best = _stretchwise(stretch, [now.paths[i], end[0]], misfits)
         line = work.line(i, p, best)
         return None if line is None else self.relaxed(i, p, best, line, NEW_PATH)
