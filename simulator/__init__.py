@@ -8,9 +8,10 @@ from simulator.compile.scan import Run, Scan, Scanner
 from simulator.effect import Catalogue, Effect, Memory, Parameter, Quantities, Site
 from simulator.effects import BASE, CATALOGUE
 from simulator.excitation import Excitation
-from simulator.first_look import AddedForce, FirstLook, Missing, rhythms
+from simulator.first_look import AddedForce, FirstLook, Missing
 from simulator.imitation import usual_damping
 from simulator.positioner import PERIOD, Positioner, positioned
+from simulator.pulls import most_pulled, rhythms
 from simulator.relaxation import Lag, Relaxation
 from simulator.simulation import FINE_STEP, Sensors, random_valve, simulate
 from simulator.valve_model import FittedTo, Status, Value, ValveModel
@@ -47,6 +48,7 @@ __all__ = [
     "artefact",
     "kernel",
     "machine",
+    "most_pulled",
     "native_module",
     "positioned",
     "random_valve",

@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import median_filter
 
 from recordings import Array
 
@@ -27,9 +26,6 @@ LEAST = 0.1
 """Share of a parameter of the base that is left to it, whatever an effect takes."""
 HALF_WIDTHS = (0.04, 0.08, 0.15, 0.3)
 """Half widths of local effects, as shares of the travel."""
-FINER, AROUND, PEAKS = 4, 101, 3
-"""Steps of a frequency in one period over a recording, steps about one that tell how strong pulls are without a rhythm,
-and the strongest rhythms: noise has some, too."""
 LINEAR = ("mass.m", "spring.K", "spring.F0", "lugre.fc", "lugre.fs", "lugre.sigma2")
 """Parameters of the base in which the force of a sliding valve is linear."""
 
@@ -218,36 +214,6 @@ class Missing:
             found[name] = moved if name == "spring.F0" else max(moved, LEAST * found[name])
         found["lugre.fs"] = max(found["lugre.fs"], found["lugre.fc"])
         return found
-
-
-def rhythms(places: Sequence[Array], pulls: Sequence[Array], lowest: float, highest: float) -> list[float]:
-    """Frequencies, in periods per unit of place, at which pulls (n,) at some places (n,) are strongest beside those at
-    frequencies nearby, the strongest first. places : times or positions, in recordings that share their phase.
-
-    The pull at a rhythmic force is the score of its amplitude (Rao): its periodogram has a peak at the true frequency
-    and lower ones beside it, wherever the valve moves. It is found to a quarter of a period over the longest recording.
-    """
-    span = max(float(place.max() - place.min()) for place in places)
-    if highest * span < 1.0 or lowest > highest:
-        return []
-    bins = 2 << int(np.ceil(np.log2(2 * highest * span)))
-    f = np.fft.rfftfreq(FINER * bins, span / bins)
-    score = np.zeros(len(f), complex)
-    for place, pull in zip(places, pulls, strict=True):
-        first, total = float(place.min()), np.zeros(FINER * bins)
-        np.add.at(total, ((place - first) * (bins / span)).astype(int), pull)
-        score += np.fft.rfft(total) * np.exp(-2j * np.pi * f * first)
-    power = np.abs(score) ** 2
-    power /= np.maximum(median_filter(power, AROUND, mode="mirror"), 1e-30 + 1e-9 * power.max())
-    asked = (f >= lowest) & (f <= highest)
-    f, power = f[asked], power[asked]
-    found = list[float]()
-    for i in np.argsort(-power):
-        if all(abs(f[i] - one) > 1 / span for one in found):
-            found.append(float(f[i]))
-        if len(found) == PEAKS:
-            break
-    return found
 
 
 def travel(looks: Sequence[FirstLook]) -> tuple[float, float]:

@@ -30,6 +30,8 @@ SEEN = 2.0
 """Angle [rad] by which the mass swings on its spring from sample to sample, up to which the course of a slip is seen.
 Beyond, a slip is a jump between two samples. What a controller makes of the force meanwhile cannot be known, and mass
 and friction curve are estimated wrong by many standard deviations."""
+LIGHTEST = 1.0
+"""Mass [kg] that valves hardly fall short of."""
 LONGEST = 0.2
 """Time between samples [s] from which a slip is over before the next sample: nothing of it can be seen."""
 
@@ -73,9 +75,14 @@ def slip_is_seen(values: Mapping[str, float], spacing: float) -> bool:
     return slip(values) * spacing < SEEN
 
 
-def sub_step(values: Mapping[str, float]) -> float:
-    """The longest sub-step [s] of the damped order that resolves the slip."""
-    return SLIP / slip(values)
+def sub_step(values: Mapping[str, float], spacing: float) -> float:
+    """The longest sub-step [s] of the damped order that resolves the slip, for samples `spacing` [s] apart.
+
+    A slip of less than `LIGHTEST` whose course does not show is not resolved: mass is not to be told by it, and a model
+    that lacks something may end at a hundredth of the valve's, in a hundred sub-steps a sample.
+    """
+    shown = max(SEEN / spacing, slip({**values, "mass.m": LIGHTEST}))
+    return SLIP / min(slip(values), shown)
 
 
 def slip_is_over(values: Mapping[str, float], spacing: float) -> bool:

@@ -72,7 +72,7 @@ class DampedNoiseAware(NoiseAware):
 
     def resolving(self, theta: Array) -> DampedNoiseAware:
         """The same with sub-steps that resolve a slip of theta (m,)."""
-        return replace(self, freedom=freedom_for(self.coordinates.values(theta)))
+        return replace(self, freedom=freedom_for(self.coordinates.values(theta), self.grids))
 
     @property
     def coarse(self) -> DampedNoiseAware:
@@ -402,9 +402,10 @@ def damped_for(
     """The estimator for the grids of some experiments, with sub-steps that resolve a slip of theta (m,)."""
     with_error = kernel(valve.effects, "force with error", valve.catalogue, damped=True)
     smooth = each(lambda grid: grid.with_local_smoothing(), segment_grids)  # longest where least happens
-    return DampedNoiseAware(with_error, coordinates, smooth, freedom_for(coordinates.values(theta)))
+    return DampedNoiseAware(with_error, coordinates, smooth, freedom_for(coordinates.values(theta), smooth))
 
 
-def freedom_for(values: Mapping[str, float]) -> PathFreedom:
-    """The freedom of paths whose sub-steps resolve a slip, for parameters by full name."""
-    return replace(FREEDOM, h_max=sub_step(values) / FINER)
+def freedom_for(values: Mapping[str, float], segment_grids: Sequence[Grid]) -> PathFreedom:
+    """The freedom of paths whose sub-steps resolve a slip in some grids, for parameters by full name."""
+    spacing = max(float(np.median(np.diff(grid.t[np.isfinite(grid.y)]))) for grid in segment_grids)
+    return replace(FREEDOM, h_max=sub_step(values, spacing) / FINER)

@@ -21,7 +21,7 @@ from identification.estimators.anchors import anchors
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.fitted import Fit, Outcome, fit_of_windows
 from identification.estimators.least_squares import Solution, minimise
-from identification.estimators.order import Order, at_rest, sub_step
+from identification.estimators.order import LIGHTEST, Order, at_rest, sub_step
 from identification.estimators.output_error.force_position_loop import ForcePositionLoop, force_position_loop
 from identification.estimators.output_error.homotopy import Minimum
 from identification.estimators.output_error.problem import Problem, ResidualForm
@@ -58,7 +58,7 @@ GUESSED = 0.03
 """Share of the level of friction by which a straight line between samples may miss the force; beyond, what the valve
 did until the next setting back is not held against the model."""
 RANGES = {
-    "lugre.fc": (0.5, 1.0), "lugre.fs": (1.0, 1.6), "mass.m": (1.0, 8.0), "lugre.sigma2": (100.0, 1500.0),
+    "lugre.fc": (0.5, 1.0), "lugre.fs": (1.0, 1.6), "mass.m": (LIGHTEST, 8.0), "lugre.sigma2": (100.0, 1500.0),
     "lugre.vs": (1e-3, 1e-2), "lugre.sigma0": (3e6, 1e8),
 }  # fmt: skip
 """Ranges of the starts, SI units, but for the levels of friction: those are shares of the half width of the loop. It is
@@ -115,7 +115,7 @@ class Search:
         lower, upper = (np.array(end) for end in zip(*ends, strict=True))
         self.likely = replace(c, lower=np.maximum(c.lower, lower), upper=np.minimum(c.upper, upper))
         self.window = window(problem.spacing)
-        self.h = sub_step({"spring.K": loop.K, "mass.m": RANGES["mass.m"][0]})
+        self.h = sub_step({"spring.K": loop.K, "mass.m": LIGHTEST}, problem.spacing)
         self.evaluations = 0
 
     def form(self, tuning: float, finer: int = 1) -> ResidualForm:

@@ -95,7 +95,7 @@ class TrialData:
 
     def damped_for(self, values: Mapping[str, float]) -> TrialData:
         """The same in damped order, with steps close enough for a slip, for parameters by full name."""
-        return replace(self, damped=freedom_for(values))
+        return replace(self, damped=freedom_for(values, self.fitted))
 
     def in_order(self, *effects: str) -> tuple[str, ...]:
         """Effects in the order of the catalogue."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from simulator.effect import Effect, Expression, Parameter, Quantities, Site, Values
 from simulator.first_look import FirstLook, Missing, Trial, along
+from simulator.pulls import most_pulled
 
 ROUNDING = 2e-5
 """Distance [m] over which the contact closes: surfaces are rough, and the force stays differentiable."""
@@ -36,10 +37,11 @@ class ContactStiffness(Effect):
         return p["k"] * ROUNDING * (beyond + ca.log1p(ca.exp(-ca.fabs(depth))))
 
     def first_guess(self, recordings: Sequence[FirstLook], base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
-        """Where the loop of force over position has its kink."""
+        """Where the loop of force over position has its kink, and where the measurements pull at one."""
 
         def trial(x0: float) -> Trial:
             return {"x0": x0}, {"k": lambda r: np.maximum(r.x - x0, 0.0)}
 
-        guess = Missing.of(recordings, base).best(map(trial, along(recordings)))
-        return self.guessed(guess, "spring.K", "spring.F0")
+        missing, trials = Missing.of(recordings, base), [trial(x0) for x0 in along(recordings)]
+        pulled = missing.best(most_pulled(recordings, base, trials))
+        return [*self.guessed(missing.best(trials), "spring.K", "spring.F0"), *self.guessed(pulled)]

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Mapping, Sequence
 
 from simulator.effect import Effect, Expression, Parameter, Quantities, Site, Values
 from simulator.first_look import FirstLook, Missing, Trial, local_shapes
+from simulator.pulls import most_pulled
 
 
 class FlowForce(Effect):
@@ -31,10 +31,11 @@ class FlowForce(Effect):
         return p["f"] / (1 + ((q.x - p["x0"]) / p["w"]) ** 2)
 
     def first_guess(self, recordings: Sequence[FirstLook], base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
-        """The hump along the stroke that explains most of what is missing."""
+        """The humps along the stroke that explain most of what is missing, and at which the measurements pull most."""
 
         def trial(x0: float, w: float) -> Trial:
             return {"x0": x0, "w": w}, {"f": lambda r: 1 / (1 + ((r.x - x0) / w) ** 2)}
 
-        guess = Missing.of(recordings, base).best(itertools.starmap(trial, local_shapes(recordings)))
-        return self.guessed(guess, "spring.K", "spring.F0")
+        missing, trials = Missing.of(recordings, base), [trial(*shape) for shape in local_shapes(recordings)]
+        pulled = missing.best(most_pulled(recordings, base, trials))
+        return [*self.guessed(missing.best(trials), "spring.K", "spring.F0"), *self.guessed(pulled)]

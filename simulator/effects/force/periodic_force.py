@@ -9,7 +9,8 @@ import casadi as ca
 import numpy as np
 
 from simulator.effect import Effect, Expression, Parameter, Quantities, Site, Values
-from simulator.first_look import FirstLook, Missing, Trial, rhythms
+from simulator.first_look import FirstLook, Missing, Trial
+from simulator.pulls import rhythms
 
 FEWEST_PERIODS, HIGHEST = 1.5, 40.0
 """For a first guess: of fewer periods it looks like a drift, and above that frequency [Hz] a valve hardly moves."""

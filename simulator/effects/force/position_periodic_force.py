@@ -9,7 +9,8 @@ import casadi as ca
 import numpy as np
 
 from simulator.effect import Effect, Expression, Parameter, Quantities, Site, Values
-from simulator.first_look import FirstLook, Missing, Trial, rhythms, travel
+from simulator.first_look import FirstLook, Missing, Trial, travel
+from simulator.pulls import rhythms
 
 FEWEST, MOST = 1.5, 150.0
 """Periods that the travel may hold, for a first guess: of fewer it looks like a curved spring, and a fine thread has

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Mapping, Sequence
 
 import casadi as ca
@@ -10,6 +9,7 @@ import numpy as np
 
 from simulator.effect import Effect, Expression, Parameter, Quantities, Site, Values
 from simulator.first_look import AddedForce, FirstLook, Missing, Trial, local_shapes
+from simulator.pulls import most_pulled
 
 
 class PositionDependentFriction(Effect):
@@ -34,10 +34,12 @@ class PositionDependentFriction(Effect):
         return 1 + p["a"] * ca.exp(-(((q.x - p["x0"]) / p["w"]) ** 2)) + p["b"] * q.x
 
     def first_guess(self, recordings: Sequence[FirstLook], base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
-        """The bell along the stroke that explains most of what is missing against the motion."""
+        """The bells along the stroke that explain most of what is missing, and at which the measurements pull most."""
 
         def trial(x0: float, w: float) -> Trial:
             bell: AddedForce = lambda r: r.friction(base) * np.exp(-(((r.x - x0) / w) ** 2))  # noqa: E731
             return {"x0": x0, "w": w}, {"a": bell, "b": lambda r: r.friction(base) * r.x}
 
-        return self.guessed(Missing.of(recordings, base).best(itertools.starmap(trial, local_shapes(recordings))))
+        missing, trials = Missing.of(recordings, base), [trial(*shape) for shape in local_shapes(recordings)]
+        pulled = missing.best(most_pulled(recordings, base, trials))
+        return [*self.guessed(missing.best(trials)), *self.guessed(pulled)]

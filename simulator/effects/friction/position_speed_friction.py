@@ -10,6 +10,7 @@ import numpy as np
 
 from simulator.effect import Effect, Expression, Parameter, Quantities, Site, Values
 from simulator.first_look import AddedForce, FirstLook, Missing, Trial, local_shapes
+from simulator.pulls import most_pulled
 
 BELLS = 3
 """Number of bells: three make a profile of any bow along a stretch of the stroke."""
@@ -54,7 +55,7 @@ class PositionSpeedFriction(Effect):
         return 1 + bells * ca.exp(-((q.v / p["u"]) ** 2))
 
     def first_guess(self, recordings: Sequence[FirstLook], base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
-        """The bells along the stroke that explain most of what is missing against the motion."""
+        """The bells along the stroke that explain most of what is missing, and at which the measurements pull most."""
 
         def trial(shape: tuple[float, float], u: float) -> Trial:
             x0, w = shape
@@ -62,7 +63,9 @@ class PositionSpeedFriction(Effect):
             return {"x0": x0, "w": w, "u": u}, bells
 
         shapes = itertools.product(local_shapes(recordings), SPEEDS)
-        return self.guessed(Missing.of(recordings, base).best(itertools.starmap(trial, shapes)))
+        missing, trials = Missing.of(recordings, base), [trial(*shape) for shape in shapes]
+        pulled = missing.best(most_pulled(recordings, base, trials))
+        return [*self.guessed(missing.best(trials)), *self.guessed(pulled)]
 
 
 def _bell(base: Mapping[str, float], x: float, w: float, u: float) -> AddedForce:
