@@ -36,7 +36,8 @@ class FirstLook:
     acceleration [m/s2] of the reading, smoothed; u force [N]; bent : deflection of the bristles as a share of that when
     sliding, with its sign; otherwise_bent (n, 2) : that of stiffer and of softer ones; moves : where the reading moves,
     whatever its noise does; held : known parameters of the base, by full name; pull : how strongly the measurements
-    pull at a force on the stem, beside a fitted base, but for its sign and unit; None where none is fitted.
+    pull at a force on the stem, beside a fitted base, but for its sign and unit; None where none is fitted; by_chance
+    (n, k) : how strongly noise alone would, k times.
     """
 
     t: Array
@@ -49,19 +50,22 @@ class FirstLook:
     moves: NDArray[np.bool_]
     held: frozenset[str] = frozenset()
     pull: Array | None = None
+    by_chance: Array | None = None
 
     @classmethod
     def of(
         cls, t: Array, motion: Array, u: Array, base: Mapping[str, float], held: Iterable[str] = (),
-        pull: Array | None = None,
+        pulls: Array | None = None,
     ) -> FirstLook:  # fmt: skip
         """From a motion (n, 3): smoothed x and v, and v behind a dead zone at the level of the noise. The bristles of a
-        base model say how far they are bent, by the way that the reading has gone.
+        base model say how far they are bent, by the way that the reading has gone. pulls (n, 1 + k) : `pull` and
+        `by_chance`.
         """
         x, v, crept = motion.T
         deflection = base["lugre.fs"] / base["lugre.sigma0"]
         bent, *others = (_bent(x, v, share * deflection) for share in (1.0, 0.5, 2.0))
-        return cls(t, x, v, np.gradient(v, t), u, bent, np.column_stack(others), crept != 0, frozenset(held), pull)
+        seen = t, x, v, np.gradient(v, t), u, bent, np.column_stack(others), crept != 0, frozenset(held)
+        return cls(*seen) if pulls is None else cls(*seen, pulls[:, 0], pulls[:, 1:])
 
     @functools.cached_property
     def slides(self) -> NDArray[np.bool_]:
@@ -100,9 +104,9 @@ class FirstLook:
 
     def thinned(self, every: int) -> FirstLook:
         """Every so-manieth sample."""
-        names = ("t", "x", "v", "a", "u", "bent", "otherwise_bent", "moves")
-        pull = None if self.pull is None else self.pull[::every]
-        return replace(self, pull=pull, **{name: getattr(self, name)[::every] for name in names})
+        names = ("t", "x", "v", "a", "u", "bent", "otherwise_bent", "moves", "pull", "by_chance")
+        known = {name: getattr(self, name) for name in names if getattr(self, name) is not None}
+        return replace(self, **{name: values[::every] for name, values in known.items()})
 
 
 AddedForce = Callable[[FirstLook], Array]

@@ -7,7 +7,8 @@ where what is missing is far below the noise of a regression.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import median_filter
@@ -25,42 +26,51 @@ and the strongest rhythms: noise has some, too."""
 
 
 def most_pulled(looks: Sequence[FirstLook], base: Mapping[str, float], trials: Iterable[Trial]) -> list[Trial]:
-    """The shape for whose strengths the score is largest, beside changes of the base and by its scatter over blocks;
-    none where no model was fitted.
+    """The shape for whose strengths the score is largest, beside changes of the base and by the scatter that noise
+    alone has; none where no model was fitted.
     """
     if any(look.pull is None for look in looks):
         return []
-    beside = [_scores(look, [*look.by_base(base, presliding=False).values()]) for look in looks]
-    known = np.vstack(beside)
+    beside = _Scores.of(looks, lambda look: [*look.by_base(base, presliding=False).values()])
 
     def statistic(trial: Trial) -> float:
-        return _statistic(known, np.vstack([_scores(look, [f(look) for f in trial[1].values()]) for look in looks]))
+        return _Scores.of(looks, lambda look: [force(look) for force in trial[1].values()]).statistic(beside)
 
     return sorted(trials, key=statistic)[-1:]
 
 
-def _scores(look: FirstLook, forces: Sequence[Array]) -> Array:
-    """The scores of some forces (n,) in every block, (n_blocks, n_forces)."""
-    assert look.pull is not None
-    block = ((look.t - look.t[0]) // BLOCK).astype(int)
-    return np.column_stack([np.bincount(block, look.pull * force) for force in forces])
+@dataclass(frozen=True)
+class _Scores:
+    """The scores of some forces. seen (m,) : by the measurements; by_chance (n, m) : by noise alone, in blocks."""
 
+    seen: Array
+    by_chance: Array
 
-def _statistic(known: Array, own: Array) -> float:
-    """The score test of strengths by their scores in blocks, own (n_blocks, k), beside those of the base (n_blocks, m);
-    their scatter is that of the blocks.
-    """
-    scores = np.column_stack([known, own])
-    scale = np.linalg.norm(scores, axis=0)
-    if not (scale[known.shape[1] :] > 0).all():
-        return 0.0
-    scores = scores / np.where(scale > 0, scale, 1.0)
-    scatter, m = scores.T @ scores, known.shape[1]
-    beside = np.linalg.lstsq(scatter[:m, :m], scatter[:m, m:], rcond=1e-8)[0]
-    left = scatter[m:, m:] - scatter[m:, :m] @ beside
-    total = scores.sum(axis=0)
-    score = total[m:] - beside.T @ total[:m]
-    return float(score @ np.linalg.solve(left, score)) if np.linalg.eigvalsh(left)[0] > OWN else 0.0
+    @classmethod
+    def of(cls, looks: Sequence[FirstLook], forces: Callable[[FirstLook], Sequence[Array]]) -> _Scores:
+        seen, by_chance = list[Array](), list[Array]()
+        for look in looks:
+            assert look.pull is not None
+            assert look.by_chance is not None
+            made, first = (
+                np.column_stack(forces(look)),
+                np.flatnonzero(np.diff((look.t - look.t[0]) // BLOCK, prepend=-1)),
+            )
+            seen.append(look.pull @ made)
+            by_chance += [np.add.reduceat(noise[:, None] * made, first) for noise in look.by_chance.T]
+        return cls(np.sum(seen, axis=0), np.concatenate(by_chance) / np.sqrt(look.by_chance.shape[1]))
+
+    def statistic(self, beside: _Scores) -> float:
+        """The score test of the forces beside others."""
+        m, by_chance = len(beside.seen), np.column_stack([beside.by_chance, self.by_chance])
+        scale = np.linalg.norm(by_chance, axis=0)
+        if not (scale[m:] > 0).all():
+            return 0.0
+        scale[scale == 0] = 1.0
+        scatter, seen = (by_chance / scale).T @ (by_chance / scale), np.r_[beside.seen, self.seen] / scale
+        others = np.linalg.lstsq(scatter[:m, :m], scatter[:m, m:], rcond=1e-8)[0]
+        left, score = scatter[m:, m:] - scatter[m:, :m] @ others, seen[m:] - others.T @ seen[:m]
+        return float(score @ np.linalg.solve(left, score)) if np.linalg.eigvalsh(left)[0] > OWN else 0.0
 
 
 def rhythms(places: Sequence[Array], pulls: Sequence[Array], lowest: float, highest: float) -> list[float]:

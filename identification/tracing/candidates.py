@@ -23,9 +23,13 @@ def candidates_of_round(model: Model, budget: Budget, progress: Progress = silen
     scores, fits, judged = screen(model, progress), list[CandidateFit](), dict[str, Candidate]()
     for some, rest in shortlisted_fits(model, scores, budget, progress):
         fits = sorted([*fits, *some], key=lambda fit: -fit.gain if fit.chunk_fits else np.inf)
-        chosen = [fit for effect, fit in worth_refitting(model, fits).items() if effect not in judged]
-        shown = budget.within(chosen, "refits and hold-out", progress, lambda fit: fit.effect)
-        judged |= {fit.effect: judge(model, fit) for fit in shown}
+        for _ in range(2):  # what held-out data reject is no measure for the others: once more without it
+            beside = [fit for fit in fits if fit.effect not in judged or judged[fit.effect].accepted]
+            chosen = [fit for effect, fit in worth_refitting(model, beside).items() if effect not in judged]
+            shown = budget.within(chosen, "refits and hold-out", progress, lambda fit: fit.effect)
+            judged |= {fit.effect: judge(model, fit) for fit in shown}
+            if any(c.accepted for c in judged.values()):
+                break
         if any(_is_enough(c, rest) for c in judged.values()) or in_wrong_order(judged.values()):
             break
     judged |= {fit.effect: judge(model, fit) for fit in _best_in_time(model, fits, budget) if fit.effect not in judged}

@@ -84,6 +84,15 @@ def pull_at_force(line: Innovations, t: Array, m: float) -> Array:
     return np.asarray(_smoothed(line)[1][:, 1] * np.gradient(t) / m, float)
 
 
+def by_chance(line: Innovations, rng: np.random.Generator) -> Innovations:
+    """Innovations as noise alone makes them, for the way back only; as they are where nothing is kept of that."""
+    if not line.smoother:
+        return line
+    mean, P, S, E, V, *others = line.smoother
+    noise = np.where(np.isfinite(V), np.sqrt(np.where(np.isfinite(V), V, 0.0)) * rng.standard_normal(V.shape), E)
+    return replace(line, smoother=(mean, P, S, noise, V, *others))
+
+
 def _smoothed(line: Innovations, move: Array | None = None) -> tuple[Array, Array]:
     """Where the smoothed path lies beside that of the linearisation, and the gradient by the predicted states, both
     (n, n_states).

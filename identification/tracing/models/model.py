@@ -13,7 +13,7 @@ from identification.estimators.coordinates import Coordinates
 from identification.estimators.estimate import Estimate, lean
 from identification.estimators.fitted import Fit
 from identification.estimators.noise_aware.estimator import UNIT_LOSS
-from identification.estimators.noise_aware.linearised_model import pull_at_force
+from identification.estimators.noise_aware.linearised_model import by_chance, pull_at_force
 from identification.estimators.noise_aware.resolution import resolved_by_nodes
 from identification.estimators.noise_aware.search import UNEXPLAINED
 from identification.tracing import settings
@@ -24,6 +24,8 @@ from simulator import Kernel
 
 REPLICATE_SEED = 0
 """Seed of the noise, so that a trace gives the same answer every time."""
+DRAWS = 4
+"""Draws of noise that say how much pulls scatter by chance: together some thousand blocks of half a second."""
 MEMORY_STEP = 1e-3
 """Longest sub-step [s] while the memory of a new effect is run along a path: finer changes nothing."""
 
@@ -67,12 +69,18 @@ class Model:
 
     @property
     def pulls(self) -> list[Array]:
-        """How strongly the measurements pull at the force on the stem, per fitted grid (n,) [1/N]."""
-        now, grids = self.with_path_steps(0).estimate, self.data.fitted
+        """How strongly the measurements pull at the force on the stem, and how strongly noise alone would, some times;
+        per fitted grid (n, 1 + `DRAWS`) [1/N].
+        """
+        now, rng, m = self.with_path_steps(0).estimate, np.random.default_rng(DRAWS), self.values["mass.m"]
         if self.data.imposed:
-            return [line.innovations[:, 0] / line.variances[:, 0] for line in now.linearised]
-        pairs = zip(now.linearised, grids, strict=True)
-        return [pull_at_force(line, grid.t, self.values["mass.m"]) for line, grid in pairs]
+            sigmas = [np.sqrt(line.variances[:, 0]) for line in now.linearised]
+            seen = [line.innovations[:, 0] / line.variances[:, 0] for line in now.linearised]
+            noise = [rng.standard_normal((len(sigma), DRAWS)) / sigma[:, None] for sigma in sigmas]
+            return [np.column_stack(pair) for pair in zip(seen, noise, strict=True)]
+        pairs = zip(now.linearised, self.data.fitted, strict=True)
+        made = [((line, *(by_chance(line, rng) for _ in range(DRAWS))), grid.t) for line, grid in pairs]
+        return [np.column_stack([pull_at_force(line, t, m) for line in lines]) for lines, t in made]
 
     @property
     def shows_the_swing(self) -> bool:
