@@ -8,7 +8,7 @@ where what is missing is far below the noise of a regression.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.ndimage import median_filter
@@ -20,27 +20,31 @@ BLOCK = 0.5
 """Length [s] of the blocks that say how much scores scatter: a slip, and the rest behind it."""
 OWN = 1e-6
 """Share of a score's scatter that the scores of the base do not have, below which it is nothing of its own."""
+SHAPES, OTHER = 3, 0.1
+"""Shapes that are asked for most, and the share of its score that one has left beside another from which it is another
+one: close places and like widths say the same."""
 FINER, AROUND, PEAKS = 4, 101, 3
 """Steps of a frequency in one period over a recording, steps about one that tell how strong pulls are without a rhythm,
 and the strongest rhythms: noise has some, too."""
 
 
 def most_pulled(looks: Sequence[FirstLook], base: Mapping[str, float], trials: Iterable[Trial]) -> list[Trial]:
-    """The shape for whose strengths the score is largest, beside changes of the base and by the scatter that noise
-    alone has; none where no model was fitted.
+    """The shapes for whose strengths the score is largest, each of which says something else, largest first: beside
+    changes of the base, and by the scatter that noise alone has. None where no model was fitted.
     """
     if any(look.pull is None for look in looks):
         return []
-    beside = _Scores.of(looks, lambda look: [*look.by_base(base, presliding=False).values()])
+    beside, found = _Scores.of(looks, lambda look: [*look.by_base(base, presliding=False).values()]), list[Trial]()
+    left = [(trial, _Scores.of_trial(looks, trial)) for trial in trials]
+    while left and len(found) < SHAPES:
+        best, scores = max(left, key=lambda one: one[1].statistic(beside))
+        found.append(best)
+        both = beside.with_(scores)
+        left = [one for one in left if one[1].statistic(both) > OTHER * one[1].statistic(beside)]
+    return found
 
-    def statistic(trial: Trial) -> float:
-        return _Scores.of(looks, lambda look: [force(look) for force in trial[1].values()]).statistic(beside)
 
-    return sorted(trials, key=statistic)[-1:]
-
-
-@dataclass(frozen=True)
-class _Scores:
+class _Scores(NamedTuple):
     """The scores of some forces. seen (m,) : by the measurements; by_chance (n, m) : by noise alone, in blocks."""
 
     seen: Array
@@ -48,26 +52,37 @@ class _Scores:
 
     @classmethod
     def of(cls, looks: Sequence[FirstLook], forces: Callable[[FirstLook], Sequence[Array]]) -> _Scores:
+        """The scores of some forces, each (n,) at the samples of a look."""
         seen, by_chance = list[Array](), list[Array]()
         for look in looks:
             assert look.pull is not None
             assert look.by_chance is not None
-            made, first = (
-                np.column_stack(forces(look)),
-                np.flatnonzero(np.diff((look.t - look.t[0]) // BLOCK, prepend=-1)),
-            )
+            made = np.column_stack(forces(look))
+            first = np.flatnonzero(np.diff((look.t - look.t[0]) // BLOCK, prepend=-1))
             seen.append(look.pull @ made)
             by_chance += [np.add.reduceat(noise[:, None] * made, first) for noise in look.by_chance.T]
-        return cls(np.sum(seen, axis=0), np.concatenate(by_chance) / np.sqrt(look.by_chance.shape[1]))
+        return cls(np.sum(seen, axis=0), np.concatenate(by_chance))
+
+    @classmethod
+    def of_trial(cls, looks: Sequence[FirstLook], trial: Trial) -> _Scores:
+        """The scores of the strengths of a shape."""
+        return cls.of(looks, lambda look: [force(look) for force in trial[1].values()])
+
+    def with_(self, other: _Scores) -> _Scores:
+        """These scores and others."""
+        return _Scores(np.r_[self.seen, other.seen], np.column_stack([self.by_chance, other.by_chance]))
 
     def statistic(self, beside: _Scores) -> float:
-        """The score test of the forces beside others."""
-        m, by_chance = len(beside.seen), np.column_stack([beside.by_chance, self.by_chance])
-        scale = np.linalg.norm(by_chance, axis=0)
+        """How large these scores are beside others, as squares over the scatter by chance; 0 where they say nothing of
+        their own.
+        """
+        m, both = len(beside.seen), beside.with_(self)
+        scale = np.linalg.norm(both.by_chance, axis=0)
         if not (scale[m:] > 0).all():
             return 0.0
         scale[scale == 0] = 1.0
-        scatter, seen = (by_chance / scale).T @ (by_chance / scale), np.r_[beside.seen, self.seen] / scale
+        scaled, seen = both.by_chance / scale, both.seen / scale
+        scatter = scaled.T @ scaled
         others = np.linalg.lstsq(scatter[:m, :m], scatter[:m, m:], rcond=1e-8)[0]
         left, score = scatter[m:, m:] - scatter[m:, :m] @ others, seen[m:] - others.T @ seen[:m]
         return float(score @ np.linalg.solve(left, score)) if np.linalg.eigvalsh(left)[0] > OWN else 0.0

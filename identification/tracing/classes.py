@@ -41,14 +41,13 @@ def same_class(candidates: Sequence[Candidate]) -> tuple[str, ...]:
 
 
 def _is_alike(best: Candidate, other: Candidate) -> bool:
-    """Whether another candidate gains about as much as the best, or not significantly less."""
+    """Whether another candidate gains about as much as the best on all recordings, or not significantly less."""
     if other.held_out is None or other.refit is None or other.held_out.gain <= 0:
         return False
     assert best.held_out is not None
     assert best.refit is not None
     held_out, fitted = abs(other.held_out.gain - best.held_out.gain), abs(other.gain - best.gain)
-    share = settings.SMALL_SHARE
-    if held_out < share * abs(best.held_out.gain) and fitted < share * best.gain:
+    if held_out + fitted < settings.SMALL_SHARE * (best.gain + best.held_out.gain):
         return True
     assert best.refit.held_out is not None
     assert other.refit.held_out is not None

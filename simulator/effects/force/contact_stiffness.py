@@ -43,5 +43,5 @@ class ContactStiffness(Effect):
             return {"x0": x0}, {"k": lambda r: np.maximum(r.x - x0, 0.0)}
 
         missing, trials = Missing.of(recordings, base), [trial(x0) for x0 in along(recordings)]
-        pulled = missing.best(most_pulled(recordings, base, trials))
-        return [*self.guessed(missing.best(trials), "spring.K", "spring.F0"), *self.guessed(pulled)]
+        pulled = [guess for one in most_pulled(recordings, base, trials) for guess in self.guessed(missing.best([one]))]
+        return [*self.guessed(missing.best(trials), "spring.K", "spring.F0"), *pulled]

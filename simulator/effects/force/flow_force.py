@@ -37,5 +37,5 @@ class FlowForce(Effect):
             return {"x0": x0, "w": w}, {"f": lambda r: 1 / (1 + ((r.x - x0) / w) ** 2)}
 
         missing, trials = Missing.of(recordings, base), [trial(*shape) for shape in local_shapes(recordings)]
-        pulled = missing.best(most_pulled(recordings, base, trials))
-        return [*self.guessed(missing.best(trials), "spring.K", "spring.F0"), *self.guessed(pulled)]
+        pulled = [guess for one in most_pulled(recordings, base, trials) for guess in self.guessed(missing.best([one]))]
+        return [*self.guessed(missing.best(trials), "spring.K", "spring.F0"), *pulled]

@@ -41,5 +41,5 @@ class PositionDependentFriction(Effect):
             return {"x0": x0, "w": w}, {"a": bell, "b": lambda r: r.friction(base) * r.x}
 
         missing, trials = Missing.of(recordings, base), [trial(*shape) for shape in local_shapes(recordings)]
-        pulled = missing.best(most_pulled(recordings, base, trials))
-        return [*self.guessed(missing.best(trials)), *self.guessed(pulled)]
+        pulled = [guess for one in most_pulled(recordings, base, trials) for guess in self.guessed(missing.best([one]))]
+        return [*self.guessed(missing.best(trials)), *pulled]

@@ -64,8 +64,8 @@ class PositionSpeedFriction(Effect):
 
         shapes = itertools.product(local_shapes(recordings), SPEEDS)
         missing, trials = Missing.of(recordings, base), [trial(*shape) for shape in shapes]
-        pulled = missing.best(most_pulled(recordings, base, trials))
-        return [*self.guessed(missing.best(trials)), *self.guessed(pulled)]
+        pulled = [guess for one in most_pulled(recordings, base, trials) for guess in self.guessed(missing.best([one]))]
+        return [*self.guessed(missing.best(trials)), *pulled]
 
 
 def _bell(base: Mapping[str, float], x: float, w: float, u: float) -> AddedForce:
