@@ -106,7 +106,8 @@ def examine(part: str, case: Case, tracer: Tracer | None = None) -> Row:
     try:
         found = tracer(fitted, holdout=held_out, **known(case))
         row |= {
-            "verdict": found.verdict, "added": list(found.effects_added), "same_class": list(found.same_class),
+            "verdict": found.verdict, "complete": found.complete,
+            "added": list(found.effects_added), "same_class": list(found.same_class),
             "before": holdout_error(found.error, "before"), "after": holdout_error(found.error, "after"),
             "tried": [(c.effect, c.gain, c.held_out.gain, c.held_out.p_value) for c in found.candidates if c.held_out],
         }  # fmt: skip
@@ -242,11 +243,18 @@ def _numbers(kind: Callable[[str], Any]) -> Callable[[str], tuple[Any, ...]]:
     return lambda text: tuple(kind(item) for item in text.split(","))
 
 
+def in_time(*given: Any, **options: Any) -> Any:
+    """A trace with the budget that one of a release has."""
+    from identification import trace as tracer
+
+    return tracer(*given, budget=trace_release.BUDGET, **options)
+
+
 def release(asked: argparse.Namespace) -> None:
     """Run what is left of the table of a release, and write its page."""
     head, work = commit(*trace_release.KEPT), trace_release.drawn(asked.seed, PAIRS)
     path = trace_release.results_of(asked.results.parent, asked.seed, head)
-    rows = known_rows(path) if asked.report else study(work, path, asked.jobs, minutes=asked.minutes)
+    rows = known_rows(path) if asked.report else study(work, path, asked.jobs, in_time, asked.minutes)
     page = trace_release.PAGE.read_text(encoding="utf-8") if trace_release.PAGE.exists() else ""
     text = trace_release.section(asked.seed, head, rows, work)
     trace_release.PAGE.write_text(trace_release.written(page, asked.seed, text), encoding="utf-8")

@@ -26,6 +26,8 @@ KEPT = (str(PAGE), "benchmarks/plants/strengths.json")
 STRENGTHS = (1.5, 3.0, 6.0, 12.0)
 VALVES, CONTROLS, OUTSIDERS, RIGS = 3, 200, 20, 20
 """Valves of every effect and strength; sets without an effect, and with one that no catalogue has; complete rigs."""
+BUDGET = 240.0
+"""Seconds of the clock that a trace may take: on one core as much as `bristle trace` takes on two."""
 SLOW = ((100.0, "both"), (50.0, "both"), (100.0, "position"), (50.0, "position"))
 """Rates [Hz], and whether both channels or the position alone are that slow."""
 HEAD = """# A table of tracing from one commit
@@ -126,6 +128,8 @@ def section(seed: int, head: str, rows: Sequence[Row], work: Sequence[Work]) -> 
             f" Processor time of a case: median {np.median(processor):.0f} s, nine in ten"
             f" {np.quantile(processor, 0.9):.0f} s, most {max(processor):.0f} s; memory up to {peak:.0f} MB."
         )
+        late = sum(not row.get("complete", True) for row in rows)
+        about += f" The budget of {BUDGET:.0f} s of the clock was over in {late} of {len(rows)}." if late else ""
     missed = misses(rows)
     listed = ["The misses:", "", *missed] if missed else ["No misses."]
     return "\n".join([f"## Seed {seed}", "", about, "", *table(rows, work), "", *listed, ""])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -23,20 +23,27 @@ def candidates_of_round(model: Model, budget: Budget, progress: Progress = silen
     scores, fits, judged = screen(model, progress), list[CandidateFit](), dict[str, Candidate]()
     for some, rest in shortlisted_fits(model, scores, budget, progress):
         fits = sorted([*fits, *some], key=lambda fit: -fit.gain if fit.chunk_fits else np.inf)
-        for _ in range(2):  # what held-out data reject is no measure for the others: once more without it
-            beside = [fit for fit in fits if fit.effect not in judged or judged[fit.effect].accepted]
-            chosen = [fit for effect, fit in worth_refitting(model, beside).items() if effect not in judged]
-            shown = budget.within(chosen, "refits and hold-out", progress, lambda fit: fit.effect)
-            judged |= {fit.effect: judge(model, fit) for fit in shown}
-            if any(c.accepted for c in judged.values()):
-                break
+        judged |= _judged(model, fits, judged, budget, progress)
         if any(_is_enough(c, rest) for c in judged.values()) or in_wrong_order(judged.values()):
             break
+    if not any(c.accepted for c in judged.values()) and not in_wrong_order(judged.values()):
+        # what held-out data reject is no measure for the others
+        left = [fit for fit in fits if fit.effect not in judged]
+        judged |= _judged(model, left, judged, budget, progress)
     judged |= {fit.effect: judge(model, fit) for fit in _best_in_time(model, fits, budget) if fit.effect not in judged}
     known = [judged.get(fit.effect) or not_refitted(fit) for fit in fits]
     others = [not_fitted(s) for s in scores if all(fit.score is not s for fit in fits)]
     found = (*ranked(known, model.data.catalogue), *others)
     return tuple(replace(c, why=NO_TIME) if _is_late(c, budget) else c for c in found)
+
+
+def _judged(
+    model: Model, fits: Sequence[CandidateFit], known: Mapping[str, Candidate], budget: Budget, progress: Progress
+) -> dict[str, Candidate]:
+    """Those of some fits judged that are worth a refit beside each other and not known yet."""
+    chosen = [fit for effect, fit in worth_refitting(model, fits).items() if effect not in known]
+    shown = budget.within(chosen, "refits and hold-out", progress, lambda fit: fit.effect)
+    return {fit.effect: judge(model, fit) for fit in shown}
 
 
 def in_wrong_order(candidates: Iterable[Candidate]) -> bool:

@@ -38,7 +38,7 @@ def answer(
     error = {"before": {"holdout": {"rmse_m": 4e-5}}, "after": {"holdout": {"rmse_m": 1e-5}}}
     return SimpleNamespace(
         verdict=verdict, effects_added=named if added is None else added, same_class=same, error=error,
-        candidates=candidates,
+        candidates=candidates, complete=True,
     )  # fmt: skip
 
 
@@ -140,6 +140,10 @@ def test_a_release_stops_in_time_and_its_page_tells_the_misses(tmp_path: Path) -
     section = trace_release.section(5, "abc", rows, work)
     assert "| 1 of " in section
     assert f"- controls {work[0][1].name}: unlisted" in section
+    assert "budget" not in section
+    assert "240 s of the clock was over in 1 of 1" in trace_release.section(
+        5, "abc", [rows[0] | {"complete": False}], work
+    )
     first = trace_release.written("", 4, "## Seed 4\n\nfirst\n")
     both = trace_release.written(first, 5, section)
     again = trace_release.written(both, 4, "## Seed 4\n\nsecond\n")

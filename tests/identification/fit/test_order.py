@@ -53,10 +53,18 @@ def test_set_points_a_second_apart_tell_where_the_valve_rests_and_no_more(noisy)
 
 
 def test_the_sub_step_of_the_damped_order_resolves_the_slip_and_not_the_bristle():
-    h = sub_step(STIFF)
+    h = sub_step(STIFF, 1 / 200)
     assert np.sqrt(STIFF["spring.K"] / STIFF["mass.m"]) * h == pytest.approx(0.45)
     assert turn(STIFF, h) > 5
-    assert sub_step(STIFF | {"spring.K": 0.0}) < 1.0
+    assert sub_step(STIFF | {"spring.K": 0.0}, 1 / 200) < 1.0
+
+
+@pytest.mark.parametrize("rate", [20.0, 50.0, 100.0, 200.0, 500.0])
+def test_no_sub_step_follows_a_mass_that_samples_do_not_show(rate):
+    usual, tiny = (sub_step(STIFF | {"mass.m": m}, 1 / rate) for m in (1.0, 0.01))
+    slip = np.sqrt(STIFF["spring.K"] / 1.0)
+    assert slip * usual == pytest.approx(0.45)
+    assert tiny == pytest.approx(min(usual, 0.45 / (2.0 * rate)))
 
 
 @functools.cache

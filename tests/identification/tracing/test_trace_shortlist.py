@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from traced_valves import screened, traced
 
 from identification.budget import Budget
+from identification.tracing import candidates
+from identification.tracing.judge import Candidate
 from identification.tracing.models.model import Model
 from identification.tracing.refine import CandidateFit, gain_of, refit_on_base_paths, refitted
 from identification.tracing.screen import Score
@@ -50,3 +54,21 @@ def test_what_leaves_nothing_on_the_base_models_paths_is_not_refitted_on_others(
         less, more = (CandidateFit(spring, (whole,), factor * promised, near) for factor in (0.9, 1.1))
         assert (refitted(base, less) is near) == enough
         assert gain_of(base, refitted(base, more)) >= gain_of(base, near)
+
+
+@pytest.mark.parametrize("accepted", [True, False])
+def test_what_held_out_data_reject_sets_no_bar_for_the_others(monkeypatch, accepted):
+    base, asked = traced("hardening_spring", k3=3e5).selection.base, list[str]()
+    best, other, *_ = screened("hardening_spring", k3=3e5)
+    refit = refit_on_base_paths(base, best)
+    weak = replace(refit, estimate=replace(refit.estimate, cost=base.cost - 0.3 * gain_of(base, refit)))
+    fits = [CandidateFit(best, (), best.gain, refit), CandidateFit(other, (), other.gain, weak)]
+
+    def judge(_model: Model, fit: CandidateFit) -> Candidate:
+        asked.append(fit.effect)
+        return Candidate(fit.effect, fit.gain, {}, accepted=accepted)
+
+    monkeypatch.setattr(candidates, "judge", judge)
+    monkeypatch.setattr(candidates, "shortlisted_fits", lambda *_: iter([(fits, [])]))
+    candidates.candidates_of_round(base, Budget())
+    assert asked == ([best.effect] if accepted else [best.effect, other.effect])
