@@ -8,7 +8,6 @@ runs that slip as the data do (`shots.py`). Steps are Gauss-Newton's.
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -17,15 +16,16 @@ import numpy as np
 from identification.budget import time_is_over
 from identification.data.grid import Grid
 from identification.estimators.coordinates import Coordinates
-from identification.estimators.estimate import HOPELESS, Estimate, Innovations, converged, costs, lean
+from identification.estimators.estimate import HOPELESS, Estimate, Innovations, converged, lean
 from identification.estimators.least_squares import gauss_newton
-from identification.estimators.noise_aware.estimator import EQUAL, LONGEST, NEW_PATH, NoiseAware, Stages
+from identification.estimators.noise_aware.estimator import LONGEST, NEW_PATH, Stages
 from identification.estimators.noise_aware.linearised_model import PathFreedom
-from identification.estimators.noise_aware.paths import along_smooth_motion, first_paths, without_overshoot
-from identification.estimators.noise_aware.shots import missed_slips, shots, window
+from identification.estimators.noise_aware.mending import MendedNoiseAware
+from identification.estimators.noise_aware.paths import first_paths
+from identification.estimators.noise_aware.stretches import stretch_costs, stretches, stretchwise
 from identification.estimators.order import sub_step
 from identification.parallel import each
-from recordings import Array, IndexArray
+from recordings import Array
 from simulator import Kernel, kernel
 
 FREEDOM = PathFreedom(1.0, 1e-4, 0.1)
@@ -35,8 +35,6 @@ FINER = 4
 friction by more than the noise does (at full size by ten standard deviations, at a quarter by none that shows)."""
 COARSER = 2
 """Times that a sub-step is longer on chunks: what that makes wrong, the fit to whole recordings mends."""
-STRETCH = 0.5
-"""Length [s] of the stretches in which paths are chosen: a slip, and the rest behind it."""
 WORSE, BACK = 0.1, 0.3
 """Rise of the cost of a stretch from which a step of its path does harm, and the share of the step that is kept."""
 STEPS, LAST = 6, 12
@@ -44,14 +42,6 @@ STEPS, LAST = 6, 12
 """
 LOOSE, LOOSE_STEPS = 5.0, 3
 """Factor on the noise of the force while a new path comes to rest at first, and steps of that."""
-OTHERS, SHOT_RESTING = (along_smooth_motion, without_overshoot), 4
-"""What is tried about a slip that is missed, beside runs of the model, and steps in which it comes to rest."""
-ROUNDS, RESTING, PATIENCE = 3, 2, 6
-"""Times at most that slips are looked for, steps in which the path with those that were found comes to rest, and slips
-in a row that no path explains after which no more are looked for."""
-MANY = 4e-2
-"""Share of innovations far off from which it is more than some slips that a path misses: far from the right model,
-looking for them costs most and gains least."""
 FOLLOWED, FEW, ENOUGH = 48, 8, 2.0
 """Steps along new paths at most, how many of them have to lower the mean cost of as many before them, and the fall of
 the cost that another one has to promise."""
@@ -62,13 +52,8 @@ ACCIDENT = 20.0
 
 
 @dataclass(frozen=True)
-class DampedNoiseAware(NoiseAware):
-    """The fit of one kernel of a force with error, in damped steps, to some grids (a `PathEstimator`).
-
-    many : share of innovations far off from which slips that the paths miss are not looked for.
-    """
-
-    many: float = MANY
+class DampedNoiseAware(MendedNoiseAware):
+    """The fit of one kernel of a force with error, in damped steps, to some grids (a `PathEstimator`)."""
 
     def resolving(self, theta: Array) -> DampedNoiseAware:
         """The same with sub-steps that resolve a slip of theta (m,)."""
@@ -153,9 +138,8 @@ class DampedNoiseAware(NoiseAware):
         lines = each(lambda i: self.held.line(i, p, moved[i]), range(len(self.grids)))
         paths, any_missed = list[Array](), False
         for grid, own, other, line, known in zip(self.grids, new.paths, moved, new.linearised, lines, strict=True):
-            stretch = _stretches(grid)
-            missed = _misfit(stretch, line) > (np.inf if known is None else _misfit(stretch, known) + ACCIDENT)
-            paths.append(np.where(missed[stretch][:, None], other, own))
+            missed = stretch_costs(grid, line) > (np.inf if known is None else stretch_costs(grid, known) + ACCIDENT)
+            paths.append(np.where(missed[stretches(grid)][:, None], other, own))
             any_missed |= bool(missed.any())
         return self.along(new.theta, paths, 1) if any_missed else new
 
@@ -178,103 +162,6 @@ class DampedNoiseAware(NoiseAware):
         """The estimate at theta along the best of new and known paths, whatever slips they miss."""
         best = self._best_new(theta, known)
         return None if best is None else self.along(theta, best, NEW_PATH)
-
-    def mended(self, now: Estimate, before: Estimate | None = None) -> Estimate:
-        """An estimate whose paths slip where the data do: about a slip that is missed, the best of some paths. Those
-        that were missed before are not looked for again.
-        """
-        vain: list[set[int]] = [set() for _ in self.grids]
-        known = [set[int]() for _ in self.grids] if before is None else self._missed(before)
-        for _ in range(ROUNDS if now.outliers < self.many else 0):
-            end = None if time_is_over() else self._through_slips(now, vain, known)
-            if end is None or end.cost > now.cost - EQUAL:
-                break
-            now = replace(end, settled=now.settled)
-        return now
-
-    def _missed(self, now: Estimate) -> list[set[int]]:
-        """The first nodes of the slips that an estimate misses, by grid."""
-        pairs = zip(self.grids, now.linearised, strict=True)
-        return [{first for first, _ in missed_slips(grid, line)} for grid, line in pairs]
-
-    def _through_slips(
-        self, now: Estimate, vain: Sequence[set[int]], known: Sequence[set[int]]
-    ) -> Estimate | None:  # fmt: skip
-        """An estimate along paths with the best that can be found about every slip that is missed, but those that were
-        looked for in vain, and those known before, by grid. None where nothing better is.
-        """
-        p = self.coordinates.p(now.theta)
-        ends = each(lambda i: self._end_through_slips(i, p, now, vain[i], known[i]), range(len(self.grids)))
-        if all(end is None for end in ends):
-            return None
-        olds = zip(now.paths, now.linearised, strict=True)
-        paths, lines = zip(*(old if end is None else end for end, old in zip(ends, olds, strict=True)), strict=True)
-        return self._estimate(now.theta, paths, lines)
-
-    def _end_through_slips(
-        self, i: int, p: Array, now: Estimate, vain: set[int], known: set[int]
-    ) -> tuple[Array, Innovations] | None:  # fmt: skip
-        """Where the path of grid i comes to rest from the best about every slip; None where nothing better is found."""
-        path, work = self._better_path(i, p, now.paths[i], now.linearised[i], vain, known), self.held
-        line = None if path is None else work.line(i, p, path)
-        end = None if path is None or line is None else work.relaxed(i, p, path, line, RESTING)
-        if end is None:
-            return None
-        stretch = _stretches(self.grids[i])
-        misfits = [_misfit(stretch, one) for one in (now.linearised[i], end[1])]
-        best = _stretchwise(stretch, [now.paths[i], end[0]], misfits)
-        line = work.line(i, p, best)
-        return None if line is None else self.relaxed(i, p, best, line, NEW_PATH)
-
-    def _better_path(
-        self, i: int, p: Array, path: Array, line: Innovations, vain: set[int], known: set[int]
-    ) -> Array | None:  # fmt: skip
-        """A path of grid i (n, n_states) with the best that can be found about every slip that it misses, until
-        `PATIENCE` in a row are found by none: what the model lacks no path has. None where nothing better is.
-
-        vain : first nodes of slips that were looked for in vain, which this adds to; known : of those that are not
-        looked for.
-        """
-        found, better, failures = path.copy(), False, 0
-        slips = [slip for slip in missed_slips(self.grids[i], line) if slip[0] not in known]
-        for slip in slips:
-            if failures == PATIENCE:
-                break
-            if slip[0] in vain:
-                failures += 1
-                continue
-            begin, end = window(self.grids[i], slip)
-            part = replace(self.held, grids=[self.grids[i].part(begin, end)])
-            best, explained = part._best_about(p, np.ascontiguousarray(found[begin:end]), slip[0] - begin)
-            if best is None:
-                vain.add(slip[0])
-            else:
-                found[begin:end], better = best, True
-            failures = 0 if explained else failures + 1
-        return found if better else None
-
-    def _best_about(self, p: Array, path: Array, first: int) -> tuple[Array | None, bool]:
-        """Of some paths of the only grid, at rest, the first that misses no slip, or the one about which the model
-        explains most, None where that is the given one (n, n_states), and whether it misses none; first : node that
-        the given path misses.
-        """
-        [grid], still, h_max = self.grids, None, self.freedom.h_max
-
-        def misfit(candidate: Array) -> float:
-            return _cost(self.line(0, p, candidate))
-
-        others = (other(self.kernel, grid, p, path) for other in OTHERS)
-        least = misfit(path)
-        for candidate in itertools.chain(others, shots(self.kernel, grid, p, h_max, path, first, misfit)):
-            line = None if candidate is None else self.line(0, p, candidate)
-            end = None if candidate is None or line is None else self.relaxed(0, p, candidate, line, SHOT_RESTING)
-            value = np.inf if end is None else _cost(end[1])
-            if end is None or value > least - EQUAL:
-                continue
-            still, least = end[0], value
-            if not missed_slips(grid, end[1]):
-                return still, True
-        return still, False
 
     def refit(
         self, theta: Array, paths: Sequence[Array], steps: int, vain: Callable[[Estimate], bool] | None = None
@@ -300,8 +187,8 @@ class DampedNoiseAware(NoiseAware):
         model diverges. A stretch in which a step does harm goes back most of the way: about a break-away that is a
         sample late the next path can be further off, while all others come to rest.
         """
-        stretch = _stretches(self.grids[i])
-        best, least, better = path, _misfit(stretch, line), np.ones(stretch[-1] + 1, bool)
+        stretch = stretches(self.grids[i])
+        best, least, better = path, stretch_costs(self.grids[i], line), np.ones(stretch[-1] + 1, bool)
         for left in reversed(range(steps)):
             step = self.freedom.share * self.predictor.toward(line)
             path = np.where(better[stretch][:, None], path + step, best + BACK * (path - best))
@@ -309,7 +196,7 @@ class DampedNoiseAware(NoiseAware):
             if further is None:
                 return None
             line = further
-            misfit = _misfit(stretch, line)
+            misfit = stretch_costs(self.grids[i], line)
             better = misfit < least + WORSE
             best, least = np.where(better[stretch][:, None], path, best), np.where(better, misfit, least)
         if better.all():
@@ -324,8 +211,7 @@ class DampedNoiseAware(NoiseAware):
         """
         fall = 0.0
         for grid, old, new in zip(self.grids, now.linearised, trial.linearised, strict=True):
-            stretch = _stretches(grid)
-            fall += float(np.clip(_misfit(stretch, old) - _misfit(stretch, new), -ACCIDENT, ACCIDENT).sum())
+            fall += float(np.clip(stretch_costs(grid, old) - stretch_costs(grid, new), -ACCIDENT, ACCIDENT).sum())
         return max(fall, now.cost - trial.cost)
 
     def trial(self, now: Estimate, step: Array) -> Estimate | None:
@@ -366,34 +252,13 @@ class DampedNoiseAware(NoiseAware):
         """Of some paths of grid i (n, n_states), in every stretch the one about which the model explains the
         measurements best. None where it has no solution.
         """
-        stretch, known, misfits = _stretches(self.grids[i]), list[Array](), list[Array]()
+        stretch, known, misfits = stretches(self.grids[i]), list[Array](), list[Array]()
         for path in paths:
             line = None if path is None else self.held.line(i, p, path)
             if path is not None and line is not None:
                 known.append(path)
-                misfits.append(_misfit(stretch, line))  # the line itself takes a kilobyte a node
-        return _stretchwise(stretch, known, misfits) if known else None
-
-
-def _stretchwise(stretch: IndexArray, paths: Sequence[Array], misfits: Sequence[Array]) -> Array:
-    """Of some paths (n, n_states), with their misfits (n_stretches,), the best in every stretch."""
-    best = np.argmin(misfits, axis=0)
-    return np.ascontiguousarray(np.array(paths)[best[stretch], np.arange(len(stretch))])
-
-
-def _stretches(grid: Grid) -> IndexArray:
-    """The number of the stretch that each node of a grid lies in, (n,)."""
-    return np.asarray((grid.t - grid.t[0]) // STRETCH, int)
-
-
-def _cost(line: Innovations | None) -> float:
-    """The cost of all innovations, infinite where the model has no solution."""
-    return np.inf if line is None else float(costs(*line.scored).sum())
-
-
-def _misfit(stretch: IndexArray, line: Innovations) -> Array:
-    """The cost of the innovations in each stretch, by which estimates are compared, (n_stretches,)."""
-    return np.asarray(np.bincount(stretch, costs(*line.scored)), float)
+                misfits.append(stretch_costs(self.grids[i], line))  # the line itself takes a kilobyte a node
+        return stretchwise(stretch, known, misfits) if known else None
 
 
 def damped_for(

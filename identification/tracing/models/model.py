@@ -102,12 +102,10 @@ class Model:
         held_out = replace(self.data, fitted=self.data.held_out).estimator(self.effects, judging=True)
         found = held_out.start(self.estimate.theta, settings.STEPS)
         for _ in range(settings.REPEATS - 1):
-            if found is None:
+            further = None if found is None else held_out.along(found.theta, found.paths, settings.STEPS)
+            if found is None or further is None or further.cost > found.cost - settings.MIN_GAIN / 2:
                 break
-            before = found.cost
-            found = held_out.along(found.theta, found.paths, settings.STEPS) or found
-            if found.cost > before - settings.MIN_GAIN / 2:
-                break
+            found = further
         return None if found is None else lean(found)
 
     @functools.cached_property

@@ -12,10 +12,11 @@ from identification.data.experiment import Experiment, Segment
 from identification.data.grid import Grid, grids
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.imposed_motion.estimator import ImposedMotion
-from identification.estimators.noise_aware.damped import MANY, DampedNoiseAware, freedom_for
+from identification.estimators.noise_aware.damped import DampedNoiseAware, freedom_for
 from identification.estimators.noise_aware.damped_search import DAMPED_CHUNK
 from identification.estimators.noise_aware.estimator import NoiseAware
 from identification.estimators.noise_aware.linearised_model import PathFreedom
+from identification.estimators.noise_aware.mending import MANY, MendedNoiseAware
 from identification.estimators.noise_aware.resolution import resolving
 from identification.estimators.noise_aware.search import chunk_places
 from identification.estimators.path_estimator import PathEstimator
@@ -141,6 +142,8 @@ class TrialData:
             work = DampedNoiseAware(target, free, self.fitted, self.damped, worth, many=1.0 if judging else MANY)
             return work.coarse if coarse else work
         freedom = replace(settings.PATH_FREEDOM, h_max=COARSE) if coarse else settings.PATH_FREEDOM
+        if judging:
+            return MendedNoiseAware(target, free, self.fitted, freedom, worth, many=1.0)
         return NoiseAware(target, free, self.fitted, freedom, worth)
 
 

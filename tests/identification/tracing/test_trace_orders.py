@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from stiff_models import model_of
 from stiff_valves import STIFF
+from traced_valves import traced
 
 from identification.budget import Budget
-from identification.estimators.noise_aware.damped import MANY
 from identification.estimators.noise_aware.damped_search import DAMPED_CHUNK
+from identification.estimators.noise_aware.mending import MANY
 from identification.estimators.noise_aware.search import chunks
 from identification.tracing import algorithm
 from identification.tracing.candidates import in_wrong_order
@@ -115,3 +116,13 @@ def test_chunks_of_damped_order_are_those_of_a_fit():
     known = chunks(model_of(STIFF).data.fitted, *DAMPED_CHUNK)
     assert [grid.t.tolist() for grid in data.fitted] == [grid.t.tolist() for grid in known]
     assert len(places) == len(known)
+
+
+def test_slips_that_paths_miss_are_looked_for_in_full_order_too():
+    model = traced(None).selection.base
+    assert model.data.damped is None
+    judging = model.data.estimator(model.effects, judging=True)
+    missed = judging.along(model.estimate.theta, [np.roll(path, 10, axis=0) for path in model.estimate.paths], 0)
+    assert missed.outliers > 0.01
+    assert judging.mended(missed).outliers < 1e-3
+    assert judging.mended(missed).cost < missed.cost - 1000

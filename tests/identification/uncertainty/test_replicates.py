@@ -19,7 +19,7 @@ from identification.estimators.output_error.replicates import STEPS, Replicates,
 from simulator import BASE, kernel
 
 FREE = ("spring.K", "lugre.fc", "lugre.fs")
-FORM = ResidualForm(sub_step(STIFF) / 4, 0.25, 3.0)
+FORM = ResidualForm(sub_step(STIFF, 1 / 200) / 4, 0.25, 3.0)
 WRONG = {"lugre.fc": 1.1 * STIFF["lugre.fc"], "spring.K": 1.01 * STIFF["spring.K"]}
 
 
