@@ -10,9 +10,10 @@ from traced_valves import screened, traced
 from identification.budget import Budget
 from identification.tracing import candidates
 from identification.tracing.judge import Candidate
+from identification.tracing.models.base import base_model
 from identification.tracing.models.model import Model
 from identification.tracing.refine import CandidateFit, gain_of, refit_on_base_paths, refitted
-from identification.tracing.screen import Score
+from identification.tracing.screen import Score, screen
 from identification.tracing.settings import GAIN_SHARE
 from identification.tracing.shortlist import is_imitated, shortlisted_fits
 
@@ -29,8 +30,9 @@ def test_beside_a_complete_base_model_only_imitated_effects_are_fitted_to_chunks
 
 @pytest.mark.slow
 def test_beside_a_complete_candidate_only_those_are_fitted_to_chunks_that_gain_about_as_much():
-    base = traced("hardening_spring", k3=3e5).selection.base
-    fits = fitted(base, screened("hardening_spring", k3=3e5))
+    data = traced("hardening_spring", k3=3e5).selection.base.data
+    base = base_model(data.experiments, data.held_out_experiments, data.given, data.catalogue, order="full")
+    fits = fitted(base, screen(base))
     best = max(gain_of(base, fit.base_path_refit) for fit in fits)
     on_chunks = [fit for fit in fits if fit.chunk_fits]
     assert "hardening_spring" in [fit.effect for fit in on_chunks]
