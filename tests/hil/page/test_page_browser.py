@@ -153,6 +153,7 @@ def test_a_valve_is_drawn_as_it_moves_and_an_alarm_comes_by_itself(opened, page,
     assert "None so far." in opened.run("return document.getElementById('events').innerText;")
     shown.put(alarmed("FV-102"))
     opened.wait("document.querySelector('#head .badge b')?.textContent === 'M'")
+    opened.wait("document.body.innerText.includes('packing: too tight, dry or worn')")  # the page is drawn part by part
     text = opened.run("return document.body.innerText;")
     assert "The friction has changed." in text
     assert "packing: too tight, dry or worn" in text
