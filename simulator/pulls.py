@@ -35,12 +35,13 @@ def most_pulled(looks: Sequence[FirstLook], base: Mapping[str, float], trials: I
     if any(look.pull is None for look in looks):
         return []
     beside, found = _Scores.of(looks, lambda look: [*look.by_base(base, presliding=False).values()]), list[Trial]()
-    left = [(trial, _Scores.of_trial(looks, trial)) for trial in trials]
+    scored = [(trial, _Scores.of_trial(looks, trial)) for trial in trials]
+    left = [(trial, scores, scores.statistic(beside)) for trial, scores in scored]
     while left and len(found) < SHAPES:
-        best, scores = max(left, key=lambda one: one[1].statistic(beside))
+        best, known, _ = max(left, key=lambda one: one[2])
         found.append(best)
-        both = beside.with_(scores)
-        left = [one for one in left if one[1].statistic(both) > OTHER * one[1].statistic(beside)]
+        both = beside.with_(known)
+        left = [one for one in left if one[1].statistic(both) > OTHER * one[2]]
     return found
 
 

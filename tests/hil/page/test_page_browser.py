@@ -157,7 +157,8 @@ def test_a_valve_is_drawn_as_it_moves_and_an_alarm_comes_by_itself(opened, page,
     text = opened.run("return document.body.innerText;")
     assert "The friction has changed." in text
     assert "packing: too tight, dry or worn" in text
-    opened.wait("document.getElementById('events').innerText.includes(\"test 'fc' at 2.5, limit 1\")")
+    opened.wait("!document.getElementById('events').innerText.includes('None so far.')")
+    assert "test 'fc' at 2.5, limit 1" in opened.run("return document.getElementById('events').innerText;")
     assert "240 to 263" in opened.run("return document.getElementById('figures').innerText;")
     assert errors(opened) == []
 
