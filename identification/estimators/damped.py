@@ -1,26 +1,27 @@
 """The fit in damped order: by runs that are set back to the data, and with the force estimated where that converges.
 
 Runs in windows find their way from nothing but the loop of force over position, at any sampling. Where the force is
-noisy the noise-aware estimate goes on from there: it tells friction many times better. Where a slip is over before the
-next sample it does not know how well: there runs in windows go on from its end, and how far they go is the error.
+noisy the noise-aware estimate goes on from there: it tells friction many times better. Where samples do not show the
+course of a slip either of them may fail, and then the other is asked; where they show nothing of it but its end, runs
+in windows are first.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from identification.data.experiment import Experiment
 from identification.data.grid import Grid
 from identification.estimators.coordinates import Coordinates
-from identification.estimators.estimate import Estimate, converged
+from identification.estimators.estimate import Estimate
 from identification.estimators.fitted import Fit, Outcome, fit_of, free_run_start
 from identification.estimators.noise_aware.damped import damped_for
 from identification.estimators.noise_aware.damped_search import best_on_chunks, on_whole_recordings
 from identification.estimators.noise_aware.fit import fit_noise_aware
 from identification.estimators.noise_aware.resolution import resolved_by_nodes
 from identification.estimators.noise_aware.search import UNEXPLAINED
-from identification.estimators.order import Order, slip_is_over
+from identification.estimators.order import Order, at_rest, slip_is_seen, swing_is_over
 from identification.estimators.output_error.damped import Search, fit_in_windows, search_for
 from identification.estimators.output_error.homotopy import Minimum
 from identification.estimators.output_error.problem import Problem, ResidualForm
@@ -43,25 +44,25 @@ def fit_damped(
     search = search_for(valve, coordinates, smooth, order)
     if search is None:
         return Fit(Outcome.TOO_SHORT, valve, coordinates)
-    starts = search.ends(progress)
-    found = None
-    if segment_grids and order == "damped":
-        found = _noise_aware(valve, coordinates, smooth, segment_grids, search, starts, progress, told)
-    if found is None:
+    starts, loop = search.ends(progress), search.loop
+
+    def in_windows() -> Fit:
         return fit_in_windows(search, starts, order, progress)
-    if found.problem is None or found.estimate is None or _is_sure(found.estimate, found.values, found.problem.spacing):
-        return found
-    theta = found.estimate.theta
-    in_windows = fit_in_windows(search, [theta], order, progress)
-    ended = in_windows.minimum
-    return found if ended is None else replace(in_windows, systematic=ended.unknowns[: len(theta)] - theta)
 
+    def noise_aware() -> Fit | None:
+        return _noise_aware(valve, coordinates, smooth, segment_grids, search, starts, progress, told)
 
-def _is_sure(estimate: Estimate, values: Mapping[str, float], spacing: float) -> bool:
-    """Whether a noise-aware estimate knows how good it is: where a slip is over before the next sample, only if its
-    innovations are noise.
-    """
-    return not slip_is_over(values, spacing) or converged(estimate, resolved=False)
+    if not (segment_grids and starts and order == "damped"):
+        return in_windows()
+    usual, spacing = at_rest(loop.K) | {"spring.K": loop.K}, search.whole.spacing  # no start tells the mass
+    if slip_is_seen(usual, spacing):
+        return noise_aware() or in_windows()
+    ways = (in_windows, noise_aware) if swing_is_over(usual, spacing) else (noise_aware, in_windows)
+    first = ways[0]()
+    if first is not None and first.outcome is Outcome.CONVERGED:
+        return first
+    other = ways[1]()
+    return first if other is None or (first is not None and other.outcome is not Outcome.CONVERGED) else other
 
 
 def _noise_aware(
@@ -71,8 +72,6 @@ def _noise_aware(
     """The noise-aware fit from the ends of a search (m,), the likeliest first, in full order where they lead to a swing
     that nodes resolve; None where the model diverges from all.
     """
-    if not starts:
-        return None
     problem = Problem(kernel(valve.effects, "force", valve.catalogue, damped=True), coordinates, smooth)
 
     def is_resolved(end: Estimate) -> bool:

@@ -88,3 +88,10 @@ def sub_step(values: Mapping[str, float], spacing: float) -> float:
 def slip_is_over(values: Mapping[str, float], spacing: float) -> bool:
     """Whether a slip, half a swing of the mass on its spring, is over before the next sample, `spacing` [s] later."""
     return slip(values) * spacing > np.pi
+
+
+def swing_is_over(values: Mapping[str, float], spacing: float) -> bool:
+    """Whether a whole swing of the mass on its spring is over before the next sample, `spacing` [s] later: of a slip
+    samples show where it ended, and nothing else.
+    """
+    return slip(values) * spacing > 2 * np.pi

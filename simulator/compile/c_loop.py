@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from recordings import Array
 from simulator.compile.c_compiler import BuildFailed, compiler, shared_library
 from simulator.compile.casadi_to_lanes import lanes_source
-from simulator.compile.recurrence import GAMMA, Loops, Recurrence, Sizes
+from simulator.compile.recurrence import GAMMA, MOTION, Loops, Recurrence, Sizes
 
 CALLED = {
     False: ("guess", "residual", "step", "output"),
@@ -144,7 +144,7 @@ def _sizes(sizes: Sizes) -> str:
 def _about(recurrence: Recurrence) -> str:
     """What a sub-step needs to know of a recurrence besides its functions."""
     ahead = recurrence.ahead
-    numbers = {"SCALE": float(recurrence.scale), "STAGES": 2 if ahead else 1, "GAMMA": GAMMA}
+    numbers = {"SCALE": float(recurrence.scale), "STAGES": 2 if ahead else 1, "GAMMA": GAMMA, "MOTION": MOTION}
     definitions = "".join(f"#define {name} {value!r}\n" for name, value in numbers.items())
     return definitions + f"static const double AHEAD[] = {{{', '.join(map(repr, ahead or (0.0,)))}}};\n"
 

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from recordings import Array
+from simulator.compile.recurrence import MOTION
 
 SCALE = 1e-5
 """A small value of the implicit scalar."""
@@ -127,11 +128,13 @@ def finite(values: Array) -> bool:
 
 @native
 def replace(new: Array, s: Array, S: Array) -> None:
-    """States that start anew after a sample and forget the parameters; NaN leaves a state as it is."""
+    """States that are set back after a sample; NaN leaves a state as it is. Position and velocity forget what they
+    depended on. Memory is moved along with them, and depends on the parameters as before.
+    """
     for i in range(s.shape[0]):
         if not math.isnan(new[i]):
             s[i] = new[i]
-            for c in range(S.shape[1]):
+            for c in range(S.shape[1] if i < MOTION else 0):
                 S[i, c] = 0.0
 
 

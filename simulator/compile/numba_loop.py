@@ -22,7 +22,7 @@ import casadi as ca
 from recordings import Array
 from simulator.compile.cache import artefact, machine
 from simulator.compile.casadi_to_python import python_source
-from simulator.compile.recurrence import GAMMA, Loop, Loops
+from simulator.compile.recurrence import GAMMA, MOTION, Loop, Loops
 
 PRELUDE = """from __future__ import annotations
 
@@ -116,7 +116,7 @@ def source(
         for name, function in functions.items()
     ]
     constants = (
-        f"SCALE = {float(scale)!r}\nEXO = {exo}\nGAMMA = {GAMMA!r}\nAHEAD = np.array({list(ahead)}, dtype=np.float64)\n"
+        f"SCALE = {float(scale)!r}\nEXO = {exo}\nMOTION = {MOTION}\nGAMMA = {GAMMA!r}\nAHEAD = np.array({list(ahead)}, dtype=np.float64)\n"
     )
     return "\n\n@native\n".join((PRELUDE + constants, *translated)) + "\n\n\n" + _loop_text() + ENTRY
 

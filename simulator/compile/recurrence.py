@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 from recordings import Array
 from simulator.relaxation import Expression
 
+MOTION = 2
+"""Position and velocity are the first states."""
 GAMMA = 1.0 - 0.5**0.5
 """Share of a sub-step that each stage of SDIRK2 takes."""
 AHEAD = (1.0 - GAMMA) / GAMMA

@@ -138,7 +138,7 @@ class Scanner:
 
         h_max : largest sub-step [s], 0 for one step per sample; hold : inputs are held from sample to sample instead
         of interpolated linearly; sensitivities : also the jacobian; resets (n_samples, n_states) : values that replace
-        states after a sample's output (their sensitivities become zero), NaN where a state goes on.
+        states after a sample's output, NaN where a state goes on; sensitivities of position and velocity become zero.
         Raises ValueError for shapes that do not fit, times that do not rise and a useless h_max.
         """
         if sensitivities:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from identification.data.experiment import Experiment, Segment
-from identification.estimators.anchors import anchors
+from identification.estimators.anchors import Anchors, anchors, deflection_at_rest
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.least_squares import Normal, weighted
 from identification.parallel import each
@@ -70,7 +70,7 @@ class Problem:
         memory = [i + offset for i, m in enumerate(kernel.layout.memory) if m.free]
         self.local = [*range(offset), *memory]
         self.n_free = coordinates.n_free
-        self._known_resets = dict[tuple[int, float], Array]()
+        self._known_anchors = dict[tuple[int, float], Anchors]()
 
     @property
     def n_local(self) -> int:
@@ -167,7 +167,8 @@ class Problem:
         segment, s0 = piece.segment, self._first(piece.segment)
         s0[self.local] = unknowns[self._local_slice(i)] * self.local_scale(piece)
         held = piece.hold and kernel.causality == "force"
-        return Run(segment.t, self._input(segment), s0, held, self._resets(segment, setting.window))
+        resets = self._resets(segment, setting.window, self.coordinates.values(unknowns[: self.n_free]))
+        return Run(segment.t, self._input(segment), s0, held, resets)
 
     def _with_derivatives(
         self, unknowns: Array, setting: ResidualForm, some: Sequence[int] = ()
@@ -213,16 +214,24 @@ class Problem:
         m = segment.motion
         return np.column_stack([m.x, m.crept, m.a, segment.load])
 
-    def _resets(self, segment: Segment, window: float) -> Array | None:
+    def _resets(self, segment: Segment, window: float, values: Mapping[str, float]) -> Array | None:
+        """What the states of a segment are set back to (n_samples, n_states), nan where they run on: the motion to the
+        data, and at rest the bristle to where it balances there. One that balances elsewhere swings, and breaks away
+        before its time. values : parameters by full name.
+        """
         if np.isinf(window) or self.kernel.causality == "motion":
             return None
         key = id(segment), window  # of a piece, so it lives as long as the problem
-        if key not in self._known_resets:
-            resets, m = np.full((len(segment.t), len(self.kernel.states)), np.nan), segment.motion
-            at, rest = anchors(segment.t, m.crept, m.a, window, segment.dt)
-            resets[at, 0], resets[at, 1] = m.x[at], np.where(rest, 0.0, m.v[at])
-            self._known_resets[key] = resets
-        return self._known_resets[key]
+        if key not in self._known_anchors:
+            m = segment.motion
+            self._known_anchors[key] = anchors(segment.t, m.crept, m.a, window, segment.dt)
+        (at, rest), m = self._known_anchors[key], segment.motion
+        resets = np.full((len(segment.t), len(self.kernel.states)), np.nan)
+        resets[at, 0], resets[at, 1] = m.x[at], np.where(rest, 0.0, m.v[at])
+        if "lugre.z" in self.kernel.states:
+            still, z = at[rest], self.kernel.states.index("lugre.z")
+            resets[still, z] = deflection_at_rest(values, segment.u[still], m.x[still])
+        return resets
 
 
 def _noise(experiment: Experiment, kernel: Kernel) -> float:

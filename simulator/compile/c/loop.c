@@ -12,7 +12,7 @@ long scan(long n, const double *t, const double *u, int hold, double h_max, cons
     if (k + 1 == n) break;
     if (resets) for (int i = 0; i < NS; ++i) if (!isnan(resets[k * NS + i])) {
       s[i] = resets[k * NS + i];
-      for (int c = 0; c < NC; ++c) S[i * NC + c] = 0;
+      for (int c = 0; i < MOTION && c < NC; ++c) S[i * NC + c] = 0;
     }
     const double dt = t[k + 1] - t[k];
     const long steps = h_max > 0 && dt > h_max ? (long)ceil(dt / h_max - 1e-9) : 1;

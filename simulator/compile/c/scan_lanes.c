@@ -27,12 +27,12 @@ static int sample_of(const Segment *of, long k, int l, const double *p, const La
   return finite_all(NS, state) && finite_all(NY, out[0]) && finite_all(NY * NC, of->Y + k * NY * NC);
 }
 
-/* Sets states of lane l back behind sample k, and forgets what they were before. */
+/* Sets states of lane l back behind sample k; position and velocity forget what they depended on. */
 static void set_back(const Segment *of, long k, int l, Lanes *s, Lanes *S) {
   const double *given = of->resets + k * NS;
   for (int i = 0; i < NS; ++i) if (!isnan(given[i])) {
     s[i][l] = given[i];
-    for (int z = 0; z < NZ; ++z) if (ROW[z] == i) S[z][l] = 0;
+    for (int z = 0; i < MOTION && z < NZ; ++z) if (ROW[z] == i) S[z][l] = 0;
   }
 }
 

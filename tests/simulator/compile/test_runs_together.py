@@ -21,6 +21,7 @@ def segments(valve, rng, hold=False):
         u = slow_force(t) + rng.normal(0.0, 1.0, n)
         resets = np.full((n, len(valve.states)), np.nan)
         resets[::60, 0], resets[::60, 1] = rng.normal(0.012, 1e-4, len(resets[::60])), 0.0
+        resets[::120, 2] = 1e-5
         found.append(Run(t, u, valve.start(0.012, 0.01, u[0]), hold, resets if n % 2 else None))
     return found
 
