@@ -154,9 +154,14 @@ class DampedNoiseAware(MendedNoiseAware):
         """New paths that first come to rest under a force that is known less well than it is, where that explains more:
         one that slips late stays there otherwise.
         """
-        work = self.with_freedom(replace(self.freedom, force=LOOSE))
-        loose = work.along(theta, firsts, LOOSE_STEPS)
-        return firsts if loose is None else self._best_paths(theta, lambda i: [loose.paths[i], firsts[i]])
+        work, p = self.with_freedom(replace(self.freedom, force=LOOSE)).held, self.coordinates.p(theta)
+
+        def loose(i: int) -> Array | None:
+            line = work.line(i, p, firsts[i])
+            end = None if line is None else work.relaxed(i, p, firsts[i], line, LOOSE_STEPS)
+            return None if end is None else end[0]
+
+        return self._best_paths(theta, lambda i: [loose(i), firsts[i]])
 
     def _moved_to(self, theta: Array, known: Sequence[Sequence[Array]]) -> Estimate | None:
         """The estimate at theta along the best of new and known paths, whatever slips they miss."""
@@ -189,21 +194,21 @@ class DampedNoiseAware(MendedNoiseAware):
         """
         stretch = stretches(self.grids[i])
         best, least, better = path, stretch_costs(self.grids[i], line), np.ones(stretch[-1] + 1, bool)
-        for left in reversed(range(steps)):
+        for _ in range(steps):
             step = self.freedom.share * self.predictor.toward(line)
             path = np.where(better[stretch][:, None], path + step, best + BACK * (path - best))
-            further = (self.held if left else self).line(i, p, path)
+            further = self.held.line(i, p, path)
             if further is None:
                 return None
             line = further
             misfit = stretch_costs(self.grids[i], line)
             better = misfit < least + WORSE
             best, least = np.where(better[stretch][:, None], path, best), np.where(better, misfit, least)
-        if better.all():
+        if better.all() and (not steps or not self.coordinates.n_free):
             return path, line
         path = np.ascontiguousarray(best)
-        back = self.line(i, p, path)
-        return None if back is None else (path, back)
+        end = self.line(i, p, path)  # hardly ever is the last step the best everywhere
+        return None if end is None else (path, end)
 
     def gained(self, now: Estimate, trial: Estimate) -> float:
         """By how much a trial explains more than an estimate, in units of the cost: in all, or with no stretch counting
