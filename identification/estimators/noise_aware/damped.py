@@ -84,13 +84,15 @@ class DampedNoiseAware(MendedNoiseAware):
 
     def first(self, theta: Array, _steps: int) -> Estimate | None:
         """The estimate at theta (m,) along new paths, where starts differ at once. None where the model diverges."""
-        return self.along_new(theta)
+        new = self.along_new(theta)
+        return None if new is None else lean(new)
 
     def further(self, first: Estimate, steps: int) -> Estimate:
         """The best estimate on the way that steps along new paths take, not the last: far from the end, or without one,
         slips that paths miss make costs differ by thousands from step to step.
         """
-        return self.mended(min(self._way(first, steps), key=lambda now: now.cost))
+        way = self._way(self.along(first.theta, first.paths, 0) or first, steps)
+        return self.mended(min(map(lean, way), key=lambda now: now.cost))
 
     def followed(self, now: Estimate, steps: int = FOLLOWED) -> Estimate:
         """The estimate to which steps along new paths lead, whatever it costs: near the root only chance makes one step
@@ -158,8 +160,7 @@ class DampedNoiseAware(MendedNoiseAware):
 
         def loose(i: int) -> Array | None:
             line = work.line(i, p, firsts[i])
-            end = None if line is None else work.relaxed(i, p, firsts[i], line, LOOSE_STEPS)
-            return None if end is None else end[0]
+            return None if line is None else work._stepped(i, p, firsts[i], line, LOOSE_STEPS)
 
         return self._best_paths(theta, lambda i: [loose(i), firsts[i]])
 
@@ -189,8 +190,18 @@ class DampedNoiseAware(MendedNoiseAware):
         self, i: int, p: Array, path: Array, line: Innovations, steps: int
     ) -> tuple[Array, Innovations] | None:  # fmt: skip
         """A path of grid i, with the innovations about it, after so many steps to the smoothed one; None where the
-        model diverges. A stretch in which a step does harm goes back most of the way: about a break-away that is a
-        sample late the next path can be further off, while all others come to rest.
+        model diverges.
+        """
+        if not steps:
+            return path, line
+        best = self._stepped(i, p, path, line, steps)
+        end = None if best is None else self.line(i, p, best)
+        return None if best is None or end is None else (best, end)
+
+    def _stepped(self, i: int, p: Array, path: Array, line: Innovations, steps: int) -> Array | None:
+        """A path of grid i after so many steps to the smoothed one; None where the model diverges. A stretch in which a
+        step does harm goes back most of the way: about a break-away that is a sample late the next path can be further
+        off, while all others come to rest.
         """
         stretch = stretches(self.grids[i])
         best, least, better = path, stretch_costs(self.grids[i], line), np.ones(stretch[-1] + 1, bool)
@@ -204,11 +215,7 @@ class DampedNoiseAware(MendedNoiseAware):
             misfit = stretch_costs(self.grids[i], line)
             better = misfit < least + WORSE
             best, least = np.where(better[stretch][:, None], path, best), np.where(better, misfit, least)
-        if better.all() and (not steps or not self.coordinates.n_free):
-            return path, line
-        path = np.ascontiguousarray(best)
-        end = self.line(i, p, path)  # hardly ever is the last step the best everywhere
-        return None if end is None else (path, end)
+        return np.ascontiguousarray(best)
 
     def gained(self, now: Estimate, trial: Estimate) -> float:
         """By how much a trial explains more than an estimate, in units of the cost: in all, or with no stretch counting
