@@ -87,12 +87,17 @@ class DampedNoiseAware(MendedNoiseAware):
         new = self.along_new(theta)
         return None if new is None else lean(new)
 
-    def further(self, first: Estimate, steps: int) -> Estimate:
+    def further(self, first: Estimate, steps: int, vain: Callable[[Estimate], bool]) -> Estimate:
         """The best estimate on the way that steps along new paths take, not the last: far from the end, or without one,
-        slips that paths miss make costs differ by thousands from step to step.
+        slips that paths miss make costs differ by thousands from step to step. vain : whether it is, to go on after a
+        third of the steps.
         """
-        way = self._way(self.along(first.theta, first.paths, 0) or first, steps)
-        return self.mended(min(map(lean, way), key=lambda now: now.cost))
+        best = first
+        for done, now in enumerate(self._way(self.along(first.theta, first.paths, 0) or first, steps)):
+            best = min(best, lean(now), key=lambda one: one.cost)
+            if 3 * done >= steps and vain(best):
+                break
+        return self.mended(best)
 
     def followed(self, now: Estimate, steps: int = FOLLOWED) -> Estimate:
         """The estimate to which steps along new paths lead, whatever it costs: near the root only chance makes one step
