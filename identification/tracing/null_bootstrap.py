@@ -85,7 +85,7 @@ def tail_probability(gain: float, gains: Sequence[float]) -> float:
 
 def net_gain(model: Model, refit: Model, effect: str) -> float:
     """What a refit gains by its effect: over the model without it, and over what the refit becomes without it."""
-    without = refit.without(effect)
+    without = refit.without(effect, model.cost)
     return min(m.cost for m in (model, without) if m is not None) - refit.cost
 
 
