@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from identification.budget import time_is_over
 from identification.data.grid import Grid
@@ -142,13 +143,19 @@ class DampedNoiseAware(MendedNoiseAware):
         if new is None:
             return None
         p, moved = self.coordinates.p(new.theta), self.moved(now, step)
-        lines = each(lambda i: self.held.line(i, p, moved[i]), range(len(self.grids)))
-        paths, any_missed = list[Array](), False
-        for grid, own, other, line, known in zip(self.grids, new.paths, moved, new.linearised, lines, strict=True):
-            missed = stretch_costs(grid, line) > (np.inf if known is None else stretch_costs(grid, known) + ACCIDENT)
-            paths.append(np.where(missed[stretches(grid)][:, None], other, own))
-            any_missed |= bool(missed.any())
-        return self.along(new.theta, paths, 1) if any_missed else new
+        own = [stretch_costs(*pair) for pair in zip(self.grids, new.linearised, strict=True)]
+
+        def missed(i: int) -> NDArray[np.bool_]:
+            line = self.held.line(i, p, moved[i])
+            late = own[i] > (np.inf if line is None else stretch_costs(self.grids[i], line) + ACCIDENT)
+            return np.asarray(late[stretches(self.grids[i])])
+
+        nodes = each(missed, range(len(self.grids)))
+        if not any(some.any() for some in nodes):
+            return new
+        new = lean(new)  # its matrices take as much again as those of the estimate that follows
+        paths = [np.where(some[:, None], *pair) for some, *pair in zip(nodes, moved, new.paths, strict=True)]
+        return self.along(new.theta, paths, 1)
 
     def _best_new(self, theta: Array, known: Sequence[Sequence[Array]] = ()) -> list[Array] | None:
         """The best of new paths, and of known ones, that have not come to rest."""
