@@ -54,8 +54,8 @@ class PathEstimator(Protocol):
         steps, or none where slips are short. None where the model diverges.
         """
 
-    def further(self, first: Estimate, steps: int) -> Estimate:
-        """The estimate after at most so many Gauss-Newton steps from a `first` one."""
+    def further(self, first: Estimate, steps: int, vain: Callable[[Estimate], bool]) -> Estimate:
+        """The estimate after at most so many Gauss-Newton steps from a `first` one. vain : whether it is, to go on."""
 
     def fit(self, theta: Array, steps: int) -> Estimate | None:
         """The estimate after at most so many Gauss-Newton steps from theta (m,), along new paths, which where slips are

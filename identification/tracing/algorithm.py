@@ -137,8 +137,9 @@ def _pruned(model: Model, added: tuple[str, ...]) -> tuple[Model, tuple[str, ...
     fitting the others better.
     """
     for effect in added:
-        other = model.without(effect)
-        if other is not None and other.cost < model.cost + settings.MIN_GAIN:
+        enough = model.cost + settings.MIN_GAIN
+        other = model.without(effect, enough)
+        if other is not None and other.cost < enough:
             return _pruned(other, tuple(e for e in added if e != effect))
     return model, added
 

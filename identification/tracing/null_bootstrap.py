@@ -85,7 +85,7 @@ def tail_probability(gain: float, gains: Sequence[float]) -> float:
 
 def net_gain(model: Model, refit: Model, effect: str) -> float:
     """What a refit gains by its effect: over the model without it, and over what the refit becomes without it."""
-    without = refit.without(effect)
+    without = refit.without(effect, model.cost)
     return min(m.cost for m in (model, without) if m is not None) - refit.cost
 
 
@@ -117,10 +117,12 @@ def _largest_gain(found: Model, score: Score, budget: Budget, hopeless: Callable
     for s in _one_after_the_other(found, score):
         if hopeless(most) or budget.over or (s is not score and PROMISE_FACTOR * s.gain < most):
             break
-        fit = CandidateFit(s, (), 0.0) if white else fit_on_chunks(found, on_chunks, s, from_here=True)
+        best_gain = most / settings.GAIN_SHARE  # beside which less is hopeless
+        small = best_gain * found.data.chunk_share
+        fit = CandidateFit(s, (), 0.0) if white else fit_on_chunks(found, on_chunks, s, True, small)
         if fit.gain < most * found.data.chunk_share:  # no refit to the whole gains more
             fit = replace(fit, chunk_fits=())
-        near = refit_on_base_paths(found, s, most / settings.GAIN_SHARE)
+        near = refit_on_base_paths(found, s, best_gain)
         refit = refitted(found, replace(fit, base_path_refit=near))
         if refit is not None and found.cost - refit.cost > most:  # no net gain is more
             most = max(most, net_gain(found, refit, s.effect))

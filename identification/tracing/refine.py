@@ -41,14 +41,17 @@ def gain_of(base: Model, refit: Model | None) -> float:
     return 0.0 if refit is None else base.cost - refit.cost
 
 
-def fit_on_chunks(base: Model, base_on_chunks: Model | None, score: Score, from_here: bool) -> CandidateFit:
-    """A candidate fitted to chunks, against the base model fitted to them. from_here : whether it also starts from the
-    parameters of the base model.
+def fit_on_chunks(
+    base: Model, base_on_chunks: Model | None, score: Score, from_here: bool, best_gain: float = 0.0
+) -> CandidateFit:  # fmt: skip
+    """A candidate fitted to chunks, against the base model fitted to them, for as long as it may come to something
+    beside another that gains `best_gain` there. from_here : whether it also starts from the parameters of the base
+    model.
     """
     first = first_fits(base, score.effect, values=score.values, guesses=score.guesses, from_here=from_here)
     if base_on_chunks is None or not first:
         return CandidateFit(score, (), score.gain)
-    ends = continued(first)
+    ends = continued(first, base_on_chunks.cost - _share(base) * best_gain)
     gains = [gain_of(base_on_chunks, end) for end in ends]
     others = [
         end
@@ -97,15 +100,18 @@ def worth_refitting(base: Model, fits: Sequence[CandidateFit]) -> dict[str, Cand
     """Of fits to chunks, best first, those worth a refit to the whole recordings, by effect: not far behind the best,
     and likely to gain enough there. Likewise those whose refit on the base model's paths gains enough by itself.
     """
-    imposed = base.data.imposed
-    share = settings.FAR_SHARE if imposed else settings.GAIN_SHARE
-    count = settings.CANDIDATES if imposed else settings.CANDIDATES // 2
+    share, count = _share(base), settings.CANDIDATES if base.data.imposed else settings.CANDIDATES // 2
     on_chunks = [fit for fit in fits if fit.chunk_fits][:count]
     least = max(share * on_chunks[0].gain, _least_on_chunks(base)) if on_chunks else 0.0
     best = max((gain_of(base, fit.base_path_refit) for fit in fits), default=0.0)
     enough = max(settings.MIN_GAIN, share * best)
     on_paths = {fit.effect: replace(fit, chunk_fits=()) for fit in fits if gain_of(base, fit.base_path_refit) > enough}
     return on_paths | {fit.effect: fit for fit in on_chunks if fit.gain >= least}
+
+
+def _share(base: Model) -> float:
+    """The share of the best gain on chunks below which a candidate is not refitted to whole recordings."""
+    return settings.FAR_SHARE if base.data.imposed else settings.GAIN_SHARE
 
 
 def _least_on_chunks(base: Model) -> float:

@@ -30,11 +30,12 @@ def shortlisted_fits(
     groups = _shortlist(base, scores, refits, complete)
     base_on_chunks = best_model_on_chunks(base) if any(groups) else None
     usual = scores[: settings.CANDIDATES]
-    fits = [CandidateFit(s, (), s.gain) for s in few if all(s not in group for group in groups)]
+    fits, best_gain = [CandidateFit(s, (), s.gain) for s in few if all(s not in group for group in groups)], 0.0
     for i, group in enumerate(groups):
         for s in budget.within(group, "fits to chunks", progress, _effect):
             from_here = s in usual or is_imitated(base, s)
-            fits.append(fit_on_chunks(base, base_on_chunks, s, from_here))
+            fits.append(fit_on_chunks(base, base_on_chunks, s, from_here, best_gain))
+            best_gain = max(best_gain, fits[-1].gain if fits[-1].chunk_fits else 0.0)
         late = [CandidateFit(s, (), s.gain) for s in group if all(fit.score is not s for fit in fits)]
         known = [replace(fit, base_path_refit=refits.get(fit.effect)) for fit in (*fits, *late)]
         yield known, [s for later in groups[i + 1 :] for s in later]

@@ -78,8 +78,8 @@ class ImposedMotion:
         """The estimate after a short descent from theta (m,). None where the model diverges."""
         return self.fit(theta, steps)
 
-    def further(self, first: Estimate, steps: int) -> Estimate:
-        """The estimate after a further descent."""
+    def further(self, first: Estimate, steps: int, _vain: Callable[[Estimate], bool]) -> Estimate:
+        """The estimate after a further descent, which costs little."""
         return self.descend(first, steps)
 
     def _line(self, grid: ImposedGrid, p: Array) -> tuple[Array, Innovations] | None:

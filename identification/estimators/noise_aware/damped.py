@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from identification.budget import time_is_over
 from identification.data.grid import Grid
@@ -84,13 +85,20 @@ class DampedNoiseAware(MendedNoiseAware):
 
     def first(self, theta: Array, _steps: int) -> Estimate | None:
         """The estimate at theta (m,) along new paths, where starts differ at once. None where the model diverges."""
-        return self.along_new(theta)
+        new = self.along_new(theta)
+        return None if new is None else lean(new)
 
-    def further(self, first: Estimate, steps: int) -> Estimate:
+    def further(self, first: Estimate, steps: int, vain: Callable[[Estimate], bool]) -> Estimate:
         """The best estimate on the way that steps along new paths take, not the last: far from the end, or without one,
-        slips that paths miss make costs differ by thousands from step to step.
+        slips that paths miss make costs differ by thousands from step to step. vain : whether it is, to go on after a
+        third of the steps.
         """
-        return self.mended(min(self._way(first, steps), key=lambda now: now.cost))
+        best = first
+        for done, now in enumerate(self._way(self.along(first.theta, first.paths, 0) or first, steps)):
+            best = min(best, lean(now), key=lambda one: one.cost)
+            if 3 * done >= steps and vain(best):
+                break
+        return self.mended(best)
 
     def followed(self, now: Estimate, steps: int = FOLLOWED) -> Estimate:
         """The estimate to which steps along new paths lead, whatever it costs: near the root only chance makes one step
@@ -135,13 +143,19 @@ class DampedNoiseAware(MendedNoiseAware):
         if new is None:
             return None
         p, moved = self.coordinates.p(new.theta), self.moved(now, step)
-        lines = each(lambda i: self.held.line(i, p, moved[i]), range(len(self.grids)))
-        paths, any_missed = list[Array](), False
-        for grid, own, other, line, known in zip(self.grids, new.paths, moved, new.linearised, lines, strict=True):
-            missed = stretch_costs(grid, line) > (np.inf if known is None else stretch_costs(grid, known) + ACCIDENT)
-            paths.append(np.where(missed[stretches(grid)][:, None], other, own))
-            any_missed |= bool(missed.any())
-        return self.along(new.theta, paths, 1) if any_missed else new
+        own = [stretch_costs(*pair) for pair in zip(self.grids, new.linearised, strict=True)]
+
+        def missed(i: int) -> NDArray[np.bool_]:
+            line = self.held.line(i, p, moved[i])
+            late = own[i] > (np.inf if line is None else stretch_costs(self.grids[i], line) + ACCIDENT)
+            return np.asarray(late[stretches(self.grids[i])])
+
+        nodes = each(missed, range(len(self.grids)))
+        if not any(some.any() for some in nodes):
+            return new
+        new = lean(new)  # its matrices take as much again as those of the estimate that follows
+        paths = [np.where(some[:, None], *pair) for some, *pair in zip(nodes, moved, new.paths, strict=True)]
+        return self.along(new.theta, paths, 1)
 
     def _best_new(self, theta: Array, known: Sequence[Sequence[Array]] = ()) -> list[Array] | None:
         """The best of new paths, and of known ones, that have not come to rest."""
@@ -154,9 +168,13 @@ class DampedNoiseAware(MendedNoiseAware):
         """New paths that first come to rest under a force that is known less well than it is, where that explains more:
         one that slips late stays there otherwise.
         """
-        work = self.with_freedom(replace(self.freedom, force=LOOSE))
-        loose = work.along(theta, firsts, LOOSE_STEPS)
-        return firsts if loose is None else self._best_paths(theta, lambda i: [loose.paths[i], firsts[i]])
+        work, p = self.with_freedom(replace(self.freedom, force=LOOSE)).held, self.coordinates.p(theta)
+
+        def loose(i: int) -> Array | None:
+            line = work.line(i, p, firsts[i])
+            return None if line is None else work._stepped(i, p, firsts[i], line, LOOSE_STEPS)
+
+        return self._best_paths(theta, lambda i: [loose(i), firsts[i]])
 
     def _moved_to(self, theta: Array, known: Sequence[Sequence[Array]]) -> Estimate | None:
         """The estimate at theta along the best of new and known paths, whatever slips they miss."""
@@ -184,26 +202,32 @@ class DampedNoiseAware(MendedNoiseAware):
         self, i: int, p: Array, path: Array, line: Innovations, steps: int
     ) -> tuple[Array, Innovations] | None:  # fmt: skip
         """A path of grid i, with the innovations about it, after so many steps to the smoothed one; None where the
-        model diverges. A stretch in which a step does harm goes back most of the way: about a break-away that is a
-        sample late the next path can be further off, while all others come to rest.
+        model diverges.
+        """
+        if not steps:
+            return path, line
+        best = self._stepped(i, p, path, line, steps)
+        end = None if best is None else self.line(i, p, best)
+        return None if best is None or end is None else (best, end)
+
+    def _stepped(self, i: int, p: Array, path: Array, line: Innovations, steps: int) -> Array | None:
+        """A path of grid i after so many steps to the smoothed one; None where the model diverges. A stretch in which a
+        step does harm goes back most of the way: about a break-away that is a sample late the next path can be further
+        off, while all others come to rest.
         """
         stretch = stretches(self.grids[i])
         best, least, better = path, stretch_costs(self.grids[i], line), np.ones(stretch[-1] + 1, bool)
-        for left in reversed(range(steps)):
+        for _ in range(steps):
             step = self.freedom.share * self.predictor.toward(line)
             path = np.where(better[stretch][:, None], path + step, best + BACK * (path - best))
-            further = (self.held if left else self).line(i, p, path)
+            further = self.held.line(i, p, path)
             if further is None:
                 return None
             line = further
             misfit = stretch_costs(self.grids[i], line)
             better = misfit < least + WORSE
             best, least = np.where(better[stretch][:, None], path, best), np.where(better, misfit, least)
-        if better.all():
-            return path, line
-        path = np.ascontiguousarray(best)
-        back = self.line(i, p, path)
-        return None if back is None else (path, back)
+        return np.ascontiguousarray(best)
 
     def gained(self, now: Estimate, trial: Estimate) -> float:
         """By how much a trial explains more than an estimate, in units of the cost: in all, or with no stretch counting

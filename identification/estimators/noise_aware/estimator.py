@@ -231,9 +231,9 @@ class NoiseAware:
         found = self.fit(theta, steps)
         return None if found is None else lean(found)
 
-    def further(self, first: Estimate, steps: int) -> Estimate:
-        """The estimate after a further descent."""
-        return self.refit(first.theta, first.paths, steps) or first
+    def further(self, first: Estimate, steps: int, vain: Callable[[Estimate], bool]) -> Estimate:
+        """The estimate after a further descent. vain : whether it is, to go on."""
+        return self.refit(first.theta, first.paths, steps, vain) or first
 
     def in_stages(self, theta: Array, stages: Stages = ()) -> Estimate | None:
         """The estimate after descents with ever less freedom of the paths, by default those for whole recordings. None

@@ -17,6 +17,7 @@ from identification.estimators.noise_aware.linearised_model import by_chance, pu
 from identification.estimators.noise_aware.resolution import resolved_by_nodes
 from identification.estimators.noise_aware.search import UNEXPLAINED
 from identification.tracing import settings
+from identification.tracing.models.promise import may_reach
 from identification.tracing.models.replicates import replicate_of
 from identification.tracing.models.trial_data import TrialData
 from recordings import Array
@@ -155,10 +156,11 @@ class Model:
         estimate = work.along(self.estimate.theta, self.estimate.paths, steps)
         return self if estimate is None else Model(self.effects, self.data, estimate)
 
-    def refitted(self) -> Model:
-        """The same effects after further steps, or until two of them change little."""
+    def refitted(self, below: float = np.inf) -> Model:
+        """The same effects after further steps, until two of them change little or none leads below a cost."""
         work = self.data.estimator(self.effects, worth=settings.CHANCE_GAIN)
-        end = work.refit(self.estimate.theta, self.estimate.paths, settings.STEPS)
+        here = self.estimate
+        end = work.refit(here.theta, here.paths, settings.STEPS, lambda now: not may_reach(now, below))
         return self if end is None else Model(self.effects, self.data, lean(end))
 
     def refitted_to(self, data: TrialData) -> Model | None:
@@ -185,15 +187,17 @@ class Model:
         estimate = self.data.estimator(effects).along(theta, paths, steps)
         return None if estimate is None else Model(effects, self.data, lean(estimate))
 
-    def without(self, effect: str) -> Model | None:
-        """The other effects of this model, refitted on its paths. None where that has no solution."""
+    def without(self, effect: str, below: float) -> Model | None:
+        """The other effects of this model, refitted on its paths while they may come below a cost. None where that has
+        no solution.
+        """
         effects = tuple(e for e in self.effects if e != effect)
         target = self.data.kernel(effects)
         theta = self.data.coordinates(effects).theta_of(self.values)
         kept = [] if self.data.imposed else [self.kernel.states.index(name) for name in target.states]
         paths = [np.ascontiguousarray(path[:, kept]) for path in self.estimate.paths]
         found = self.data.estimator(effects).along(theta, paths, settings.PATH_STEPS)
-        return None if found is None else Model(effects, self.data, lean(found)).refitted()
+        return None if found is None else Model(effects, self.data, lean(found)).refitted(below)
 
     def swapped(self, effect: str, other: str, values: Mapping[str, float]) -> Model | None:
         """This model with another effect, at some starting values, in the place of one. None where it diverges."""

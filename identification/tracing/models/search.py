@@ -17,6 +17,7 @@ from identification.estimators.path_estimator import PathEstimator
 from identification.tracing import settings
 from identification.tracing.models.guesses import EffectGuesses
 from identification.tracing.models.model import Model
+from identification.tracing.models.promise import may_reach
 from recordings import Array
 
 FIRST_STEPS = settings.STEPS // 3
@@ -56,13 +57,13 @@ def first_fits(
     return [Model(effects, data, fit) for fit in best]
 
 
-def continued(fits: Sequence[Model]) -> list[Model]:
-    """First fits continued, best first."""
+def continued(fits: Sequence[Model], least: float = np.inf) -> list[Model]:
+    """First fits continued while they may come below a cost, best first."""
     ends = list[Model]()
     for fit in fits:
         work = fit.data.estimator(fit.effects, coarse=True, worth=settings.CHANCE_GAIN)
         taken = FIRST_STEPS if fit.data.damped is None else 0
-        end = work.further(fit.estimate, settings.STEPS - taken)
+        end = work.further(fit.estimate, settings.STEPS - taken, lambda now: not may_reach(now, least))
         ends.append(replace(fit, estimate=lean(end)))
     return sorted(ends, key=lambda end: end.cost)
 
