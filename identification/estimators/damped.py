@@ -21,7 +21,7 @@ from identification.estimators.noise_aware.damped_search import best_on_chunks, 
 from identification.estimators.noise_aware.fit import fit_noise_aware
 from identification.estimators.noise_aware.resolution import resolved_by_nodes
 from identification.estimators.noise_aware.search import UNEXPLAINED
-from identification.estimators.order import Order, at_rest, slip_is_seen, swing_is_over
+from identification.estimators.order import Order, at_rest, slip_is_seen
 from identification.estimators.output_error.damped import Search, fit_in_windows, search_for
 from identification.estimators.output_error.homotopy import Minimum
 from identification.estimators.output_error.problem import Problem, ResidualForm
@@ -49,20 +49,21 @@ def fit_damped(
     def in_windows() -> Fit:
         return fit_in_windows(search, starts, order, progress)
 
-    def noise_aware() -> Fit | None:
-        return _noise_aware(valve, coordinates, smooth, segment_grids, search, starts, progress, told)
+    def noise_aware() -> Fit:
+        found = _noise_aware(valve, coordinates, smooth, segment_grids, search, starts, progress, told)
+        return found or in_windows()
 
     if not (segment_grids and starts and order == "damped"):
         return in_windows()
     usual, spacing = at_rest(loop.K) | {"spring.K": loop.K}, search.whole.spacing  # no start tells the mass
     if slip_is_seen(usual, spacing):
-        return noise_aware() or in_windows()
-    ways = (in_windows, noise_aware) if swing_is_over(usual, spacing) else (noise_aware, in_windows)
-    first = ways[0]()
-    if first is not None and first.outcome is Outcome.CONVERGED:
-        return first
-    other = ways[1]()
-    return first if other is None or (first is not None and other.outcome is not Outcome.CONVERGED) else other
+        return noise_aware()
+    first, second = (in_windows, noise_aware) if search.jumps else (noise_aware, in_windows)
+    found = first()
+    if found.outcome is Outcome.CONVERGED:
+        return found
+    other = second()
+    return other if other.outcome is Outcome.CONVERGED else found
 
 
 def _noise_aware(

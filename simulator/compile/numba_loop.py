@@ -116,7 +116,8 @@ def source(
         for name, function in functions.items()
     ]
     constants = (
-        f"SCALE = {float(scale)!r}\nEXO = {exo}\nMOTION = {MOTION}\nGAMMA = {GAMMA!r}\nAHEAD = np.array({list(ahead)}, dtype=np.float64)\n"
+        f"SCALE = {float(scale)!r}\nEXO = {exo}\nMOTION = {MOTION}\nGAMMA = {GAMMA!r}\n"
+        f"AHEAD = np.array({list(ahead)}, dtype=np.float64)\n"
     )
     return "\n\n@native\n".join((PRELUDE + constants, *translated)) + "\n\n\n" + _loop_text() + ENTRY
 

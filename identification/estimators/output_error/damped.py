@@ -21,7 +21,7 @@ from identification.estimators.anchors import anchors
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.fitted import Fit, Outcome, fit_of_windows
 from identification.estimators.least_squares import Solution, minimise
-from identification.estimators.order import LIGHTEST, Order, at_rest, sub_step
+from identification.estimators.order import LIGHTEST, Order, at_rest, sub_step, swing_is_over
 from identification.estimators.output_error.force_position_loop import ForcePositionLoop, force_position_loop
 from identification.estimators.output_error.homotopy import Minimum
 from identification.estimators.output_error.problem import Problem, ResidualForm
@@ -105,7 +105,7 @@ def window(spacing: float) -> float:
 
 class Search:
     """The way from the loop of force over position to a minimum; whole : the problem, problem : of the parts of the
-    recordings that are searched on.
+    recordings that are searched on; jumps : whether a slip is a jump between two samples, at a usual mass.
     """
 
     def __init__(self, whole: Problem, problem: Problem, loop: ForcePositionLoop) -> None:
@@ -115,12 +115,17 @@ class Search:
         lower, upper = (np.array(end) for end in zip(*ends, strict=True))
         self.likely = replace(c, lower=np.maximum(c.lower, lower), upper=np.minimum(c.upper, upper))
         self.window = window(problem.spacing)
+        self.jumps = swing_is_over(at_rest(loop.K) | {"spring.K": loop.K}, problem.spacing)
         self.h = sub_step({"spring.K": loop.K, "mass.m": LIGHTEST}, problem.spacing)
         self.evaluations = 0
 
     def form(self, tuning: float, finer: int = 1) -> ResidualForm:
-        """How the residual is formed, with a tuning of the loss and a sub-step that is so many times finer."""
-        return ResidualForm(self.h / finer, self.window, tuning)
+        """How the residual is formed, with a tuning of the loss and a sub-step that is so many times finer.
+
+        The bristle is set to balance where samples show nothing of slips but their ends. Elsewhere that would help a
+        model too much that lacks something: a heavy one that never slips would follow.
+        """
+        return ResidualForm(self.h / finer, self.window, tuning, self.jumps)
 
     def ends(self, progress: Progress = silent) -> list[Array]:
         """Where the starts lead that go down best in the wide loss, (n_free,), the best first."""

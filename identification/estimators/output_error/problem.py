@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identification.data.experiment import Experiment, Segment
-from identification.estimators.anchors import Anchors, anchors, deflection_at_rest
+from identification.estimators.anchors import anchors, held_force
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.least_squares import Normal, weighted
 from identification.parallel import each
@@ -32,12 +32,14 @@ swings by itself forgets where it started; its derivatives then grow without end
 @dataclass(frozen=True)
 class ResidualForm:
     """How the residual is formed: h_max [s] largest sub-step; window [s] after which x and v are set back to the
-    smoothed data (inf: never, that is plain output error); tuning : of the Cauchy loss in sigmas (inf: squares).
+    smoothed data (inf: never, that is plain output error); tuning : of the Cauchy loss in sigmas (inf: squares);
+    balanced : whether the bristle of a valve that rests there is set to where it balances as well.
     """
 
     h_max: float
     window: float = np.inf
     tuning: float = np.inf
+    balanced: bool = False
 
 
 @dataclass(frozen=True)
@@ -70,7 +72,7 @@ class Problem:
         memory = [i + offset for i, m in enumerate(kernel.layout.memory) if m.free]
         self.local = [*range(offset), *memory]
         self.n_free = coordinates.n_free
-        self._known_anchors = dict[tuple[int, float], Anchors]()
+        self._known_resets = dict[tuple[int, float], Array]()
 
     @property
     def n_local(self) -> int:
@@ -167,7 +169,9 @@ class Problem:
         segment, s0 = piece.segment, self._first(piece.segment)
         s0[self.local] = unknowns[self._local_slice(i)] * self.local_scale(piece)
         held = piece.hold and kernel.causality == "force"
-        resets = self._resets(segment, setting.window, self.coordinates.values(unknowns[: self.n_free]))
+        resets = self._resets(segment, setting.window)
+        if setting.balanced and resets is not None:
+            resets = self._balanced(resets, segment, self.coordinates.values(unknowns[: self.n_free]))
         return Run(segment.t, self._input(segment), s0, held, resets)
 
     def _with_derivatives(
@@ -214,24 +218,26 @@ class Problem:
         m = segment.motion
         return np.column_stack([m.x, m.crept, m.a, segment.load])
 
-    def _resets(self, segment: Segment, window: float, values: Mapping[str, float]) -> Array | None:
-        """What the states of a segment are set back to (n_samples, n_states), nan where they run on: the motion to the
-        data, and at rest the bristle to where it balances there. One that balances elsewhere swings, and breaks away
-        before its time. values : parameters by full name.
-        """
+    def _resets(self, segment: Segment, window: float) -> Array | None:
         if np.isinf(window) or self.kernel.causality == "motion":
             return None
         key = id(segment), window  # of a piece, so it lives as long as the problem
-        if key not in self._known_anchors:
-            m = segment.motion
-            self._known_anchors[key] = anchors(segment.t, m.crept, m.a, window, segment.dt)
-        (at, rest), m = self._known_anchors[key], segment.motion
-        resets = np.full((len(segment.t), len(self.kernel.states)), np.nan)
-        resets[at, 0], resets[at, 1] = m.x[at], np.where(rest, 0.0, m.v[at])
-        if "lugre.z" in self.kernel.states:
-            still, z = at[rest], self.kernel.states.index("lugre.z")
-            resets[still, z] = deflection_at_rest(values, segment.u[still], m.x[still])
-        return resets
+        if key not in self._known_resets:
+            resets, m = np.full((len(segment.t), len(self.kernel.states)), np.nan), segment.motion
+            at, rest = anchors(segment.t, m.crept, m.a, window, segment.dt)
+            resets[at, 0], resets[at, 1] = m.x[at], np.where(rest, 0.0, m.v[at])
+            self._known_resets[key] = resets
+        return self._known_resets[key]
+
+    def _balanced(self, resets: Array, segment: Segment, values: Mapping[str, float]) -> Array:
+        """Resets (n_samples, n_states) with the bristle where it balances, wherever the valve can rest. One that
+        balances elsewhere swings, and breaks away before its time. values : parameters by full name.
+        """
+        found, at = resets.copy(), np.flatnonzero(resets[:, 1] == 0.0)
+        force = held_force(values, segment.u[at], resets[at, 0])
+        holds = np.abs(force) < values["lugre.fs"]
+        found[at[holds], self.kernel.states.index("lugre.z")] = force[holds] / values["lugre.sigma0"]
+        return found
 
 
 def _noise(experiment: Experiment, kernel: Kernel) -> float:
