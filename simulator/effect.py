@@ -20,7 +20,8 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import ClassVar, Literal
 
-from simulator.first_look import FirstLook, Guess
+from simulator.first_look import FirstLook, Guess, Missing, Trial
+from simulator.pulls import most_pulled
 from simulator.relaxation import Expression as Expression
 from simulator.relaxation import Law
 
@@ -210,6 +211,16 @@ class Effect(ABC):
     def guessed(self, guess: Guess | None, *beside: str) -> list[dict[str, float]]:
         """A guess as `first_guess` returns it, with the values of some base parameters that go with it."""
         return [] if guess is None else [{name: guess.base[name] for name in beside} | self.named(**guess.values)]
+
+    def guessed_shapes(
+        self, recordings: Sequence[FirstLook], base: Mapping[str, float], trials: Sequence[Trial], *beside: str
+    ) -> list[dict[str, float]]:
+        """The shape of a force that explains most of what is missing, with the values of some base parameters that go
+        with it, and the shapes at which the measurements pull most, where a regression may not show them.
+        """
+        missing, pulled = Missing.of(recordings, base), most_pulled(recordings, base, trials)
+        others = (guess for trial in pulled for guess in self.guessed(missing.best([trial])))
+        return [*self.guessed(missing.best(trials), *beside), *others]
 
     def __eq__(self, other: object) -> bool:
         """Effects are values: one that was copied or sent to another process finds the kernels of the first."""

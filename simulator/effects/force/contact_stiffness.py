@@ -8,8 +8,7 @@ import casadi as ca
 import numpy as np
 
 from simulator.effect import Effect, Expression, Parameter, Quantities, Site, Values
-from simulator.first_look import FirstLook, Missing, Trial, along
-from simulator.pulls import most_pulled
+from simulator.first_look import FirstLook, Trial, along
 
 ROUNDING = 2e-5
 """Distance [m] over which the contact closes: surfaces are rough, and the force stays differentiable."""
@@ -42,6 +41,5 @@ class ContactStiffness(Effect):
         def trial(x0: float) -> Trial:
             return {"x0": x0}, {"k": lambda r: np.maximum(r.x - x0, 0.0)}
 
-        missing, trials = Missing.of(recordings, base), [trial(x0) for x0 in along(recordings)]
-        pulled = [guess for one in most_pulled(recordings, base, trials) for guess in self.guessed(missing.best([one]))]
-        return [*self.guessed(missing.best(trials), "spring.K", "spring.F0"), *pulled]
+        trials = [trial(x0) for x0 in along(recordings)]
+        return self.guessed_shapes(recordings, base, trials, "spring.K", "spring.F0")

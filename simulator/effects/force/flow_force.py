@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from simulator.effect import Effect, Expression, Parameter, Quantities, Site, Values
-from simulator.first_look import FirstLook, Missing, Trial, local_shapes
-from simulator.pulls import most_pulled
+from simulator.first_look import FirstLook, Trial, local_shapes
 
 
 class FlowForce(Effect):
@@ -36,6 +35,5 @@ class FlowForce(Effect):
         def trial(x0: float, w: float) -> Trial:
             return {"x0": x0, "w": w}, {"f": lambda r: 1 / (1 + ((r.x - x0) / w) ** 2)}
 
-        missing, trials = Missing.of(recordings, base), [trial(*shape) for shape in local_shapes(recordings)]
-        pulled = [guess for one in most_pulled(recordings, base, trials) for guess in self.guessed(missing.best([one]))]
-        return [*self.guessed(missing.best(trials), "spring.K", "spring.F0"), *pulled]
+        trials = [trial(*shape) for shape in local_shapes(recordings)]
+        return self.guessed_shapes(recordings, base, trials, "spring.K", "spring.F0")

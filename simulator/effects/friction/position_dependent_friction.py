@@ -8,8 +8,7 @@ import casadi as ca
 import numpy as np
 
 from simulator.effect import Effect, Expression, Parameter, Quantities, Site, Values
-from simulator.first_look import AddedForce, FirstLook, Missing, Trial, local_shapes
-from simulator.pulls import most_pulled
+from simulator.first_look import AddedForce, FirstLook, Trial, local_shapes
 
 
 class PositionDependentFriction(Effect):
@@ -40,6 +39,4 @@ class PositionDependentFriction(Effect):
             bell: AddedForce = lambda r: r.friction(base) * np.exp(-(((r.x - x0) / w) ** 2))  # noqa: E731
             return {"x0": x0, "w": w}, {"a": bell, "b": lambda r: r.friction(base) * r.x}
 
-        missing, trials = Missing.of(recordings, base), [trial(*shape) for shape in local_shapes(recordings)]
-        pulled = [guess for one in most_pulled(recordings, base, trials) for guess in self.guessed(missing.best([one]))]
-        return [*self.guessed(missing.best(trials)), *pulled]
+        return self.guessed_shapes(recordings, base, [trial(*shape) for shape in local_shapes(recordings)])

@@ -9,8 +9,7 @@ import casadi as ca
 import numpy as np
 
 from simulator.effect import Effect, Expression, Parameter, Quantities, Site, Values
-from simulator.first_look import AddedForce, FirstLook, Missing, Trial, local_shapes
-from simulator.pulls import most_pulled
+from simulator.first_look import AddedForce, FirstLook, Trial, local_shapes
 
 BELLS = 3
 """Number of bells: three make a profile of any bow along a stretch of the stroke."""
@@ -63,9 +62,7 @@ class PositionSpeedFriction(Effect):
             return {"x0": x0, "w": w, "u": u}, bells
 
         shapes = itertools.product(local_shapes(recordings), SPEEDS)
-        missing, trials = Missing.of(recordings, base), [trial(*shape) for shape in shapes]
-        pulled = [guess for one in most_pulled(recordings, base, trials) for guess in self.guessed(missing.best([one]))]
-        return [*self.guessed(missing.best(trials)), *pulled]
+        return self.guessed_shapes(recordings, base, [trial(*shape) for shape in shapes])
 
 
 def _bell(base: Mapping[str, float], x: float, w: float, u: float) -> AddedForce:

@@ -15,7 +15,7 @@ import pytest
 from benchmarks.plant_sampling import GROSS, behind_a_positioner, recordings
 from identification import Outcome, fit, uncertainty_of
 from identification.estimators.estimate import ROUGH_OUTLIERS, converged
-from identification.estimators.order import slip, slip_is_over, slip_is_seen
+from identification.estimators.order import slip, slip_is_over, slip_is_seen, swing_is_over
 
 MAKE = {"stem": recordings, "loop": behind_a_positioner}
 CASES = [
@@ -47,11 +47,11 @@ def test_they_converge_to_the_valve_and_claim_nothing_wrong(kind, seed, rate):
 
 @pytest.mark.slow
 def test_an_outlier_or_two_more_by_chance_are_no_failure():
-    """Of 2,600 innovations .1 % may lie far off: three are no failure, ten are one."""
-    _, found = fitted("stem", 10606, 20.0)
+    """Of 6,500 innovations .1 % may lie far off: ten are no failure, twenty are one."""
+    _, found = fitted("stem", 9508, 50.0)
     assert found.outcome is Outcome.CONVERGED
     assert found.estimate is not None
-    few, many = (replace(found.estimate, outliers=n / found.estimate.samples) for n in (3, 10))
+    few, many = (replace(found.estimate, outliers=n / found.estimate.samples) for n in (10, 20))
     assert few.outliers > ROUGH_OUTLIERS
     assert converged(few, resolved=False)
     assert not converged(many, resolved=False)
@@ -75,6 +75,24 @@ def test_a_slip_is_over_after_half_a_swing_on_the_spring():
     assert not slip_is_over(values, 0.0314)
     assert slip_is_over(values, 0.0315)
     assert not slip_is_seen(values, 0.0315)
+    assert not swing_is_over(values, 0.0628)
+    assert swing_is_over(values, 0.0629)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("seed", "estimator"), [(12004, "output-error"), (12107, "output-error"), (12110, "noise-aware")]
+)
+def test_where_samples_show_only_where_slips_ended_one_of_two_ways_converges(seed, estimator):
+    """Runs that began with the bristle out of balance missed a third of the samples at the true parameters."""
+    truth, found = fitted("stem", seed, 20.0)
+    assert (found.outcome, found.estimator) == (Outcome.CONVERGED, estimator)
+    for name, share in (("spring.K", 3e-3), ("spring.F0", 5e-3), ("lugre.fs", 0.01)):
+        assert found.values[name] == pytest.approx(truth[name], rel=share)
+    known = uncertainty_of(found)
+    told = [name for name in known.names if known.status[name] == "identified"]
+    assert {"spring.K", "spring.F0", "lugre.fs"} <= {*told}
+    assert all(abs(found.values[name] - truth[name]) < GROSS * known.spread[name] for name in told)
 
 
 @pytest.mark.slow
