@@ -32,6 +32,8 @@ Beyond, a slip is a jump between two samples. What a controller makes of the for
 and friction curve are estimated wrong by many standard deviations."""
 LIGHTEST = 1.0
 """Mass [kg] that valves hardly fall short of."""
+USUAL = 2.0
+"""Mass [kg] of a usual valve: what a slip is taken for where none is resolved."""
 LONGEST = 0.2
 """Time between samples [s] from which a slip is over before the next sample: nothing of it can be seen."""
 
@@ -50,10 +52,10 @@ def at_rest(stiffness: float) -> dict[str, float]:
     """Values, by full name, of what the static order does not tell: a quick slip that ends where it balances, without
     overshoot, on a spring of a stiffness [N/m].
     """
-    m, sigma0 = 2.0, 1e7
+    sigma0 = 1e7
     return {
-        "mass.m": m, "lugre.vs": 1e-3, "lugre.sigma0": sigma0, "lugre.sigma1": usual_damping(sigma0, m),
-        "lugre.sigma2": 2.0 * float(np.sqrt(max(stiffness, 1.0) * m)),
+        "mass.m": USUAL, "lugre.vs": 1e-3, "lugre.sigma0": sigma0, "lugre.sigma1": usual_damping(sigma0, USUAL),
+        "lugre.sigma2": 2.0 * float(np.sqrt(max(stiffness, 1.0) * USUAL)),
     }  # fmt: skip
 
 

@@ -21,7 +21,7 @@ from identification.estimators.anchors import anchors
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.fitted import Fit, Outcome, fit_of_windows
 from identification.estimators.least_squares import Solution, minimise
-from identification.estimators.order import LIGHTEST, Order, at_rest, sub_step, swing_is_over
+from identification.estimators.order import LIGHTEST, USUAL, Order, at_rest, sub_step, swing_is_over
 from identification.estimators.output_error.force_position_loop import ForcePositionLoop, force_position_loop
 from identification.estimators.output_error.homotopy import Minimum
 from identification.estimators.output_error.problem import Problem, ResidualForm
@@ -115,7 +115,7 @@ class Search:
         lower, upper = (np.array(end) for end in zip(*ends, strict=True))
         self.likely = replace(c, lower=np.maximum(c.lower, lower), upper=np.minimum(c.upper, upper))
         self.window = window(problem.spacing)
-        self.jumps = swing_is_over(at_rest(loop.K) | {"spring.K": loop.K}, problem.spacing)
+        self.jumps = swing_is_over({"spring.K": loop.K, "mass.m": USUAL}, problem.spacing)
         self.h = sub_step({"spring.K": loop.K, "mass.m": LIGHTEST}, problem.spacing)
         self.evaluations = 0
 
