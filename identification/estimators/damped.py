@@ -21,7 +21,7 @@ from identification.estimators.noise_aware.damped_search import best_on_chunks, 
 from identification.estimators.noise_aware.fit import fit_noise_aware
 from identification.estimators.noise_aware.resolution import resolved_by_nodes
 from identification.estimators.noise_aware.search import UNEXPLAINED
-from identification.estimators.order import USUAL, Order, slip_is_seen
+from identification.estimators.order import Order, slip_is_seen
 from identification.estimators.output_error.damped import Search, fit_in_windows, search_for
 from identification.estimators.output_error.homotopy import Minimum
 from identification.estimators.output_error.problem import Problem, ResidualForm
@@ -55,8 +55,7 @@ def fit_damped(
 
     if not (segment_grids and starts and order == "damped"):
         return in_windows()
-    usual = {"spring.K": search.loop.K, "mass.m": USUAL}  # no start tells the mass
-    if slip_is_seen(usual, search.whole.spacing):
+    if slip_is_seen(search.usual, search.whole.spacing):
         return noise_aware()
     first, second = (in_windows, noise_aware) if search.jumps else (noise_aware, in_windows)
     found = first()

@@ -274,7 +274,8 @@ def _slipping(fit: Fit) -> dict[str, float]:
     do not tell the mass: one that comes out too heavy is no reason to believe that slips show.
     """
     values = fit.values
-    return values if fit.estimate is not None else values | {"mass.m": min(values["mass.m"], USUAL)}
+    told = fit.estimate is not None or fit.coordinates.held("mass.m") is not None
+    return values if told else values | {"mass.m": min(values["mass.m"], USUAL)}
 
 
 def _too_quick(fit: Fit, name: str) -> str:

@@ -105,7 +105,8 @@ def window(spacing: float) -> float:
 
 class Search:
     """The way from the loop of force over position to a minimum; whole : the problem, problem : of the parts of the
-    recordings that are searched on; jumps : whether a slip is a jump between two samples, at a usual mass.
+    recordings that are searched on; usual : values by full name that tell a slip of a usual mass, for no start tells
+    it; jumps : whether that is a jump between two samples.
     """
 
     def __init__(self, whole: Problem, problem: Problem, loop: ForcePositionLoop) -> None:
@@ -115,7 +116,8 @@ class Search:
         lower, upper = (np.array(end) for end in zip(*ends, strict=True))
         self.likely = replace(c, lower=np.maximum(c.lower, lower), upper=np.minimum(c.upper, upper))
         self.window = window(problem.spacing)
-        self.jumps = swing_is_over({"spring.K": loop.K, "mass.m": USUAL}, problem.spacing)
+        self.usual = {"spring.K": loop.K, "mass.m": c.held("mass.m") or USUAL}
+        self.jumps = swing_is_over(self.usual, problem.spacing)
         self.h = sub_step({"spring.K": loop.K, "mass.m": LIGHTEST}, problem.spacing)
         self.evaluations = 0
 
