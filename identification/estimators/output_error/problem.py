@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identification.data.experiment import Experiment, Segment
-from identification.estimators.anchors import anchors, held_force
+from identification.estimators.anchors import anchors, deflection_at_rest, held_force
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.least_squares import Normal, weighted
 from identification.parallel import each
@@ -234,9 +234,9 @@ class Problem:
         balances elsewhere swings, and breaks away before its time. values : parameters by full name.
         """
         found, at = resets.copy(), np.flatnonzero(resets[:, 1] == 0.0)
-        force = held_force(values, segment.u[at], resets[at, 0])
-        holds = np.abs(force) < values["lugre.fs"]
-        found[at[holds], self.kernel.states.index("lugre.z")] = force[holds] / values["lugre.sigma0"]
+        held = at[np.abs(held_force(values, segment.u[at], resets[at, 0])) < values["lugre.fs"]]
+        z = self.kernel.states.index("lugre.z")
+        found[held, z] = deflection_at_rest(values, segment.u[held], resets[held, 0])
         return found
 
 

@@ -205,6 +205,8 @@ def test_when_the_data_of_a_valve_stop_it_says_so_and_when_a_task_stops(opened, 
     opened.wait("/The task 'recording' does not run .*No space left/.test(document.body.innerText)")
     shown.tasks.pop()
     opened.wait("!/does not run/.test(document.body.innerText)")
+    assert "No data" not in opened.run(f"return {said};")
+    assert errors(opened) == []
 
 
 WATCHED = """
