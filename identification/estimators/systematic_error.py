@@ -21,9 +21,6 @@ from identification.estimators.noise_aware.damped_search import WholeFit
 from identification.estimators.output_error.replicates import without_noise
 from recordings import Array
 
-STEPS = 4
-"""Steps of a fit to a replicate."""
-
 
 def without_bias(found: Fit, whole: WholeFit) -> Fit:
     """A noise-aware fit of damped order, to whole recordings, less its bias, with `Fit.systematic`, how far it may be
@@ -38,8 +35,8 @@ def without_bias(found: Fit, whole: WholeFit) -> Fit:
 
 
 def order_bias(found: Fit) -> Array | None:
-    """Where a noise-aware fit of damped order goes from its end (m,), in coordinates, on what the model gives in full
-    order there; None where that has no solution.
+    """Where the next step of a noise-aware fit of damped order goes from its end (m,), in coordinates, on what the
+    model gives in full order there; None where that has no solution.
     """
     problem, estimate = found.problem, found.estimate
     assert problem is not None
@@ -50,7 +47,7 @@ def order_bias(found: Fit) -> Array | None:
     coordinates = problem.coordinates.with_priors_at(estimate.theta)  # to a replicate what is known beforehand is right
     work = damped_for(problem.kernel, coordinates, grids(experiments), estimate.theta)
     start = work.start(estimate.theta)
-    return None if start is None else work.followed(start, STEPS).theta - estimate.theta
+    return None if start is None else work.ahead(start) - estimate.theta
 
 
 def _less(found: Fit, bias: Array) -> Fit:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ctypes
 import functools
+import itertools
 import math
 from dataclasses import dataclass
 from importlib import resources
@@ -83,13 +84,14 @@ def run(
         "E": (n, 3), "V": (n, 3), "scored": (n, 2), "variances": (n, 2), "gradient": (m,), "matrix": (m, m),
         "totals": (5,),
     }  # fmt: skip
-    out = _together(for_the_way_back) | {name: np.empty(shape) for name, shape in kept.items()}
+    (long, at), (short, and_at) = _together(for_the_way_back), _together(kept)
+    out = long | short
     numbers = {
         "h_max": h_max, "curvature": noise.curvature, "noise_y": grid.noise_y, "intensity_scale": noise.force,
         "noise_force": float(np.sqrt(noise.force)) * grid.force.noise, "runaway": noise.runaway, "tuning": TUNING,
         "outlier": OUTLIER, "n": n, "honest": honest and noise.curvature > 0.0,
     }  # fmt: skip
-    arguments = GIVEN(**_addresses(given), **numbers), FILLED(**_addresses(out))
+    arguments = GIVEN(**_addresses(given), **numbers), FILLED(**at, **and_at)
     if not library.filter_pass(*(ctypes.byref(argument) for argument in arguments)):
         return None
     loss_y, loss_u, logs, positions, far = out["totals"].tolist()
@@ -99,12 +101,19 @@ def run(
     return Innovations(*measured, out["by"], (out["scored"], out["variances"]), smoother, totals)
 
 
-def _together(shapes: dict[str, tuple[int, ...]]) -> dict[str, Array]:
-    """Arrays in one piece of memory, which the system hands out in large pages: a quarter of a microsecond a node."""
-    ends = np.cumsum([math.prod(shape) for shape in shapes.values()])
-    pieces = np.split(np.empty(ends[-1]), ends[:-1])
-    return {name: piece.reshape(shape) for (name, shape), piece in zip(shapes.items(), pieces, strict=True)}
+def _together(shapes: dict[str, tuple[int, ...]]) -> tuple[dict[str, Array], dict[str, int | None]]:
+    """Arrays in one piece of memory, which the system hands out in large pages, a quarter of a microsecond a node, and
+    their addresses: asked of every array they take as long as the pass of a short grid.
+    """
+    sizes = [math.prod(shape) for shape in shapes.values()]
+    ends = list(itertools.accumulate(sizes))
+    whole = np.empty(ends[-1])
+    first, arrays, addresses = whole.ctypes.data, dict[str, Array](), dict[str, int | None]()
+    for (name, shape), size, end in zip(shapes.items(), sizes, ends, strict=True):
+        arrays[name] = whole[end - size : end].reshape(shape)
+        addresses[name] = first + whole.itemsize * (end - size) if size else None
+    return arrays, addresses
 
 
 def _addresses(arrays: dict[str, Array]) -> dict[str, int | None]:
-    return {name: array.ctypes.data if array.size else None for name, array in arrays.items()}
+    return {name: array.__array_interface__["data"][0] if array.size else None for name, array in arrays.items()}

@@ -108,6 +108,11 @@ class DampedNoiseAware(MendedNoiseAware):
             now = end
         return now
 
+    def ahead(self, now: Estimate) -> Array:
+        """Where one step of Gauss and Newton leads from an estimate (m,)."""
+        solved = gauss_newton(now.normal, now.theta, LONGEST, self.coordinates.bounds)
+        return now.theta if solved is None else now.theta + solved.move
+
     def _way(self, now: Estimate, steps: int) -> Iterator[Estimate]:
         """An estimate, and those after Gauss-Newton's steps along paths that are new at every one of them, whether the
         cost falls or not.

@@ -19,9 +19,9 @@ ROUNDS = 5
 """Times at most that a fit to whole recordings goes on."""
 HIGHER = (1.0, 1.01, 1.05)
 """Factors on static friction with which a descent on whole recordings begins again."""
-ROUGHER, ROUGH_STEPS = 100.0, 2
-"""Factor on the intensity of what drives a rougher force, and steps of a fit with it: ten times are too few where the
-motion itself drives the force, as behind a positioner."""
+ROUGHER = 100.0
+"""Factor on the intensity of what drives a rougher force: ten times are too few where the motion itself drives the
+force, as behind a positioner."""
 WORTH = 30.0
 """Fall of the cost that paths of other slips give: a descent that gains less is the last."""
 MUCH = 0.5
@@ -104,9 +104,11 @@ class WholeFit:
 
     @property
     def to_rougher(self) -> Array:
-        """How far the fit goes (m,), in coordinates, if the force is rougher between samples; 0 where it diverges."""
-        end = with_rougher_force(self.work, self.end)
-        return np.zeros_like(self.end.theta) if end is None else end.theta - self.end.theta
+        """How far the next step goes (m,), in coordinates, if the force is rougher between samples; 0 where the model
+        diverges then.
+        """
+        end = with_rougher_force(self.work, self.end.theta)
+        return np.zeros_like(self.end.theta) if end is None else end - self.end.theta
 
 
 def on_whole_recordings(whole: DampedNoiseAware, chunks_end: Estimate) -> WholeFit | None:
@@ -163,11 +165,11 @@ def _again(found: WholeFit) -> Estimate | None:
     return min(starts, key=lambda start: start.cost, default=None)
 
 
-def with_rougher_force(whole: DampedNoiseAware, found: Estimate) -> Estimate | None:
-    """Where a fit goes along new paths if what drives the force is `ROUGHER` times as strong: there fewer slips decide.
-    None where the model diverges.
+def with_rougher_force(whole: DampedNoiseAware, theta: Array) -> Array | None:
+    """Where a step from the end of a fit leads (m,) if what drives the force is `ROUGHER` times as strong: there fewer
+    slips decide. None where the model diverges.
     """
     grids = [replace(grid, force=replace(grid.force, intensity=ROUGHER * grid.force.intensity)) for grid in whole.grids]
     work = replace(whole, grids=grids)
-    start = work.start(found.theta)  # paths that came to rest under the smooth force stay there
-    return None if start is None else work.followed(start, ROUGH_STEPS)
+    start = work.start(theta)  # paths that came to rest under the smooth force stay there
+    return None if start is None else work.ahead(start)
