@@ -44,9 +44,9 @@ WEAK = 0.3
 COLLINEAR = 0.95
 """Correlation above which two parameters are called nearly collinear, in tables, pages and files alike."""
 WIDER_DAMPED, WIDER_IN_WINDOWS = 1.5, 2.2
-"""Factors on the standard deviations of a noise-aware fit of damped order, whose largest errors are those of a slip at
-another time and not of noise, and of one in windows. Chosen on the development seeds of
-`benchmarks/plant_sampling.py`; the coverage on others is in docs/studies/identification.md. In full order none is
+"""Factors on the standard deviations of a noise-aware fit to samples that do not show the course of a slip, whose
+largest errors are those of a slip at another time and not of noise, and of a fit in windows. Chosen on the development
+seeds of `benchmarks/plant_sampling.py`; the coverage on others is in docs/studies/identification.md. Elsewhere none is
 needed."""
 BENDS = 2.0
 """Standard deviations of the position's noise by which a bristle has to bend before it breaks away, for its stiffness
@@ -114,7 +114,7 @@ def uncertainty_of(fit: Fit) -> Uncertainty:
     names = fit.coordinates.free_names
     spread = np.sqrt(np.maximum(np.diag(classic), np.diag(robust)))[:n]
     slow = fit.kernel.causality == "force" and fit.order == "full" and fit.problem.spacing > SLOW
-    if fit.estimate is not None and fit.order == "damped":
+    if fit.estimate is not None and fit.order == "damped" and not slip_is_seen(fit.values, fit.problem.spacing):
         spread = spread * WIDER_DAMPED
     if slow:
         spread = spread * (SLOW_FACTOR_EXACT if fit.estimate is None else SLOW_FACTOR)

@@ -160,7 +160,8 @@ class DampedNoiseAware(MendedNoiseAware):
             return new
         new = lean(new)  # its matrices take as much again as those of the estimate that follows
         paths = [np.where(some[:, None], *pair) for some, *pair in zip(nodes, moved, new.paths, strict=True)]
-        return self.along(new.theta, paths, 1)
+        mixed = self.along(new.theta, paths, 1)
+        return mixed if mixed is not None and mixed.cost < new.cost else self.along(new.theta, new.paths, 0)
 
     def _best_new(self, theta: Array, known: Sequence[Sequence[Array]] = ()) -> list[Array] | None:
         """The best of new paths, and of known ones, that have not come to rest."""
@@ -202,6 +203,11 @@ class DampedNoiseAware(MendedNoiseAware):
             if now.settled or now.loss > most or converged(now, resolved=False):
                 break
         return lean(now)
+
+    def rested(self, now: Estimate, steps: int) -> Estimate | None:
+        """An estimate after so many further steps of its paths, where they lower the cost: they may lose a slip."""
+        end = super().rested(now, steps)
+        return now if end is None or end.cost > now.cost else end
 
     def relaxed(
         self, i: int, p: Array, path: Array, line: Innovations, steps: int

@@ -27,6 +27,8 @@ WORTH = 30.0
 MUCH = 0.5
 """Share of the loss above 1 that a descent leaves, from which on the next one is not worth its time: what a model
 lacks no descent finds."""
+TOO_LONG = 1.5
+"""Times that a sub-step may be longer than the end of the fit asks for: the error of a step grows with its square."""
 SAME = 1e-2
 """Distance of two starts, in coordinates, below which they are one."""
 NEAR = 2.0
@@ -121,6 +123,10 @@ def on_whole_recordings(whole: DampedNoiseAware, chunks_end: Estimate) -> WholeF
     if start is None:
         return None
     end = _followed(whole, start) if chunks_end.loss < UNEXPLAINED else _end(whole, start)
+    finer = None if end is None else whole.resolving(end.theta)
+    if end is not None and finer is not None and finer.freedom.h_max < whole.freedom.h_max / TOO_LONG:
+        whole, start = finer, finer.start(end.theta)
+        end = None if start is None else _followed(whole, start)
     if end is None:
         return None
     found = WholeFit(whole, end)
@@ -142,8 +148,10 @@ def on_whole_recordings(whole: DampedNoiseAware, chunks_end: Estimate) -> WholeF
 
 
 def _followed(whole: DampedNoiseAware, start: Estimate) -> Estimate:
-    """Where steps along new paths lead on whole recordings."""
-    return whole.mended(whole.followed(start))
+    """Where steps along new paths lead on whole recordings, along the last paths or new ones."""
+    end = whole.mended(whole.followed(start))
+    new = None if converged(end) else whole.start(end.theta)
+    return replace(new, settled=end.settled) if new is not None and new.cost < end.cost else end
 
 
 def _end(whole: DampedNoiseAware, start: Estimate | None) -> Estimate | None:
