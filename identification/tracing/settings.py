@@ -100,6 +100,6 @@ CLEAR_GAIN_UNRESOLVED: Final = 2000.0
 """The same where the sampling does not resolve a swing on the bristles: models end beside their best by up to 1000.
 Tuned."""
 REPLICATES: Final = 3
-"""Replicates of the recordings that say what a complete model leaves in damped order."""
+"""Replicates of the recordings at most that say what a complete model leaves in damped order; fewer where one does."""
 NULL_REPLICATES: Final = 6
 """Null replicates at most; fewer where they decide earlier."""
