@@ -12,16 +12,18 @@ from identification.tracing.classes import ranked
 from identification.tracing.judge import NO_TIME, Candidate, judge, not_fitted, not_refitted
 from identification.tracing.models.comparison import is_white
 from identification.tracing.models.model import Model
+from identification.tracing.models.promise import PROMISE_FACTOR
 from identification.tracing.refine import CandidateFit, gain_of, worth_refitting
 from identification.tracing.screen import Score, screen
 from identification.tracing.shortlist import shortlisted_fits
 from recordings import Progress, silent
+from simulator import BASE
 
 
 def candidates_of_round(model: Model, budget: Budget, progress: Progress = silent) -> tuple[Candidate, ...]:
     """All candidates beside a model, best first; at most the first is accepted."""
     scores, fits, judged = screen(model, progress), list[CandidateFit](), dict[str, Candidate]()
-    for some, rest in shortlisted_fits(model, scores, budget, progress):
+    for some, rest in shortlisted_fits(model, _worth_a_fit(model, scores), budget, progress):
         fits = sorted([*fits, *some], key=lambda fit: -fit.gain if fit.chunk_fits else np.inf)
         judged |= _judged(model, fits, judged, budget, progress)
         if any(_is_enough(c, rest) for c in judged.values()) or in_wrong_order(judged.values()):
@@ -35,6 +37,15 @@ def candidates_of_round(model: Model, budget: Budget, progress: Progress = silen
     others = [not_fitted(s) for s in scores if all(fit.score is not s for fit in fits)]
     found = (*ranked(known, model.data.catalogue), *others)
     return tuple(replace(c, why=NO_TIME) if _is_late(c, budget) else c for c in found)
+
+
+def _worth_a_fit(model: Model, scores: list[Score]) -> list[Score]:
+    """The scores that are worth a fit: beside effects that leave nothing only what may gain so much that it is beyond
+    doubt, for they never have quite the form of what is there, and others that fit the rest gain hundreds.
+    """
+    if model.data.imposed or set(model.effects) <= set(BASE) or not is_white(model):
+        return scores
+    return [s for s in scores if PROMISE_FACTOR * s.gain > model.clear_gain]
 
 
 def _judged(

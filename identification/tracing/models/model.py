@@ -92,6 +92,12 @@ class Model:
             return False
         return resolved_by_nodes(self.values, self.data.spacing)
 
+    @property
+    def clear_gain(self) -> float:
+        """The gain over it that is beyond doubt, for recordings of such sampling."""
+        resolved = resolved_by_nodes(self.values, self.data.spacing)
+        return settings.CLEAR_GAIN if resolved else settings.CLEAR_GAIN_UNRESOLVED
+
     @functools.cached_property
     def cost_at_rest(self) -> float:
         """The cost after as many steps of the paths as trials of other models take."""

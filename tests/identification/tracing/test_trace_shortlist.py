@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import pytest
@@ -11,6 +12,7 @@ from identification.budget import Budget
 from identification.tracing import candidates
 from identification.tracing.judge import Candidate
 from identification.tracing.models.base import base_model
+from identification.tracing.models.comparison import is_white
 from identification.tracing.models.model import Model
 from identification.tracing.refine import CandidateFit, gain_of, refit_on_base_paths, refitted
 from identification.tracing.screen import Score, screen
@@ -56,6 +58,23 @@ def test_what_leaves_nothing_on_the_base_models_paths_is_not_refitted_on_others(
         less, more = (CandidateFit(spring, (whole,), factor * promised, near) for factor in (0.9, 1.1))
         assert (refitted(base, less) is near) == enough
         assert gain_of(base, refitted(base, more)) >= gain_of(base, near)
+
+
+@pytest.mark.parametrize(("share", "kept"), [(0.2, False), (0.3, True)])
+def test_beside_effects_that_leave_nothing_only_what_may_be_beyond_doubt_is_fitted(monkeypatch, share, kept):
+    selection, asked = traced("hardening_spring", k3=3e5).selection, list[list[Score]]()
+    assert is_white(selection.final)
+
+    def shortlisted(_model: Model, scores: list[Score], *_: object) -> Iterator[tuple[list[CandidateFit], list[Score]]]:
+        asked.append(scores)
+        yield [], []
+
+    score = Score("backlash", share * selection.final.clear_gain, {})
+    monkeypatch.setattr(candidates, "screen", lambda *_: [score])
+    monkeypatch.setattr(candidates, "shortlisted_fits", shortlisted)
+    for model in (selection.base, selection.final):
+        candidates.candidates_of_round(model, Budget())
+    assert asked == [[score], [score] if kept else []]
 
 
 @pytest.mark.parametrize("accepted", [True, False])
