@@ -52,7 +52,8 @@ def _judged(
     model: Model, fits: Sequence[CandidateFit], known: Mapping[str, Candidate], budget: Budget, progress: Progress
 ) -> dict[str, Candidate]:
     """Those of some fits judged that are worth a refit beside each other and not known yet."""
-    chosen = [fit for effect, fit in worth_refitting(model, fits).items() if effect not in known]
+    complete = any(_is_complete(c) for c in known.values())
+    chosen = [fit for effect, fit in worth_refitting(model, fits, complete=complete).items() if effect not in known]
     shown = budget.within(chosen, "refits and hold-out", progress, lambda fit: fit.effect)
     return {fit.effect: judge(model, fit) for fit in shown}
 
@@ -81,7 +82,12 @@ def _is_enough(c: Candidate, rest: Sequence[Score]) -> bool:
     """Whether the rest need not be fitted beside a candidate: it is accepted and leaves nothing. What the base model
     imitates imitates each other, too, so one of those is not enough while others are among the rest.
     """
-    if not c.accepted or c.refit is None or not is_white(c.refit):
+    if c.refit is None or not _is_complete(c):
         return False
     catalogue = c.refit.data.catalogue
     return not (catalogue[c.effect].imitated and any(catalogue[s.effect].imitated for s in rest))
+
+
+def _is_complete(c: Candidate) -> bool:
+    """Whether a candidate is accepted and leaves nothing."""
+    return c.accepted and c.refit is not None and is_white(c.refit)

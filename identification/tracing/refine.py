@@ -103,11 +103,14 @@ def _refitted_from(start: Model | None, hopeless: Callable[[Estimate], bool]) ->
     return None if end is None else replace(start, estimate=lean(end))
 
 
-def worth_refitting(base: Model, fits: Sequence[CandidateFit]) -> dict[str, CandidateFit]:
+def worth_refitting(base: Model, fits: Sequence[CandidateFit], *, complete: bool = False) -> dict[str, CandidateFit]:
     """Of fits to chunks, best first, those worth a refit to the whole recordings, by effect: not far behind the best,
     and likely to gain enough there. Likewise those whose refit on the base model's paths gains enough by itself.
+
+    complete : whether one of them is accepted and leaves nothing, beside which only what explains as much counts.
     """
-    share, count = _share(base), settings.CANDIDATES if base.data.imposed else settings.CANDIDATES // 2
+    share = settings.EXPLAINED if complete else _share(base)
+    count = settings.CANDIDATES if base.data.imposed else settings.CANDIDATES // 2
     on_chunks = [fit for fit in fits if fit.chunk_fits][:count]
     least = max(share * on_chunks[0].gain, _least_on_chunks(base)) if on_chunks else 0.0
     best = max((gain_of(base, fit.base_path_refit) for fit in fits), default=0.0)

@@ -80,7 +80,8 @@ COMPLETE_LOSS: Final = 1.05
 MAX_EFFECTS: Final = 3
 """Effects that are added at most: several imitate anything."""
 EXPLAINED: Final = 0.8
-"""Share of the excess loss on the held-out recordings that effects explain at least for one to be named. Tuned."""
+"""Share of the excess loss on the held-out recordings that effects explain at least for one to be named; likewise of
+the gain on chunks of an effect that leaves nothing, for another to be refitted beside it. Tuned."""
 EXPLAINED_FITTED: Final = 0.5
 """The same on the fitted recordings. Tuned."""
 EXPLAINED_IMPOSED: Final = 0.25
