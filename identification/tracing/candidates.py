@@ -12,16 +12,18 @@ from identification.tracing.classes import ranked
 from identification.tracing.judge import NO_TIME, Candidate, judge, not_fitted, not_refitted
 from identification.tracing.models.comparison import is_white
 from identification.tracing.models.model import Model
+from identification.tracing.models.promise import PROMISE_FACTOR
 from identification.tracing.refine import CandidateFit, gain_of, worth_refitting
 from identification.tracing.screen import Score, screen
 from identification.tracing.shortlist import shortlisted_fits
 from recordings import Progress, silent
+from simulator import BASE
 
 
 def candidates_of_round(model: Model, budget: Budget, progress: Progress = silent) -> tuple[Candidate, ...]:
     """All candidates beside a model, best first; at most the first is accepted."""
     scores, fits, judged = screen(model, progress), list[CandidateFit](), dict[str, Candidate]()
-    for some, rest in shortlisted_fits(model, scores, budget, progress):
+    for some, rest in shortlisted_fits(model, _worth_a_fit(model, scores), budget, progress):
         fits = sorted([*fits, *some], key=lambda fit: -fit.gain if fit.chunk_fits else np.inf)
         judged |= _judged(model, fits, judged, budget, progress)
         if any(_is_enough(c, rest) for c in judged.values()) or in_wrong_order(judged.values()):
@@ -37,11 +39,21 @@ def candidates_of_round(model: Model, budget: Budget, progress: Progress = silen
     return tuple(replace(c, why=NO_TIME) if _is_late(c, budget) else c for c in found)
 
 
+def _worth_a_fit(model: Model, scores: list[Score]) -> list[Score]:
+    """The scores that are worth a fit: beside effects that leave nothing only what may gain so much that it is beyond
+    doubt, for they never have quite the form of what is there, and others that fit the rest gain hundreds.
+    """
+    if model.data.imposed or set(model.effects) <= set(BASE) or not is_white(model):
+        return scores
+    return [s for s in scores if PROMISE_FACTOR * s.gain > model.clear_gain]
+
+
 def _judged(
     model: Model, fits: Sequence[CandidateFit], known: Mapping[str, Candidate], budget: Budget, progress: Progress
 ) -> dict[str, Candidate]:
     """Those of some fits judged that are worth a refit beside each other and not known yet."""
-    chosen = [fit for effect, fit in worth_refitting(model, fits).items() if effect not in known]
+    complete = any(_is_complete(c) for c in known.values())
+    chosen = [fit for effect, fit in worth_refitting(model, fits, complete=complete).items() if effect not in known]
     shown = budget.within(chosen, "refits and hold-out", progress, lambda fit: fit.effect)
     return {fit.effect: judge(model, fit) for fit in shown}
 
@@ -70,7 +82,12 @@ def _is_enough(c: Candidate, rest: Sequence[Score]) -> bool:
     """Whether the rest need not be fitted beside a candidate: it is accepted and leaves nothing. What the base model
     imitates imitates each other, too, so one of those is not enough while others are among the rest.
     """
-    if not c.accepted or c.refit is None or not is_white(c.refit):
+    if c.refit is None or not _is_complete(c):
         return False
     catalogue = c.refit.data.catalogue
     return not (catalogue[c.effect].imitated and any(catalogue[s.effect].imitated for s in rest))
+
+
+def _is_complete(c: Candidate) -> bool:
+    """Whether a candidate is accepted and leaves nothing."""
+    return c.accepted and c.refit is not None and is_white(c.refit)

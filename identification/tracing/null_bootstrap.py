@@ -17,7 +17,6 @@ from dataclasses import replace
 import numpy as np
 
 from identification.budget import Budget
-from identification.estimators.noise_aware.resolution import resolved_by_nodes
 from identification.tracing import settings
 from identification.tracing.models.base import polished
 from identification.tracing.models.comparison import is_white
@@ -45,7 +44,7 @@ def null_probability(
     """
     if model.data.imposed:
         return None
-    if not doubtful and model.cost - refit.cost > _clear_gain(model):
+    if not doubtful and model.cost - refit.cost > model.clear_gain:
         return None
     gain, values = net_gain(model, refit, effect), {n: refit.values[n] for n in refit.values if n not in model.values}
     rng, gains = np.random.default_rng(REPLICATE_SEED), list[float]()
@@ -87,12 +86,6 @@ def net_gain(model: Model, refit: Model, effect: str) -> float:
     """What a refit gains by its effect: over the model without it, and over what the refit becomes without it."""
     without = refit.without(effect, model.cost)
     return min(m.cost for m in (model, without) if m is not None) - refit.cost
-
-
-def _clear_gain(model: Model) -> float:
-    """The gain that is beyond doubt for recordings of such sampling."""
-    resolved = resolved_by_nodes(model.values, model.data.spacing)
-    return settings.CLEAR_GAIN if resolved else settings.CLEAR_GAIN_UNRESOLVED
 
 
 def _gain_of_replicate(

@@ -5,7 +5,7 @@ Here and below "base model" is the model of the round, which has the effects tha
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from identification.estimators.estimate import Estimate, lean
@@ -66,22 +66,22 @@ def refit_on_base_paths(base: Model, score: Score, best_gain: float = 0.0) -> Mo
     `best_gain`. New paths of a complete model cost hundreds more or less, in which what a weak effect gains is lost.
 
     Where it can it starts from nothing: at the strength that the score promises, paths may already lead elsewhere. If
-    that does not come to what the score says, it starts there, too.
+    that does not come to what the score says, it starts there, too. What promises nothing from nothing is not begun.
     """
-    known = strengths(base.data, score.effect)
+    known, hopeless = strengths(base.data, score.effect), _hopeless(base, best_gain)
     neutral = {n: p.neutral for n, p in known.items() if p.neutral is not None and p.lower < p.neutral}
-    first = _on_base_paths(base, score.effect, {**score.values, **neutral}, best_gain)
+    start = base.with_effect(score.effect, {**score.values, **neutral}, steps=settings.PATH_STEPS)
+    if start is not None and len(neutral) == len(known) and hopeless(start.estimate):
+        return start
+    first = _refitted_from(start, hopeless)
     if not neutral or gain_of(base, first) > score.gain:
         return first
-    second = _on_base_paths(base, score.effect, score.values, best_gain)
+    second = _refitted_from(base.with_effect(score.effect, score.values, steps=settings.PATH_STEPS), hopeless)
     return first if gain_of(base, first) > gain_of(base, second) else second
 
 
-def _on_base_paths(base: Model, effect: str, values: Mapping[str, float], best_gain: float) -> Model | None:
-    """A refit on the base model's paths from some values; None where they have no solution."""
-    found = base.with_effect(effect, values, steps=settings.PATH_STEPS)
-    if found is None:
-        return None
+def _hopeless(base: Model, best_gain: float) -> Callable[[Estimate], bool]:
+    """Whether an estimate of a candidate will come to nothing beside another that gains `best_gain`."""
 
     def hopeless(now: Estimate) -> bool:
         promise, gain = newton_step(now.normal)[1], base.cost - now.cost
@@ -91,16 +91,26 @@ def _on_base_paths(base: Model, effect: str, values: Mapping[str, float], best_g
             or not may_reach(now, base.cost - settings.GAIN_SHARE * best_gain)
         )
 
-    work = found.data.estimator(found.effects, worth=settings.CHANCE_GAIN)
-    end = work.refit(found.estimate.theta, found.estimate.paths, settings.STEPS, hopeless)
-    return None if end is None else replace(found, estimate=lean(end))
+    return hopeless
 
 
-def worth_refitting(base: Model, fits: Sequence[CandidateFit]) -> dict[str, CandidateFit]:
+def _refitted_from(start: Model | None, hopeless: Callable[[Estimate], bool]) -> Model | None:
+    """A refit from a start on the base model's paths; None where they have no solution."""
+    if start is None:
+        return None
+    work = start.data.estimator(start.effects, worth=settings.CHANCE_GAIN)
+    end = work.refit(start.estimate.theta, start.estimate.paths, settings.STEPS, hopeless)
+    return None if end is None else replace(start, estimate=lean(end))
+
+
+def worth_refitting(base: Model, fits: Sequence[CandidateFit], *, complete: bool = False) -> dict[str, CandidateFit]:
     """Of fits to chunks, best first, those worth a refit to the whole recordings, by effect: not far behind the best,
     and likely to gain enough there. Likewise those whose refit on the base model's paths gains enough by itself.
+
+    complete : whether one of them is accepted and leaves nothing, beside which only what explains as much counts.
     """
-    share, count = _share(base), settings.CANDIDATES if base.data.imposed else settings.CANDIDATES // 2
+    share = settings.EXPLAINED if complete else _share(base)
+    count = settings.CANDIDATES if base.data.imposed else settings.CANDIDATES // 2
     on_chunks = [fit for fit in fits if fit.chunk_fits][:count]
     least = max(share * on_chunks[0].gain, _least_on_chunks(base)) if on_chunks else 0.0
     best = max((gain_of(base, fit.base_path_refit) for fit in fits), default=0.0)

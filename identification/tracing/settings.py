@@ -80,7 +80,8 @@ COMPLETE_LOSS: Final = 1.05
 MAX_EFFECTS: Final = 3
 """Effects that are added at most: several imitate anything."""
 EXPLAINED: Final = 0.8
-"""Share of the excess loss on the held-out recordings that effects explain at least for one to be named. Tuned."""
+"""Share of the excess loss on the held-out recordings that effects explain at least for one to be named; likewise of
+the gain on chunks of an effect that leaves nothing, for another to be refitted beside it. Tuned."""
 EXPLAINED_FITTED: Final = 0.5
 """The same on the fitted recordings. Tuned."""
 EXPLAINED_IMPOSED: Final = 0.25
@@ -100,6 +101,6 @@ CLEAR_GAIN_UNRESOLVED: Final = 2000.0
 """The same where the sampling does not resolve a swing on the bristles: models end beside their best by up to 1000.
 Tuned."""
 REPLICATES: Final = 3
-"""Replicates of the recordings that say what a complete model leaves in damped order."""
+"""Replicates of the recordings at most that say what a complete model leaves in damped order; fewer where one does."""
 NULL_REPLICATES: Final = 6
 """Null replicates at most; fewer where they decide earlier."""

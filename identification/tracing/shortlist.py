@@ -9,6 +9,7 @@ from identification.budget import Budget
 from identification.tracing import settings
 from identification.tracing.models.comparison import fitted_whiteness, is_white
 from identification.tracing.models.model import Model
+from identification.tracing.models.promise import PROMISE_FACTOR
 from identification.tracing.models.search import best_model_on_chunks
 from identification.tracing.refine import CandidateFit, fit_on_chunks, gain_of, refit_on_base_paths
 from identification.tracing.screen import Score
@@ -30,15 +31,16 @@ def shortlisted_fits(
     groups = _shortlist(base, scores, refits, complete)
     base_on_chunks = best_model_on_chunks(base) if any(groups) else None
     usual = scores[: settings.CANDIDATES]
-    fits, best_gain = [CandidateFit(s, (), s.gain) for s in few if all(s not in group for group in groups)], 0.0
+    known = [s for s in few if s.effect in refits and all(s not in group for group in groups)]
+    fits, best_gain = [CandidateFit(s, (), s.gain) for s in known], 0.0
     for i, group in enumerate(groups):
         for s in budget.within(group, "fits to chunks", progress, _effect):
             from_here = s in usual or is_imitated(base, s)
             fits.append(fit_on_chunks(base, base_on_chunks, s, from_here, best_gain))
             best_gain = max(best_gain, fits[-1].gain if fits[-1].chunk_fits else 0.0)
         late = [CandidateFit(s, (), s.gain) for s in group if all(fit.score is not s for fit in fits)]
-        known = [replace(fit, base_path_refit=refits.get(fit.effect)) for fit in (*fits, *late)]
-        yield known, [s for later in groups[i + 1 :] for s in later]
+        so_far = [replace(fit, base_path_refit=refits.get(fit.effect)) for fit in (*fits, *late)]
+        yield so_far, [s for later in groups[i + 1 :] for s in later]
         fits = []
 
 
@@ -62,6 +64,8 @@ def _refits_on_base_paths(
     refits, complete = dict[str, Model | None](), None
     for s in budget.within(few, "refits on the base model's paths", progress, _effect):
         best_gain = max((gain_of(base, one) for one in refits.values()), default=0.0)
+        if PROMISE_FACTOR * s.gain < settings.GAIN_SHARE * best_gain:
+            break
         refits[s.effect] = refit = refit_on_base_paths(base, s, best_gain)
         if refit is None or gain_of(base, refit) < max(settings.CLEAR_GAIN, best_gain):
             continue

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,8 +22,8 @@ LOSS_SPREAD = 1.264
 """Standard deviation of Cauchy's loss of one unit normal innovation, in means of it."""
 SQUARE_SPREAD = 2.0**0.5
 """The same of its square."""
-OnReplicates = Sequence[tuple[Estimate, tuple[Grid, ...]]]
-"""Estimates of a model on replicates, which lack nothing, and their grids."""
+OnReplicates = Iterable[tuple[Estimate, tuple[Grid, ...]]]
+"""Estimates of a model on replicates, which lack nothing, and their grids, as they are asked for."""
 
 
 @dataclass(frozen=True)
@@ -88,19 +88,27 @@ def whiteness_beside(estimate: Estimate, grids: tuple[Grid, ...], replicates: On
     than noise of a complete model, too, most of it in a few places. So the loss over blocks of time is compared with
     that of the same blocks of replicates, which lack nothing (paired t test). Without any, nothing is white, and nor is
     what leaves more innovations far off than they do, or than a fit that has converged may.
+
+    Each replicate takes seconds, so one comes after the other, until the model leaves no more than they do, or is
+    rejected: after each of them at an equal share of the level, so that the level holds for all together.
     """
+    found, known = Whiteness(False, 0.0, estimate.loss, estimate.outliers), list[Estimate]()
     counted = _summed(grids, [np.isfinite(line.scored[1][:, 0]) for line in estimate.linearised])
-    left = [_position_loss(one, some) for one, some in replicates]
-    if not left:
-        return Whiteness(False, 0.0, estimate.loss, estimate.outliers)
-    allowed = np.mean(left, axis=0) + (settings.COMPLETE_LOSS - 1) * counted
-    excess = _position_loss(estimate, grids) - allowed
-    p_value = float(ttest_1samp(excess, 0.0, alternative="greater").pvalue)
-    far = max(ROUGH_OUTLIERS, float(np.mean([one.outliers for one, _ in replicates])))
-    if estimate.outliers > but_for_chance(far, estimate.samples):
-        p_value = min(p_value, float(norm.sf(OUTLIER)))
-    complete = float(allowed.sum() / counted.sum())
-    return Whiteness(p_value > settings.STRICT_LEVEL, p_value, estimate.loss, estimate.outliers, complete)
+    left, own = list[Array](), _position_loss(estimate, grids)
+    for one, some in replicates:
+        known.append(one)
+        left.append(_position_loss(one, some))
+        allowed = np.mean(left, axis=0) + (settings.COMPLETE_LOSS - 1) * counted
+        p_value = float(ttest_1samp(own - allowed, 0.0, alternative="greater").pvalue)
+        far = max(ROUGH_OUTLIERS, float(np.mean([one.outliers for one in known])))
+        if estimate.outliers > but_for_chance(far, estimate.samples):
+            p_value = min(p_value, float(norm.sf(OUTLIER)))
+        p_value, complete = min(1.0, settings.REPLICATES * p_value), float(allowed.sum() / counted.sum())
+        white = p_value > settings.STRICT_LEVEL
+        found = Whiteness(white, p_value, estimate.loss, estimate.outliers, complete)
+        if not white or found.excess <= 0:
+            break
+    return found
 
 
 def _position_loss(estimate: Estimate, grids: tuple[Grid, ...]) -> Array:
@@ -141,11 +149,7 @@ def imposed_whiteness(estimate: Estimate, grids: tuple[Grid, ...]) -> Whiteness:
 
 def fitted_whiteness(model: Model) -> Whiteness:
     """The test on the fitted grids."""
-
-    def beside() -> OnReplicates:
-        return [(one.estimate, one.data.fitted) for one in model.on_replicates]
-
-    return _whiteness_of(model, model.estimate, model.data.fitted, beside)
+    return _whiteness_of(model, model.estimate, model.data.fitted, model.on_replicates(held_out=False))
 
 
 def held_out_whiteness(model: Model) -> Whiteness:
@@ -160,25 +164,21 @@ def _held_out_whiteness(model: Model, estimate: Estimate | None) -> Whiteness:
     """The test of an estimate of a model on the held-out grids; failed where there is none."""
     if estimate is None:
         return Whiteness(False, 0.0, float("inf"), 1.0)
-
-    def beside() -> OnReplicates:
-        return [(one.held_out, one.data.held_out) for one in model.on_replicates if one.held_out is not None]
-
-    return _whiteness_of(model, estimate, model.data.held_out, beside)
+    return _whiteness_of(model, estimate, model.data.held_out, model.on_replicates(held_out=True))
 
 
 def _whiteness_of(
-    model: Model, estimate: Estimate, grids: tuple[Grid, ...], beside: Callable[[], OnReplicates]
+    model: Model, estimate: Estimate, grids: tuple[Grid, ...], replicates: OnReplicates
 ) -> Whiteness:  # fmt: skip
-    """The test of an estimate of a model that suits its data. beside : the model on replicates, which takes seconds: a
-    complete model does not leave less on them than noise, so an estimate that does not leave more than that passes.
+    """The test of an estimate of a model that suits its data. replicates : the model on them, each of which takes
+    seconds: a complete model does not leave less there than noise, so what does not leave more than that passes.
     """
     if model.data.imposed:
         return imposed_whiteness(estimate, grids)
     plain = whiteness(estimate)
     if model.data.damped is None or (plain.white and estimate.loss <= 1.0):
         return plain
-    return whiteness_beside(estimate, grids, beside())
+    return whiteness_beside(estimate, grids, replicates)
 
 
 def is_white(model: Model) -> bool:

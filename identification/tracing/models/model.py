@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -92,6 +92,12 @@ class Model:
             return False
         return resolved_by_nodes(self.values, self.data.spacing)
 
+    @property
+    def clear_gain(self) -> float:
+        """The gain over it that is beyond doubt, for recordings of such sampling."""
+        resolved = resolved_by_nodes(self.values, self.data.spacing)
+        return settings.CLEAR_GAIN if resolved else settings.CLEAR_GAIN_UNRESOLVED
+
     @functools.cached_property
     def cost_at_rest(self) -> float:
         """The cost after as many steps of the paths as trials of other models take."""
@@ -124,18 +130,30 @@ class Model:
         strain = work.coordinates.told(end.theta).cost / end.samples / UNIT_LOSS
         return min(self.held_out, lean(replace(end, loss=end.loss + strain)), key=lambda one: one.loss)
 
-    @functools.cached_property
-    def on_replicates(self) -> tuple[Model, ...]:
-        """The same parameters on recordings that they could have given, as often as that has a solution."""
-        rng = np.random.default_rng(REPLICATE_SEED)
-        data = [replicate_of(self, rng) for _ in range(settings.REPLICATES)]
-        found = (self.on_other(some) for some in data)
-        return tuple(model for model in found if model is not None)
+    def on_replicates(self, *, held_out: bool) -> Iterator[tuple[Estimate, tuple[Grid, ...]]]:
+        """The same parameters on recordings that they could have given, fitted or held out, with their grids: one after
+        the other, for each takes seconds, and the first may say enough. Those without a solution are left out.
+        """
+        for number in range(settings.REPLICATES):
+            key = number, held_out
+            if key not in self._known_replicates:
+                self._known_replicates[key] = self._on_replicate(*key)
+            estimate, grids = self._known_replicates[key]
+            if estimate is not None:
+                yield estimate, grids
 
-    def on_other(self, data: TrialData) -> Model | None:
-        """The same parameters on other data: the paths alone. None without a solution."""
+    @functools.cached_property
+    def _known_replicates(self) -> dict[tuple[int, bool], tuple[Estimate | None, tuple[Grid, ...]]]:
+        """What is known of the model on replicates, by their numbers and whether they were held out."""
+        return {}
+
+    def _on_replicate(self, number: int, held_out: bool) -> tuple[Estimate | None, tuple[Grid, ...]]:
+        """The paths alone on a replicate, as on the recordings: its held-out or its fitted grids."""
+        data = replicate_of(self, np.random.default_rng([REPLICATE_SEED, number]))
+        if held_out:
+            return replace(self, data=data).held_out, data.held_out
         end = data.estimator(self.effects, judging=True).start(self.estimate.theta, settings.STEPS)
-        return None if end is None else Model(self.effects, data, lean(end))
+        return None if end is None else lean(end), data.fitted
 
     def on_held_out(self) -> Model:
         """The same model with the held-out grids as the fitted ones, where it has a solution on them."""

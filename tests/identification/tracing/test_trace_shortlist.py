@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import pytest
 from traced_valves import screened, traced
 
 from identification.budget import Budget
+from identification.estimators.noise_aware.damped import DampedNoiseAware
+from identification.estimators.noise_aware.estimator import NoiseAware
 from identification.tracing import candidates
 from identification.tracing.judge import Candidate
 from identification.tracing.models.base import base_model
+from identification.tracing.models.comparison import is_white
 from identification.tracing.models.model import Model
 from identification.tracing.refine import CandidateFit, gain_of, refit_on_base_paths, refitted
 from identification.tracing.screen import Score, screen
-from identification.tracing.settings import GAIN_SHARE
+from identification.tracing.settings import GAIN_SHARE, MIN_GAIN
 from identification.tracing.shortlist import is_imitated, shortlisted_fits
 
 
@@ -56,6 +60,39 @@ def test_what_leaves_nothing_on_the_base_models_paths_is_not_refitted_on_others(
         less, more = (CandidateFit(spring, (whole,), factor * promised, near) for factor in (0.9, 1.1))
         assert (refitted(base, less) is near) == enough
         assert gain_of(base, refitted(base, more)) >= gain_of(base, near)
+
+
+def test_what_promises_nothing_is_not_begun_on_the_base_models_paths(monkeypatch):
+    base = traced("hardening_spring", k3=3e5).selection.base
+    spring = next(s for s in screened("hardening_spring", k3=3e5) if s.effect == "hardening_spring")
+    begun = list[float]()
+
+    def refit(work: NoiseAware, *_: object) -> None:
+        begun.append(work.worth)
+
+    for order in (NoiseAware, DampedNoiseAware):
+        monkeypatch.setattr(order, "refit", refit)
+    assert abs(gain_of(base, refit_on_base_paths(base, spring, best_gain=1e9))) < MIN_GAIN / 2
+    assert not begun
+    refit_on_base_paths(base, spring)
+    assert begun
+
+
+@pytest.mark.parametrize(("share", "kept"), [(0.2, False), (0.3, True)])
+def test_beside_effects_that_leave_nothing_only_what_may_be_beyond_doubt_is_fitted(monkeypatch, share, kept):
+    selection, asked = traced("hardening_spring", k3=3e5).selection, list[list[Score]]()
+    assert is_white(selection.final)
+
+    def shortlisted(_model: Model, scores: list[Score], *_: object) -> Iterator[tuple[list[CandidateFit], list[Score]]]:
+        asked.append(scores)
+        yield [], []
+
+    score = Score("backlash", share * selection.final.clear_gain, {})
+    monkeypatch.setattr(candidates, "screen", lambda *_: [score])
+    monkeypatch.setattr(candidates, "shortlisted_fits", shortlisted)
+    for model in (selection.base, selection.final):
+        candidates.candidates_of_round(model, Budget())
+    assert asked == [[score], [score] if kept else []]
 
 
 @pytest.mark.parametrize("accepted", [True, False])

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
+import pytest
 from stiff_models import model_of
 from stiff_valves import STIFF
 
+from identification.data.grid import Grid
+from identification.estimators.estimate import Estimate
 from identification.tracing import settings
 from identification.tracing.models.comparison import fitted_whiteness, held_out_whiteness, is_white, whiteness_beside
 
@@ -26,3 +31,17 @@ def test_a_model_of_other_friction_is_not():
 def test_nothing_is_complete_beside_which_no_replicate_has_a_solution():
     model = model_of(STIFF)
     assert not whiteness_beside(model.estimate, model.data.fitted, []).white
+
+
+@pytest.mark.parametrize("factor", [1.0, 1.15])
+def test_replicates_are_only_made_until_one_says_enough(factor):
+    model = model_of(STIFF | {name: factor * STIFF[name] for name in ("lugre.fc", "lugre.fs")})
+    made = list[Estimate]()
+
+    def replicates() -> Iterator[tuple[Estimate, tuple[Grid, ...]]]:
+        for one in model.on_replicates(held_out=False):
+            made.append(one[0])
+            yield one
+
+    assert whiteness_beside(model.estimate, model.data.fitted, replicates()).white == (factor == 1.0)
+    assert len(made) == 1
