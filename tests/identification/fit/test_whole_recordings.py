@@ -62,6 +62,22 @@ def test_a_model_that_lacks_much_is_descended(monkeypatch):
     assert not calls
 
 
+def test_a_fit_goes_on_in_sub_steps_that_the_mass_of_its_end_asks_for():
+    work, theta = valve()
+    coarse = work.with_freedom(replace(work.freedom, h_max=2.0 * work.freedom.h_max))
+    found = on_whole_recordings(coarse, coarse.start(theta))
+    assert 0.8 < found.work.freedom.h_max / work.freedom.h_max < 1.2
+    assert found.explains
+
+
+def test_a_rest_of_the_paths_never_costs_more():
+    work, theta = valve()
+    off = 0.02 * np.random.default_rng(3).normal(size=(6, len(theta)))
+    starts = [work.start(theta + some) for some in off]
+    assert all(work.rested(start, 3).cost <= start.cost for start in starts)
+    assert any(work.rested(start, 3).cost < start.cost for start in starts)
+
+
 def test_none_where_the_model_diverges(monkeypatch):
     work, theta = valve()
     end = work.start(theta)

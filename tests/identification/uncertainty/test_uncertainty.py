@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from seeded_valves import QUIET, changed, fitted, recorded, scores
 
+from benchmarks.plant_sampling import recordings as stiff_recordings
 from identification import Identification, experiment, fit, identify, uncertainty_of
 from simulator import Excitation, Sensors, random_valve, simulate
 
@@ -170,3 +173,14 @@ def test_more_data_narrows_as_its_square_root():
     assert (one.rms, four.rms) == pytest.approx((1.0, 1.0), abs=0.05)  # both leave the noise, and nothing else
     ratio = [short.std[name] / long.std[name] for name in ("spring.K", "spring.F0", "lugre.fc")]
     assert np.median(ratio) == pytest.approx(2.0, rel=0.25)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("rate", "least", "most"), [(50.0, 1.5, 2.0), (200.0, 1.0, 1.4)])
+def test_noise_counts_more_where_samples_do_not_show_a_slip(rate, least, most):
+    _, experiments = stiff_recordings(11303, rate)
+    found = fit(experiments)
+    spread = uncertainty_of(replace(found, systematic=None)).spread
+    noise = np.sqrt(np.diag(found.estimate.covariance)) * found.coordinates.slope(found.p)
+    ratios = [spread[name] / own for name, own in zip(found.coordinates.free_names, noise, strict=True)]
+    assert least < min(ratios) < most
