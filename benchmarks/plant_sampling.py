@@ -10,7 +10,7 @@ sweep of a minute each, on a clock that jitters, in channels of whole steps. See
 7109 and 9100 to 9199 were used to develop the method; 7300 to 7305, 9300, 9301, 9310, 9320 to 9323, 9340 to
 9343, 9350 to 9352, 9500 to 9509, 9600 to 9607, 9700 to 9719, 9800 to 9809, 9900 to 9907, 10000 to 10011, 10100 to
 10109, 10200 to 10207, 10300 to 10315, 10400 to 10405, 10500 to 10509, 10600 to 10609, 10700 to 10708, 10800 to 10807
-and 10900 to 12539 have been looked at: they are not for judging it.
+and 10900 to 12609 have been looked at: they are not for judging it.
 """
 
 from __future__ import annotations
