@@ -47,7 +47,7 @@ def order_bias(found: Fit) -> Array | None:
     coordinates = problem.coordinates.with_priors_at(estimate.theta)  # to a replicate what is known beforehand is right
     work = damped_for(problem.kernel, coordinates, grids(experiments), estimate.theta)
     start = work.start(estimate.theta)
-    return None if start is None else work.ahead(start) - estimate.theta
+    return None if start is None else work.step(start)
 
 
 def _less(found: Fit, bias: Array) -> Fit:

@@ -18,7 +18,7 @@ from identification.budget import time_is_over
 from identification.data.grid import Grid
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.estimate import HOPELESS, Estimate, Innovations, converged, lean
-from identification.estimators.least_squares import gauss_newton
+from identification.estimators.least_squares import Step, gauss_newton
 from identification.estimators.noise_aware.estimator import LONGEST, NEW_PATH, Stages
 from identification.estimators.noise_aware.linearised_model import PathFreedom
 from identification.estimators.noise_aware.mending import MendedNoiseAware
@@ -108,10 +108,13 @@ class DampedNoiseAware(MendedNoiseAware):
             now = end
         return now
 
-    def ahead(self, now: Estimate) -> Array:
-        """Where one step of Gauss and Newton leads from an estimate (m,)."""
-        solved = gauss_newton(now.normal, now.theta, LONGEST, self.coordinates.bounds)
-        return now.theta if solved is None else now.theta + solved.move
+    def step(self, now: Estimate) -> Array:
+        """The move (m,) of one step of Gauss and Newton from an estimate; 0 where there is none."""
+        solved = self._solved(now)
+        return np.zeros_like(now.theta) if solved is None else solved.move
+
+    def _solved(self, now: Estimate) -> Step | None:
+        return gauss_newton(now.normal, now.theta, LONGEST, self.coordinates.bounds)
 
     def _way(self, now: Estimate, steps: int) -> Iterator[Estimate]:
         """An estimate, and those after Gauss-Newton's steps along paths that are new at every one of them, whether the
@@ -126,7 +129,7 @@ class DampedNoiseAware(MendedNoiseAware):
         now, known, enough = replace(now, settled=False), list[float](), max(ENOUGH, self.worth)
         yield now
         for _ in range(steps):
-            solved = gauss_newton(now.normal, now.theta, LONGEST, self.coordinates.bounds)
+            solved = self._solved(now)
             if solved is None or time_is_over():
                 return
             if known and solved.free and solved.decrease < enough:  # a start has a memory of its own

@@ -109,8 +109,8 @@ class WholeFit:
         """How far the next step goes (m,), in coordinates, if the force is rougher between samples; 0 where the model
         diverges then.
         """
-        end = with_rougher_force(self.work, self.end.theta)
-        return np.zeros_like(self.end.theta) if end is None else end - self.end.theta
+        move = with_rougher_force(self.work, self.end.theta)
+        return np.zeros_like(self.end.theta) if move is None else move
 
 
 def on_whole_recordings(whole: DampedNoiseAware, chunks_end: Estimate) -> WholeFit | None:
@@ -174,10 +174,10 @@ def _again(found: WholeFit) -> Estimate | None:
 
 
 def with_rougher_force(whole: DampedNoiseAware, theta: Array) -> Array | None:
-    """Where a step from the end of a fit leads (m,) if what drives the force is `ROUGHER` times as strong: there fewer
-    slips decide. None where the model diverges.
+    """The next step (m,) from the end of a fit if what drives the force is `ROUGHER` times as strong: there fewer slips
+    decide. None where the model diverges.
     """
     grids = [replace(grid, force=replace(grid.force, intensity=ROUGHER * grid.force.intensity)) for grid in whole.grids]
     work = replace(whole, grids=grids)
     start = work.start(theta)  # paths that came to rest under the smooth force stay there
-    return None if start is None else work.ahead(start)
+    return None if start is None else work.step(start)
