@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.ndimage import median_filter
+from scipy.sparse import csr_array
 
 from recordings import Array
 from simulator.first_look import FirstLook, Trial
@@ -34,8 +35,9 @@ def most_pulled(looks: Sequence[FirstLook], base: Mapping[str, float], trials: I
     """
     if any(look.pull is None for look in looks):
         return []
-    beside, found = _Scores.of(looks, lambda look: [*look.by_base(base, presliding=False).values()]), list[Trial]()
-    scored = [(trial, _Scores.of_trial(looks, trial)) for trial in trials]
+    pulls, found = [_Pulls.of(look) for look in looks], list[Trial]()
+    beside = _Scores.of(pulls, lambda look: [*look.by_base(base, presliding=False).values()])
+    scored = [(trial, _Scores.of_trial(pulls, trial)) for trial in trials]
     left = [(trial, scores, scores.statistic(beside)) for trial, scores in scored]
     while left and len(found) < SHAPES:
         best, known, _ = max(left, key=lambda one: one[2])
@@ -45,6 +47,27 @@ def most_pulled(looks: Sequence[FirstLook], base: Mapping[str, float], trials: I
     return found
 
 
+class _Pulls(NamedTuple):
+    """What pulls in a look. blocks : matrix that sums over blocks what noise alone pulls, for one draw of it after the
+    other.
+    """
+
+    look: FirstLook
+    pull: Array
+    blocks: csr_array
+
+    @classmethod
+    def of(cls, look: FirstLook) -> _Pulls:
+        """The pulls of a look at a fitted model."""
+        assert look.pull is not None
+        assert look.by_chance is not None
+        n, draws = look.by_chance.shape
+        first = np.flatnonzero(np.diff((look.t - look.t[0]) // BLOCK, prepend=-1))
+        begins = np.append((n * np.arange(draws)[:, None] + first).ravel(), n * draws)
+        noise, places = look.by_chance.T.ravel(), np.tile(np.arange(n), draws)
+        return cls(look, look.pull, csr_array((noise, places, begins), shape=(draws * len(first), n)))
+
+
 class _Scores(NamedTuple):
     """The scores of some forces. seen (m,) : by the measurements; by_chance (n, m) : by noise alone, in blocks."""
 
@@ -52,22 +75,17 @@ class _Scores(NamedTuple):
     by_chance: Array
 
     @classmethod
-    def of(cls, looks: Sequence[FirstLook], forces: Callable[[FirstLook], Sequence[Array]]) -> _Scores:
+    def of(cls, pulls: Sequence[_Pulls], forces: Callable[[FirstLook], Sequence[Array]]) -> _Scores:
         """The scores of some forces, each (n,) at the samples of a look."""
-        seen, by_chance = list[Array](), list[Array]()
-        for look in looks:
-            assert look.pull is not None
-            assert look.by_chance is not None
-            made = np.column_stack(forces(look))
-            first = np.flatnonzero(np.diff((look.t - look.t[0]) // BLOCK, prepend=-1))
-            seen.append(look.pull @ made)
-            by_chance += [np.add.reduceat(noise[:, None] * made, first) for noise in look.by_chance.T]
+        made = [np.column_stack(forces(one.look)) for one in pulls]
+        pairs = list(zip(pulls, made, strict=True))
+        seen, by_chance = [one.pull @ m for one, m in pairs], [one.blocks @ m for one, m in pairs]
         return cls(np.sum(seen, axis=0), np.concatenate(by_chance))
 
     @classmethod
-    def of_trial(cls, looks: Sequence[FirstLook], trial: Trial) -> _Scores:
+    def of_trial(cls, pulls: Sequence[_Pulls], trial: Trial) -> _Scores:
         """The scores of the strengths of a shape."""
-        return cls.of(looks, lambda look: [force(look) for force in trial[1].values()])
+        return cls.of(pulls, lambda look: [force(look) for force in trial[1].values()])
 
     def with_(self, other: _Scores) -> _Scores:
         """These scores and others."""
