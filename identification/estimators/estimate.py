@@ -116,6 +116,13 @@ def lean(estimate: Estimate) -> Estimate:
     return replace(estimate, linearised=lines)
 
 
+def handed_over(estimate: Estimate | None) -> list[Estimate]:
+    """An estimate in a list, for a descent to take out; none without one. Whoever keeps a start by name keeps its
+    matrices as well, a kilobyte or more a node, until the descent has ended.
+    """
+    return [] if estimate is None else [estimate]
+
+
 def converged(estimate: Estimate, *, resolved: bool = True) -> bool:
     """Whether the innovations look like noise. resolved : break-away is, by the sampling."""
     loss, outliers = (CLEAN_LOSS, CLEAN_OUTLIERS) if resolved else (ROUGH_LOSS, ROUGH_OUTLIERS)

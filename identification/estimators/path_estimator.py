@@ -57,7 +57,8 @@ class PathEstimator(Protocol):
     def further(self, first: Estimate, steps: int, vain: Callable[[Estimate], bool]) -> Estimate:
         """The estimate after at most so many Gauss-Newton steps from a `first` one. vain : whether it is, to go on."""
 
-    def fit(self, theta: Array, steps: int) -> Estimate | None:
+    def fit(self, theta: Array, steps: int, vain: Callable[[Estimate], bool] | None = None) -> Estimate | None:
         """The estimate after at most so many Gauss-Newton steps from theta (m,), along new paths, which where slips are
-        short are new at every step. None where the model diverges.
+        short are new at every step. vain : whether it is, to go on after a third of them, where the costs on
+        the way tell. None where the model diverges.
         """

@@ -69,7 +69,7 @@ class ImposedMotion:
         found = None if end is None else self.start(end.theta)
         return now if end is None or found is None else replace(found, settled=end.settled)
 
-    def fit(self, theta: Array, steps: int) -> Estimate | None:
+    def fit(self, theta: Array, steps: int, _vain: Callable[[Estimate], bool] | None = None) -> Estimate | None:
         """The estimate after a descent from theta (m,). None where the model diverges."""
         first = self.start(theta)
         return None if first is None else self.descend(first, steps)

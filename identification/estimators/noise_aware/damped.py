@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from identification.budget import time_is_over
 from identification.data.grid import Grid
 from identification.estimators.coordinates import Coordinates
-from identification.estimators.estimate import HOPELESS, Estimate, Innovations, converged, lean
+from identification.estimators.estimate import HOPELESS, Estimate, Innovations, converged, handed_over, lean
 from identification.estimators.least_squares import Step, gauss_newton
 from identification.estimators.noise_aware.estimator import LONGEST, NEW_PATH, Stages
 from identification.estimators.noise_aware.linearised_model import PathFreedom
@@ -78,8 +78,10 @@ class DampedNoiseAware(MendedNoiseAware):
         best = None if firsts is None else self._loosened(theta, firsts)
         return None if best is None else self.along(theta, best, steps)
 
-    def fit(self, theta: Array, steps: int) -> Estimate | None:
-        """The estimate where steps along new paths lead from theta (m,). None where the model diverges."""
+    def fit(self, theta: Array, steps: int, _vain: Callable[[Estimate], bool] | None = None) -> Estimate | None:
+        """The estimate where steps along new paths lead from theta (m,): slips that they miss make costs on the way
+        differ by thousands, which says little of the end. None where the model diverges.
+        """
         first = self.along_new(theta)
         return None if first is None else self.mended(self.followed(first, steps))
 
@@ -194,8 +196,11 @@ class DampedNoiseAware(MendedNoiseAware):
         self, theta: Array, paths: Sequence[Array], steps: int, vain: Callable[[Estimate], bool] | None = None
     ) -> Estimate | None:
         """The estimate after a descent along new paths, or those that another model left. None where it diverges."""
-        start = self._moved_to(theta, [paths])
-        return None if start is None else self.descend(self.mended(start), steps, vain)
+        start = handed_over(self._moved_to(theta, [paths]))
+        if not start:
+            return None
+        mended = handed_over(self.mended(start.pop()))
+        return self.descend(mended.pop(), steps, vain)
 
     def descended(self, now: Estimate, most: float = HOPELESS) -> Estimate:
         """The end of a descent from an estimate; most : loss that its first steps may leave."""

@@ -19,7 +19,7 @@ import numpy as np
 from identification.budget import time_is_over
 from identification.data.grid import Grid
 from identification.estimators.coordinates import Coordinates
-from identification.estimators.estimate import Estimate, Innovations, lean, totals
+from identification.estimators.estimate import Estimate, Innovations, handed_over, lean, totals
 from identification.estimators.least_squares import gauss_newton
 from identification.estimators.noise_aware.linearised_model import PathFreedom, first_path
 from identification.estimators.noise_aware.predictor import KALMAN_SMOOTHER, Predictor
@@ -209,8 +209,8 @@ class NoiseAware:
         self, theta: Array, paths: Sequence[Array], steps: int, vain: Callable[[Estimate], bool] | None = None
     ) -> Estimate | None:
         """The estimate after a descent along paths that another model left. None where the model diverges."""
-        now = self.along(theta, paths, 0)
-        return None if now is None else self.descend(now, steps, vain)
+        start = handed_over(self.along(theta, paths, 0))
+        return self.descend(start.pop(), steps, vain) if start else None
 
     def trial(self, now: Estimate, step: Array) -> Estimate | None:
         """The estimate a step further, after as many steps of its paths as it needs to cost less, within reason."""
@@ -218,13 +218,22 @@ class NoiseAware:
         for _ in range(RESTING if self.dense else 0):
             if trial is None or trial.cost < now.cost:
                 break
-            trial = self.along(trial.theta, self.moved(trial, np.zeros(len(trial.theta))), 0)
+            theta, paths = trial.theta, self.moved(trial, np.zeros(len(trial.theta)))
+            trial = None  # its matrices take as much again as those of the next
+            trial = self.along(theta, paths, 0)
         return trial
 
-    def fit(self, theta: Array, steps: int) -> Estimate | None:
-        """The estimate after a descent from theta (m,) along new paths. None where the model diverges."""
-        first = self.start(theta)
-        return None if first is None else self.descend(first, steps)
+    def fit(self, theta: Array, steps: int, vain: Callable[[Estimate], bool] | None = None) -> Estimate | None:
+        """The estimate after a descent from theta (m,) along new paths. vain : whether it is, to go on after a third of
+        the steps, when new paths have come to rest. None where the model diverges.
+        """
+        start = handed_over(self.start(theta))
+        if not start or vain is None:
+            return self.descend(start.pop(), steps) if start else None
+        first = handed_over(self.descend(start.pop(), steps // 3))
+        if first[0].settled or vain(first[0]):
+            return first[0]
+        return self.descend(first.pop(), steps - steps // 3, vain)
 
     def first(self, theta: Array, steps: int) -> Estimate | None:
         """The estimate after a short descent from theta (m,) along new paths. None where the model diverges."""
@@ -241,11 +250,11 @@ class NoiseAware:
         """
         now: Estimate | None = None
         for freedom, steps in stages or self.last_stages:
-            stage = self.with_freedom(freedom)
-            first = stage.start(theta) if now is None else stage.along(now.theta, now.paths, TAKEN_OVER)
-            if first is None:
+            stage, now = self.with_freedom(freedom), None if now is None else lean(now)
+            first = handed_over(stage.start(theta) if now is None else stage.along(now.theta, now.paths, TAKEN_OVER))
+            if not first:
                 return now
-            now = stage.descend(first, steps)
+            now = stage.descend(first.pop(), steps)
         return now
 
     @property
