@@ -23,7 +23,11 @@ from simulator import BASE
 def candidates_of_round(model: Model, budget: Budget, progress: Progress = silent) -> tuple[Candidate, ...]:
     """All candidates beside a model, best first; at most the first is accepted."""
     scores, fits, judged = screen(model, progress), list[CandidateFit](), dict[str, Candidate]()
-    for some, rest in shortlisted_fits(model, _worth_a_fit(model, scores), budget, progress):
+
+    def complete() -> bool:
+        return any(_is_complete(c) for c in judged.values())
+
+    for some, rest in shortlisted_fits(model, _worth_a_fit(model, scores), complete, budget, progress):
         fits = sorted([*fits, *some], key=lambda fit: -fit.gain if fit.chunk_fits else np.inf)
         judged |= _judged(model, fits, judged, budget, progress)
         if any(_is_enough(c, rest) for c in judged.values()) or in_wrong_order(judged.values()):
@@ -51,11 +55,19 @@ def _worth_a_fit(model: Model, scores: list[Score]) -> list[Score]:
 def _judged(
     model: Model, fits: Sequence[CandidateFit], known: Mapping[str, Candidate], budget: Budget, progress: Progress
 ) -> dict[str, Candidate]:
-    """Those of some fits judged that are worth a refit beside each other and not known yet."""
-    complete = any(_is_complete(c) for c in known.values())
-    chosen = [fit for effect, fit in worth_refitting(model, fits, complete=complete).items() if effect not in known]
-    shown = budget.within(chosen, "refits and hold-out", progress, lambda fit: fit.effect)
-    return {fit.effect: judge(model, fit) for fit in shown}
+    """Those of some fits judged that are worth a refit beside each other and not known yet, one after the other: beside
+    one that leaves nothing few others are.
+    """
+    found = dict[str, Candidate]()
+
+    def worth() -> list[CandidateFit]:
+        complete = any(_is_complete(c) for c in (*known.values(), *found.values()))
+        return [fit for effect, fit in worth_refitting(model, fits, complete=complete).items() if effect not in known]
+
+    for fit in budget.within(worth(), "refits and hold-out", progress, lambda fit: fit.effect):
+        if any(fit.effect == one.effect for one in worth()):
+            found[fit.effect] = judge(model, fit)
+    return found
 
 
 def in_wrong_order(candidates: Iterable[Candidate]) -> bool:

@@ -19,7 +19,7 @@ from identification.data.grid import Grid
 from identification.estimators.imposed_motion.grid import first_state
 from identification.sparse_regression.weak_form import WINDOW, weak
 from identification.tracing import settings
-from identification.tracing.models.guesses import EffectGuesses, guesses, looks, shapes, strengths
+from identification.tracing.models.guesses import EffectGuesses, known_guesses, shapes, strengths
 from identification.tracing.models.model import MEMORY_STEP, Model
 from recordings import Array
 from simulator import Kernel, Site, kernel, shows_imposed
@@ -80,12 +80,12 @@ def second_opinion(base: Model) -> SecondOpinion | None:
             break
     else:
         return None
-    seen, effects, own = looks(base), base.data.catalogue, windows.own
+    found, effects, own = known_guesses(base), base.data.catalogue, windows.own
     terms = dict[str, Array]()
     for effect in base.data.candidates:
         if effect in base.effects or not shows_imposed(effects[effect]) or effects[effect].site is not Site.FORCE:
             continue
-        columns = np.column_stack([np.zeros((len(own), 0)), *_terms(windows, effect, guesses(base, seen, effect))])
+        columns = np.column_stack([np.zeros((len(own), 0)), *_terms(windows, effect, found[effect])])
         if columns.shape[1]:
             terms[effect] = columns
     residual = windows.residual - own @ np.linalg.lstsq(own, windows.residual, rcond=None)[0]

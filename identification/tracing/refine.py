@@ -42,16 +42,19 @@ def gain_of(base: Model, refit: Model | None) -> float:
 
 
 def fit_on_chunks(
-    base: Model, base_on_chunks: Model | None, score: Score, from_here: bool, best_gain: float = 0.0
+    base: Model, base_on_chunks: Model | None, score: Score, from_here: bool, best_gain: float = 0.0, *,
+    complete: bool = False,
 ) -> CandidateFit:  # fmt: skip
-    """A candidate fitted to chunks, against the base model fitted to them, for as long as it may come to something
-    beside another that gains `best_gain` there. from_here : whether it also starts from the parameters of the base
-    model.
+    """A candidate fitted to chunks, against the base model fitted to them, while it may come to something beside
+    another that gains `best_gain` there. from_here : whether it also starts from the parameters of the base model;
+    complete : whether one that leaves nothing is known.
     """
     first = first_fits(base, score.effect, values=score.values, guesses=score.guesses, from_here=from_here)
     if base_on_chunks is None or not first:
         return CandidateFit(score, (), score.gain)
-    ends = continued(first, base_on_chunks.cost - _share(base) * best_gain)
+    little = _least_on_chunks(base)
+    least = max(_near(base, best_gain, little, complete), little)
+    ends = continued(first, base_on_chunks.cost - least, clearly=complete and best_gain > base.clear_gain)
     gains = [gain_of(base_on_chunks, end) for end in ends]
     others = [
         end
@@ -109,19 +112,23 @@ def worth_refitting(base: Model, fits: Sequence[CandidateFit], *, complete: bool
 
     complete : whether one of them is accepted and leaves nothing, beside which only what explains as much counts.
     """
-    share = settings.EXPLAINED if complete else _share(base)
     count = settings.CANDIDATES if base.data.imposed else settings.CANDIDATES // 2
     on_chunks = [fit for fit in fits if fit.chunk_fits][:count]
-    least = max(share * on_chunks[0].gain, _least_on_chunks(base)) if on_chunks else 0.0
+    little = _least_on_chunks(base)
+    least = max(_near(base, on_chunks[0].gain, little, complete), little) if on_chunks else 0.0
     best = max((gain_of(base, fit.base_path_refit) for fit in fits), default=0.0)
-    enough = max(settings.MIN_GAIN, share * best)
+    enough = max(settings.MIN_GAIN, _near(base, best, settings.MIN_GAIN / 2, complete))
     on_paths = {fit.effect: replace(fit, chunk_fits=()) for fit in fits if gain_of(base, fit.base_path_refit) > enough}
     return on_paths | {fit.effect: fit for fit in on_chunks if fit.gain >= least}
 
 
-def _share(base: Model) -> float:
-    """The share of the best gain on chunks below which a candidate is not refitted to whole recordings."""
-    return settings.FAR_SHARE if base.data.imposed else settings.GAIN_SHARE
+def _near(base: Model, best_gain: float, little: float, complete: bool) -> float:
+    """The gain from which a candidate is not far behind another. little : difference that does not count; complete : of
+    `worth_refitting`.
+    """
+    if complete:
+        return min(settings.EXPLAINED * best_gain, best_gain - little)
+    return (settings.FAR_SHARE if base.data.imposed else settings.GAIN_SHARE) * best_gain
 
 
 def _least_on_chunks(base: Model) -> float:
@@ -129,12 +136,18 @@ def _least_on_chunks(base: Model) -> float:
     return settings.MIN_GAIN / 2 * base.data.chunk_share
 
 
-def refitted(base: Model, fit: CandidateFit) -> Model | None:
-    """The best refit of a candidate to the whole recordings: on chunks a worse end may look better. The one on the base
-    model's paths is enough where it gains what chunks promise for the whole and leaves nothing.
+def refitted(base: Model, fit: CandidateFit, least: float = settings.MIN_GAIN) -> Model | None:
+    """The best refit of a candidate to the whole recordings: on chunks a worse end may look better. Each goes on while
+    it may gain more than the others, and more than `least`. The one on the base model's paths is enough where it gains
+    what chunks promise for the whole and leaves nothing.
     """
     near, others = fit.base_path_refit, fit.chunk_fits
     promised = bool(others) and gain_of(base, near) * base.data.chunk_share > fit.gain
     enough = near is not None and promised and fitted_whiteness(near).white
-    refits = [near] if enough else [near, *(end.refitted_to(base.data) for end in others)]
-    return min((r for r in refits if r is not None), key=lambda r: r.cost, default=None)
+    best = near
+    for end in () if enough else others:
+        below = base.cost - max(least, gain_of(base, best))
+        refit = end.refitted_to(base.data, below)
+        if refit is not None and (best is None or refit.cost < best.cost):
+            best = refit
+    return best

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identification.tracing import settings
-from identification.tracing.models.guesses import SMALL, EffectGuesses, guesses, looks, shapes, sizes, strengths
+from identification.tracing.models.guesses import SMALL, EffectGuesses, known_guesses, shapes, sizes, strengths
 from identification.tracing.models.model import Model
 from identification.tracing.models.promise import newton_step
 from recordings import Progress, silent, tracked
@@ -41,12 +41,9 @@ def screen(model: Model, progress: Progress = silent) -> list[Score]:
     scaled to the whole recordings.
     """
     candidates = [e for e in model.data.candidates if e not in model.effects]
-    seen, small = looks(model), model.on_chunks()
+    found, small = known_guesses(model), model.on_chunks()
     share = model.data.samples / small.data.samples
-    scores = [
-        best_score(small, effect, guesses(model, seen, effect))
-        for effect in tracked(candidates, "score test", progress)
-    ]
+    scores = [best_score(small, effect, found[effect]) for effect in tracked(candidates, "score test", progress)]
     return sorted((replace(s, gain=s.gain * share) for s in scores if s is not None), key=lambda s: -s.gain)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from identification.budget import Budget
@@ -20,15 +20,16 @@ Refits = Mapping[str, Model | None]
 
 
 def shortlisted_fits(
-    base: Model, scores: Sequence[Score], budget: Budget, progress: Progress = silent
+    base: Model, scores: Sequence[Score], complete: Callable[[], bool], budget: Budget, progress: Progress = silent
 ) -> Iterator[tuple[list[CandidateFit], list[Score]]]:
     """The candidates that are worth a fit, each fitted as far as it is worth, and those that come after them: some at a
-    time, so that these can be judged before others are fitted. scores : best first.
+    time, so that these can be judged before others are fitted. scores : best first; complete : whether one of those
+    that were judged is accepted and leaves nothing.
     """
     few = [s for s in scores[: settings.CANDIDATES] if s.gain > settings.CHANCE_GAIN]
     few = [] if base.data.imposed else few
-    refits, complete = _refits_on_base_paths(base, few, budget, progress)
-    groups = _shortlist(base, scores, refits, complete)
+    refits, enough = _refits_on_base_paths(base, few, budget, progress)
+    groups = _shortlist(base, scores, refits, enough)
     base_on_chunks = best_model_on_chunks(base) if any(groups) else None
     usual = scores[: settings.CANDIDATES]
     known = [s for s in few if s.effect in refits and all(s not in group for group in groups)]
@@ -36,7 +37,8 @@ def shortlisted_fits(
     for i, group in enumerate(groups):
         for s in budget.within(group, "fits to chunks", progress, _effect):
             from_here = s in usual or is_imitated(base, s)
-            fits.append(fit_on_chunks(base, base_on_chunks, s, from_here, best_gain))
+            nothing_left = enough is not None or complete()
+            fits.append(fit_on_chunks(base, base_on_chunks, s, from_here, best_gain, complete=nothing_left))
             best_gain = max(best_gain, fits[-1].gain if fits[-1].chunk_fits else 0.0)
         late = [CandidateFit(s, (), s.gain) for s in group if all(fit.score is not s for fit in fits)]
         so_far = [replace(fit, base_path_refit=refits.get(fit.effect)) for fit in (*fits, *late)]

@@ -41,7 +41,7 @@ def swapped(
         others = {r.effect: r.values for r in rivals.get(effect, ()) if r.effect not in added}
         models = {effect: model}
         for other, values in others.items():
-            found = model.swapped(effect, other, values)
+            found = model.swapped(effect, other, values, min(m.cost for m in models.values()) + margin)
             if found is not None:
                 models[other] = found
         least = min(m.cost for m in models.values())

@@ -118,7 +118,7 @@ def polished(model: Model) -> Model:
     if model.data.damped is not None or is_white(model):  # in damped order every refit looks for new paths
         return min(model, model.refitted(), key=lambda m: m.cost)
     here, other = _refitted_repeatedly(model), best_model_on_chunks(model)
-    there = None if other is None else other.refitted_to(model.data)
+    there = None if other is None else other.refitted_to(model.data, here.cost)
     if there is None or there.cost >= here.cost or there.estimate.loss >= here.estimate.loss:
         return here
     return _refitted_repeatedly(there)

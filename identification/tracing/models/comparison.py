@@ -14,6 +14,7 @@ from identification.estimators.estimate import OUTLIER, ROUGH_OUTLIERS, Estimate
 from identification.estimators.imposed_motion.grid import BLOCK
 from identification.estimators.least_squares import cauchy
 from identification.estimators.noise_aware.estimator import UNIT_LOSS
+from identification.estimators.noise_aware.search import UNEXPLAINED
 from identification.tracing import settings
 from identification.tracing.models.model import Model
 from recordings import Array
@@ -176,11 +177,17 @@ def _whiteness_of(
     if model.data.imposed:
         return imposed_whiteness(estimate, grids)
     plain = whiteness(estimate)
-    if model.data.damped is None or (plain.white and estimate.loss <= 1.0):
+    clear = estimate.loss <= 1.0 if plain.white else estimate.loss > UNEXPLAINED
+    if model.data.damped is None or clear:
         return plain
     return whiteness_beside(estimate, grids, replicates)
 
 
 def is_white(model: Model) -> bool:
-    """Whether nothing but noise is in the innovations, on fitted and held-out grids."""
-    return fitted_whiteness(model).white and held_out_whiteness(model).white
+    """Whether nothing but noise is in the innovations, on fitted and held-out grids. Where the held-out grids hold more
+    than what the error of the parameters may explain, that is not tried.
+    """
+    if not fitted_whiteness(model).white:
+        return False
+    as_fitted = _held_out_whiteness(model, model.held_out)
+    return as_fitted.white or (model.error_may_explain(as_fitted.excess) and held_out_whiteness(model).white)

@@ -46,6 +46,15 @@ def _force(model: Model, effects: tuple[str, ...], grid: Grid, driven: Array) ->
     return None if run.failed is not None else run.outputs[:, 0]
 
 
+def known_guesses(model: Model) -> Mapping[str, EffectGuesses]:
+    """What every effect that a model does not have reads off its recordings, by id."""
+    if not model.first_guesses:
+        seen = looks(model)
+        others = [effect for effect in model.data.candidates if effect not in model.effects]
+        model.first_guesses.update({effect: guesses(model, seen, effect) for effect in others})
+    return model.first_guesses
+
+
 def guesses(model: Model, seen: Sequence[FirstLook], effect: str) -> EffectGuesses:
     """What an effect reads off recordings; empty where they do not show it."""
     off = {name: p.neutral for name, p in strengths(model.data, effect).items()}

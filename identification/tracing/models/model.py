@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,7 +17,7 @@ from identification.estimators.noise_aware.linearised_model import by_chance, pu
 from identification.estimators.noise_aware.resolution import resolved_by_nodes
 from identification.estimators.noise_aware.search import UNEXPLAINED
 from identification.tracing import settings
-from identification.tracing.models.promise import may_reach
+from identification.tracing.models.promise import PROMISE_FACTOR, may_reach, newton_step
 from identification.tracing.models.replicates import replicate_of
 from identification.tracing.models.trial_data import TrialData
 from recordings import Array
@@ -99,6 +99,11 @@ class Model:
         return settings.CLEAR_GAIN if resolved else settings.CLEAR_GAIN_UNRESOLVED
 
     @functools.cached_property
+    def first_guesses(self) -> dict[str, Sequence[Mapping[str, float]]]:
+        """The first guesses of other effects, by id, once they are known (`guesses.py`)."""
+        return {}
+
+    @functools.cached_property
     def cost_at_rest(self) -> float:
         """The cost after as many steps of the paths as trials of other models take."""
         return self.with_path_steps(settings.PATH_STEPS).cost
@@ -129,6 +134,16 @@ class Model:
             return self.held_out
         strain = work.coordinates.told(end.theta).cost / end.samples / UNIT_LOSS
         return min(self.held_out, lean(replace(end, loss=end.loss + strain)), key=lambda one: one.loss)
+
+    def error_may_explain(self, excess: float) -> bool:
+        """Whether parameters moved within their error may lower the loss on the held-out grids by so much. In damped
+        order other paths may do so as well.
+        """
+        if self.held_out is None or self.data.damped is not None:
+            return self.held_out is not None
+        known, fitted = self.held_out.normal, self.estimate.normal.matrix
+        promise = newton_step(replace(known, matrix=known.matrix + fitted))[1]
+        return PROMISE_FACTOR * promise > excess * self.held_out.samples * UNIT_LOSS
 
     def on_replicates(self, *, held_out: bool) -> Iterator[tuple[Estimate, tuple[Grid, ...]]]:
         """The same parameters on recordings that they could have given, fitted or held out, with their grids: one after
@@ -181,10 +196,12 @@ class Model:
         end = work.refit(here.theta, here.paths, settings.STEPS, lambda now: not may_reach(now, below))
         return self if end is None else Model(self.effects, self.data, lean(end))
 
-    def refitted_to(self, data: TrialData) -> Model | None:
-        """These parameters fitted on to other data, on new paths. None where that diverges."""
+    def refitted_to(self, data: TrialData, below: float = np.inf) -> Model | None:
+        """These parameters fitted on to other data, on new paths, while that may lead below a cost. None where it
+        diverges.
+        """
         work = data.estimator(self.effects, worth=settings.CHANCE_GAIN)
-        end = work.fit(self.estimate.theta, settings.STEPS)
+        end = work.fit(self.estimate.theta, settings.STEPS, lambda now: not may_reach(now, below))
         return None if end is None else Model(self.effects, data, lean(end))
 
     def with_effect(self, effect: str, values: Mapping[str, float], steps: int = 0) -> Model | None:
@@ -217,14 +234,18 @@ class Model:
         found = self.data.estimator(effects).along(theta, paths, settings.PATH_STEPS)
         return None if found is None else Model(effects, self.data, lean(found)).refitted(below)
 
-    def swapped(self, effect: str, other: str, values: Mapping[str, float]) -> Model | None:
-        """This model with another effect, at some starting values, in the place of one. None where it diverges."""
+    def swapped(self, effect: str, other: str, values: Mapping[str, float], below: float) -> Model | None:
+        """This model with another effect, at some starting values, in the place of one, fitted on new paths while that
+        may lead below a cost. None where it diverges.
+        """
         effects = self.data.in_order(*(e for e in self.effects if e != effect), other)
         work = self.data.estimator(effects, worth=settings.CHANCE_GAIN)
         known = self.data.defaults(other) | self.values | dict(values)
         start = work.coordinates.theta(work.kernel.vector(known))
-        end = work.fit(start, settings.STEPS)
-        return None if end is None else Model(effects, self.data, lean(end)).refitted()
+        end = work.fit(start, settings.STEPS, lambda now: not may_reach(now, below))
+        if end is None or not may_reach(end, below):
+            return None if end is None else Model(effects, self.data, lean(end))
+        return Model(effects, self.data, lean(end)).refitted(below)
 
 
 def _extended(here: Kernel, target: Kernel, grid: Grid, path: Array, p: Array) -> Array | None:

@@ -57,10 +57,15 @@ def first_fits(
     return [Model(effects, data, fit) for fit in best]
 
 
-def continued(fits: Sequence[Model], least: float = np.inf) -> list[Model]:
-    """First fits continued while they may come below a cost, best first."""
+def continued(fits: Sequence[Model], least: float = np.inf, *, clearly: bool = False) -> list[Model]:
+    """First fits continued while they may come below a cost, best first. clearly : that is so far below what chance
+    makes of new paths that first fits of damped order, which have taken no step, tell as well whether they may.
+    """
     ends = list[Model]()
     for fit in fits:
+        if (clearly or fit.data.damped is None) and not may_reach(fit.estimate, least):
+            ends.append(fit)
+            continue
         work = fit.data.estimator(fit.effects, coarse=True, worth=settings.CHANCE_GAIN)
         taken = FIRST_STEPS if fit.data.damped is None else 0
         end = work.further(fit.estimate, settings.STEPS - taken, lambda now: not may_reach(now, least))

@@ -23,7 +23,7 @@ from identification.tracing.shortlist import is_imitated, shortlisted_fits
 
 
 def fitted(base: Model, scores: list[Score]) -> list[CandidateFit]:
-    return [fit for group, _ in shortlisted_fits(base, scores, Budget()) for fit in group]
+    return [fit for group, _ in shortlisted_fits(base, scores, lambda: False, Budget()) for fit in group]
 
 
 def test_beside_a_complete_base_model_only_imitated_effects_are_fitted_to_chunks():
@@ -111,3 +111,22 @@ def test_what_held_out_data_reject_sets_no_bar_for_the_others(monkeypatch, accep
     monkeypatch.setattr(candidates, "shortlisted_fits", lambda *_: iter([(fits, [])]))
     candidates.candidates_of_round(base, Budget())
     assert asked == ([best.effect] if accepted else [best.effect, other.effect])
+
+
+@pytest.mark.parametrize("complete", [True, False])
+def test_beside_one_that_leaves_nothing_only_what_explains_as_much_is_judged(monkeypatch, complete):
+    base, asked = traced("hardening_spring", k3=3e5).selection.base, list[str]()
+    best, other, *_ = screened("hardening_spring", k3=3e5)
+    refit = refit_on_base_paths(base, best)
+    weak = replace(refit, estimate=replace(refit.estimate, cost=base.cost - 0.6 * gain_of(base, refit)))
+    fits = [CandidateFit(best, (), best.gain, refit), CandidateFit(other, (), other.gain, weak)]
+
+    def judge(_model: Model, fit: CandidateFit) -> Candidate:
+        asked.append(fit.effect)
+        return Candidate(fit.effect, fit.gain, {}, accepted=fit.effect == best.effect)
+
+    monkeypatch.setattr(candidates, "judge", judge)
+    monkeypatch.setattr(candidates, "_is_complete", lambda c: complete and c.accepted)
+    monkeypatch.setattr(candidates, "shortlisted_fits", lambda *_: iter([(fits, [])]))
+    candidates.candidates_of_round(base, Budget())
+    assert asked == ([best.effect] if complete else [best.effect, other.effect])

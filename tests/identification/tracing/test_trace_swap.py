@@ -20,7 +20,7 @@ class Fitted:
     cost: float
     others: Mapping[tuple[str, str], Fitted | None] = field(default_factory=dict)
 
-    def swapped(self, effect: str, other: str, _: Mapping[str, float]) -> Fitted | None:
+    def swapped(self, effect: str, other: str, _: Mapping[str, float], below: float) -> Fitted | None:
         return self.others[effect, other]
 
 
