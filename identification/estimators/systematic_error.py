@@ -29,7 +29,7 @@ def without_bias(found: Fit, whole: WholeFit) -> Fit:
     assert found.estimate is not None
     left = found.estimate.covariance @ found.estimate.normal.gradient
     bias = order_bias(found)
-    causes = left, whole.to_rougher, np.zeros_like(left) if bias is None else bias
+    causes = left, whole.to_others, whole.to_rougher, np.zeros_like(left) if bias is None else bias
     found = replace(found, systematic=np.sqrt(np.sum(np.square(causes), axis=0)))
     return found if bias is None else _less(found, bias)
 

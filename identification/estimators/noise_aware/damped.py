@@ -8,6 +8,7 @@ runs that slip as the data do (`shots.py`). Steps are Gauss-Newton's.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -48,6 +49,9 @@ FOLLOWED, FEW, ENOUGH = 48, 8, 2.0
 the cost that another one has to promise."""
 LEFT = 0.3, 5.0
 """Fall of the cost that a step has to promise by the normal equations to be tried, and after one that failed."""
+PATIENCE, WORTH = 6, 30.0
+"""Steps along new paths in a row that do not lower the cost, after which it is no use to go on, and fall of the cost
+that paths of other slips give: what gains less is the last."""
 ACCIDENT = 20.0
 """Cost of a stretch beyond which a slip is missed: an accident of its path, which says nothing of the parameters."""
 
@@ -83,7 +87,7 @@ class DampedNoiseAware(MendedNoiseAware):
         differ by thousands, which says little of the end. None where the model diverges.
         """
         first = self.along_new(theta)
-        return None if first is None else self.mended(self.followed(first, steps))
+        return None if first is None else self.followed(first, steps)[0]
 
     def first(self, theta: Array, _steps: int) -> Estimate | None:
         """The estimate at theta (m,) along new paths, where starts differ at once. None where the model diverges."""
@@ -102,13 +106,26 @@ class DampedNoiseAware(MendedNoiseAware):
                 break
         return self.mended(best)
 
-    def followed(self, now: Estimate, steps: int = FOLLOWED) -> Estimate:
-        """The estimate to which steps along new paths lead, whatever it costs: near the root only chance makes one step
-        better than another.
+    def followed(self, now: Estimate, steps: int = FOLLOWED) -> tuple[Estimate, bool]:
+        """The estimate to which steps along new paths lead, whatever it costs, and whether it is a root: near one only
+        chance makes one step better than another. Where others on the way cost much less it is none, and the end of a
+        descent from the best of them is taken.
         """
-        for end in self._way(now, steps):
-            now = end
-        return now
+        best, end = self._best_on_the_way(now, steps)
+        if end.settled and end.cost < best.cost + WORTH:
+            return end, True
+        return self.descend(best, LAST), False
+
+    def _best_on_the_way(self, now: Estimate, steps: int) -> tuple[Estimate, Estimate]:
+        """Of the steps from an estimate along new paths that slip as the data do the best one, and the last: there are
+        no more where `PATIENCE` in a row are no better.
+        """
+        best, end, vain = now, now, 0
+        for end in itertools.islice(self._way(now, steps, self.mended), 1, None):
+            best, vain = (end, 0) if end.cost < best.cost else (best, vain + 1)
+            if vain == PATIENCE:
+                break
+        return best, end
 
     def step(self, now: Estimate) -> Array:
         """The move (m,) of one step of Gauss and Newton from an estimate; 0 where there is none."""
@@ -118,7 +135,9 @@ class DampedNoiseAware(MendedNoiseAware):
     def _solved(self, now: Estimate) -> Step | None:
         return gauss_newton(now.normal, now.theta, LONGEST, self.coordinates.bounds)
 
-    def _way(self, now: Estimate, steps: int) -> Iterator[Estimate]:
+    def _way(
+        self, now: Estimate, steps: int, mended: Callable[[Estimate], Estimate] = lambda new: new
+    ) -> Iterator[Estimate]:  # fmt: skip
         """An estimate, and those after Gauss-Newton's steps along paths that are new at every one of them, whether the
         cost falls or not.
 
@@ -128,8 +147,9 @@ class DampedNoiseAware(MendedNoiseAware):
         The gradient along paths that were not chosen has no such memory. Its root is near the truth, and each step has
         but the chance of its own paths.
         """
-        now, known, enough = replace(now, settled=False), list[float](), max(ENOUGH, self.worth)
+        known, enough = list[float](), max(ENOUGH, self.worth)
         yield now
+        now = replace(now, settled=False)
         for _ in range(steps):
             solved = self._solved(now)
             if solved is None or time_is_over():
@@ -140,7 +160,7 @@ class DampedNoiseAware(MendedNoiseAware):
             further = self._along_new_or_moved(now, solved.move)
             if further is None:
                 return
-            now = further
+            now = mended(further)
             known.append(now.cost)
             yield now
             turn = len(known) > FEW and len(known) % FEW == 0

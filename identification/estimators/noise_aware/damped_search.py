@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identification.budget import time_is_over
-from identification.estimators.estimate import HOPELESS, Estimate, converged
-from identification.estimators.noise_aware.damped import LAST, DampedNoiseAware
+from identification.estimators.estimate import HOPELESS, Estimate, converged, lean
+from identification.estimators.noise_aware.damped import LAST, WORTH, DampedNoiseAware
 from identification.estimators.noise_aware.search import HOPELESS_TRIES, NOT_FAR, RIGHT, UNEXPLAINED, chunks
 from recordings import Array, Progress, silent
 
@@ -22,13 +22,15 @@ HIGHER = (1.0, 1.01, 1.05)
 ROUGHER = 100.0
 """Factor on the intensity of what drives a rougher force: ten times are too few where the motion itself drives the
 force, as behind a positioner."""
-WORTH = 30.0
-"""Fall of the cost that paths of other slips give: a descent that gains less is the last."""
 MUCH = 0.5
 """Share of the loss above 1 that a descent leaves, from which on the next one is not worth its time: what a model
 lacks no descent finds."""
 TOO_LONG = 1.5
 """Times that a sub-step may be longer than the end of the fit asks for: the error of a step grows with its square."""
+ASIDE, NO_WORSE = 10.0, 60.0
+"""Standard deviations by which a start is on the side of an end that may not be the best, and difference of the cost up
+to which ends explain about as much.
+"""
 SAME = 1e-2
 """Distance of two starts, in coordinates, below which they are one."""
 NEAR = 2.0
@@ -94,15 +96,24 @@ def _explained(end: Estimate) -> bool:
 
 @dataclass(frozen=True)
 class WholeFit:
-    """An end of a fit to whole recordings. work : what makes it; end : its estimate."""
+    """An end of a fit to whole recordings. work : what makes it; end : its estimate; is_root : whether steps along new
+    paths came to a root there; others : ends that explain about as much.
+    """
 
     work: DampedNoiseAware
     end: Estimate
+    is_root: bool = False
+    others: tuple[Estimate, ...] = ()
 
     @property
     def explains(self) -> bool:
-        """Whether its innovations look like noise."""
-        return converged(self.end, resolved=False)
+        """Whether steps have come to an end, and its innovations look like noise."""
+        return self.end.settled and converged(self.end, resolved=False)
+
+    @property
+    def to_others(self) -> Array:
+        """How far the ends are that explain about as much (m,), in coordinates, at most."""
+        return np.max([np.abs(one.theta - self.end.theta) for one in (self.end, *self.others)], axis=0)
 
     @property
     def to_rougher(self) -> Array:
@@ -122,41 +133,63 @@ def on_whole_recordings(whole: DampedNoiseAware, chunks_end: Estimate) -> WholeF
     start = whole.start(chunks_end.theta)
     if start is None:
         return None
-    end = _followed(whole, start) if chunks_end.loss < UNEXPLAINED else _end(whole, start)
-    finer = None if end is None else whole.resolving(end.theta)
-    if end is not None and finer is not None and finer.freedom.h_max < whole.freedom.h_max / TOO_LONG:
-        whole, start = finer, finer.start(end.theta)
-        end = None if start is None else _followed(whole, start)
-    if end is None:
-        return None
-    found = WholeFit(whole, end)
+    lacks_much = chunks_end.loss >= UNEXPLAINED
+    found = _descended(whole, start) if lacks_much else _followed(whole, start)
+    finer = whole.resolving(found.end.theta)
+    start = finer.start(found.end.theta) if finer.freedom.h_max < whole.freedom.h_max / TOO_LONG else None
+    if start is not None:
+        found = _descended(finer, start) if lacks_much else _followed(finer, start)
     for _ in range(ROUNDS):
         if found.explains or found.end.loss > HOPELESS or time_is_over():
             break
-        end = _end(whole, _again(found))
-        if end is None or end.cost > found.end.cost:
+        start = _again(found)
+        further = None if start is None else _descended(found.work, start)
+        if further is None or further.end.cost > found.end.cost:
             break
-        last = found.end.cost - end.cost < WORTH or end.loss - 1 > MUCH * (found.end.loss - 1)
-        found = WholeFit(whole, end)
+        last = found.end.cost - further.end.cost < WORTH or further.end.loss - 1 > MUCH * (found.end.loss - 1)
+        found = further
         if found.explains:
-            further = _followed(whole, end)
-            if converged(further, resolved=False):
-                found = WholeFit(whole, further)
+            followed = _followed(found.work, found.end)
+            found = followed if followed.explains else found
         if last:
             break
-    return found
+    return _from_both_sides(found) if found.explains and not found.is_root else found
 
 
-def _followed(whole: DampedNoiseAware, start: Estimate) -> Estimate:
-    """Where steps along new paths lead on whole recordings, along the last paths or new ones."""
-    end = whole.mended(whole.followed(start))
-    new = None if converged(end) else whole.start(end.theta)
-    return replace(new, settled=end.settled) if new is not None and new.cost < end.cost else end
+def _followed(work: DampedNoiseAware, start: Estimate) -> WholeFit:
+    return WholeFit(work, *work.followed(start))
 
 
-def _end(whole: DampedNoiseAware, start: Estimate | None) -> Estimate | None:
-    """Where a descent on whole recordings from a start leads; None without a start."""
-    return None if start is None else whole.descend(start, LAST)
+def _descended(work: DampedNoiseAware, start: Estimate) -> WholeFit:
+    return WholeFit(work, work.descend(start, LAST))
+
+
+def _from_both_sides(found: WholeFit) -> WholeFit:
+    """The best of an end that is no root and of those to which steps from either side of it lead, and so from there,
+    while that gains. A descent may stop in a hollow of its own paths.
+    """
+    work, ends = found.work, [found.end]
+    for _ in range(ROUNDS):
+        best = _best(ends)
+        starts = [work.start(theta) for theta in _sides(work, best)]
+        further = [_followed(work, start) for start in starts if start is not None and not time_is_over()]
+        ends += [one.end for one in further if one.explains]
+        before, best = best, _best(ends)
+        ends = [best, *(lean(end) for end in ends if end is not best)]
+        if best.cost > before.cost - WORTH:
+            break
+    return replace(found, end=ends[0], others=tuple(end for end in ends[1:] if end.cost < ends[0].cost + NO_WORSE))
+
+
+def _sides(work: DampedNoiseAware, end: Estimate) -> list[Array]:
+    """Parameters (m,) on either side of an estimate, with another mass, which the sampling tells least, and the others
+    as the data want them then. None where the mass is given.
+    """
+    if "mass.m" not in work.names:
+        return []
+    i = work.names.index("mass.m")
+    way = ASIDE * end.covariance[:, i] / np.sqrt(end.covariance[i, i])
+    return [work.coordinates.bounds.nearest(end.theta + side * way) for side in (-1, 1)]
 
 
 def _again(found: WholeFit) -> Estimate | None:

@@ -11,7 +11,7 @@ from benchmarks.plant_sampling import recordings
 from identification.data.grid import grids
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.noise_aware.damped import DampedNoiseAware, damped_for
-from identification.estimators.noise_aware.damped_search import best_on_chunks, on_whole_recordings
+from identification.estimators.noise_aware.damped_search import WholeFit, best_on_chunks, on_whole_recordings
 from simulator import BASE, kernel
 
 
@@ -28,7 +28,8 @@ def valve():
 def test_steps_along_new_paths_lead_back_to_the_valve():
     work, theta = valve()
     start = work.start(theta + 0.02 * np.sign(np.sin(np.arange(len(theta)))))
-    end = work.followed(start)
+    end, is_root = work.followed(start)
+    assert is_root
     assert end.settled
     near = [work.names.index(name) for name in ("spring.K", "lugre.fc", "lugre.fs", "lugre.sigma2")]
     assert np.abs(end.theta - theta)[near].max() < 0.005
@@ -54,12 +55,21 @@ def test_a_start_that_explains_most_is_tried_first(monkeypatch):
 
 def test_a_model_that_lacks_much_is_descended(monkeypatch):
     work, theta = valve()
-    end = replace(work.start(theta), loss=10.0)
-    calls = []
-    monkeypatch.setattr(DampedNoiseAware, "followed", lambda self, now, steps=1: calls.append(now) or now)
-    found = on_whole_recordings(work, end)
-    assert found.explains
-    assert not calls
+    end, calls = replace(work.start(theta), loss=10.0), []
+    descend, followed = DampedNoiseAware.descend, DampedNoiseAware.followed
+
+    def descended(self, now, steps):
+        calls.append("descend")
+        return descend(self, now, steps)
+
+    def steps_along_new_paths(self, now, steps=48):
+        calls.append("followed")
+        return followed(self, now, steps)
+
+    monkeypatch.setattr(DampedNoiseAware, "descend", descended)
+    monkeypatch.setattr(DampedNoiseAware, "followed", steps_along_new_paths)
+    assert on_whole_recordings(work, end).explains
+    assert calls[0] == "descend"
 
 
 def test_a_fit_goes_on_in_sub_steps_that_the_mass_of_its_end_asks_for():
@@ -68,6 +78,32 @@ def test_a_fit_goes_on_in_sub_steps_that_the_mass_of_its_end_asks_for():
     found = on_whole_recordings(coarse, coarse.start(theta))
     assert 0.8 < found.work.freedom.h_max / work.freedom.h_max < 1.2
     assert found.explains
+
+
+def test_an_end_that_is_no_root_is_compared_with_those_from_either_side(monkeypatch):
+    work, theta = valve()
+    mass = work.names.index("mass.m")
+    hollow = work.start(theta + np.where(np.arange(len(theta)) == mass, 0.1, 0.0))
+    followed, ends = DampedNoiseAware.followed, []
+
+    def stopped_once(self, now, steps=48):
+        ends.append(followed(self, now, steps) if ends else (replace(now, settled=True), False))
+        return ends[-1]
+
+    monkeypatch.setattr(DampedNoiseAware, "followed", stopped_once)
+    found = on_whole_recordings(work, hollow)
+    assert found.explains
+    assert found.end.cost == min(end.cost for end, _ in ends) < ends[0][0].cost - 30
+    assert abs(found.end.theta - theta)[mass] < abs(hollow.theta - theta)[mass] / 2
+    far = [np.abs(end.theta - found.end.theta) for end, _ in ends if end.cost < found.end.cost + 60]
+    assert np.array_equal(found.to_others, np.max(far, axis=0))
+
+
+def test_an_end_that_has_not_settled_explains_nothing():
+    work, theta = valve()
+    start = work.start(theta)
+    assert not WholeFit(work, replace(start, settled=False)).explains
+    assert WholeFit(work, replace(start, settled=True)).explains
 
 
 def test_a_rest_of_the_paths_never_costs_more():
