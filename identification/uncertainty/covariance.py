@@ -62,6 +62,8 @@ both be wrong, and they are reported as unresolved."""
 SLIPPING = ("mass.m", "lugre.vs", "lugre.sigma0", "lugre.sigma2")
 """What is known of these in damped order comes from the course of slips. Where a slip is over before the next sample,
 Coulomb friction is not told either: it trades with viscous friction by several percent."""
+UNTOLD = 0.3
+"""Share by which a mass may be off that shows in no course of a slip; what it is taken for moves the others."""
 ENOUGH_FOR_SLIPS = 20.0
 """Samples a second by which slips show at all."""
 AT_BOUND = 1e-4
@@ -114,15 +116,16 @@ def uncertainty_of(fit: Fit) -> Uncertainty:
     names = fit.coordinates.free_names
     spread = np.sqrt(np.maximum(np.diag(classic), np.diag(robust)))[:n]
     slow = fit.kernel.causality == "force" and fit.order == "full" and fit.problem.spacing > SLOW
-    if fit.estimate is not None and fit.order == "damped" and not slip_is_seen(fit.values, fit.problem.spacing):
-        spread = spread * WIDER_DAMPED
+    slope = fit.coordinates.slope(fit.p)
+    if fit.order == "damped" and not slip_is_seen(fit.values, fit.problem.spacing):
+        spread = spread * (WIDER_DAMPED if fit.estimate is not None else 1.0)
+        spread = np.sqrt(spread**2 + _by_mass(fit, names, classic[:n, :n], slope) ** 2)
     if slow:
         spread = spread * (SLOW_FACTOR_EXACT if fit.estimate is None else SLOW_FACTOR)
     if fit.replicates is not None:
         spread = WIDER_IN_WINDOWS * np.sqrt(spread**2 + widened_rms(fit.replicates.moves) ** 2)
     if fit.systematic is not None:
         spread = np.sqrt(spread**2 + fit.systematic**2)
-    slope = fit.coordinates.slope(fit.p)
     diagonal = np.sqrt(np.diag(classic)[:n])
     correlation = classic[:n, :n] / np.outer(diagonal, diagonal)
     scaled = matrix[:n, :n] / np.sqrt(np.outer(np.diag(matrix)[:n], np.diag(matrix)[:n]).clip(1e-300))
@@ -140,6 +143,17 @@ def uncertainty_of(fit: Fit) -> Uncertainty:
     return Uncertainty(
         names, std, correlation, float(np.sqrt(eigen[-1] / max(eigen[0], 1e-30))), status, note, inflation
     )
+
+
+def _by_mass(fit: Fit, names: tuple[str, ...], covariance: Array, slope: Array) -> Array:
+    """How far every parameter is off (m,), in coordinates, by a mass that is off by `UNTOLD`; 0 where mass is given.
+
+    covariance (m, m) : of the coordinates; slope (m,) : of the parameters by them.
+    """
+    if "mass.m" not in names:
+        return np.zeros(len(names))
+    i = names.index("mass.m")
+    return np.asarray(covariance[:, i] / covariance[i, i] * UNTOLD * fit.values["mass.m"] / slope[i], float)
 
 
 def widened_rms(off: Array) -> Array:
