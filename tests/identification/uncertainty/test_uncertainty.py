@@ -184,3 +184,4 @@ def test_noise_counts_more_where_samples_do_not_show_a_slip(rate, least, most):
     noise = np.sqrt(np.diag(found.estimate.covariance)) * found.coordinates.slope(found.p)
     ratios = [spread[name] / own for name, own in zip(found.coordinates.free_names, noise, strict=True)]
     assert least < min(ratios) < most
+    assert (spread["mass.m"] > 0.3 * found.values["mass.m"]) == (rate == 50.0)  # no slip shows it
