@@ -17,7 +17,7 @@ from identification.estimators.coordinates import Coordinates
 from identification.estimators.estimate import Estimate
 from identification.estimators.fitted import Fit, Outcome, fit_of, free_run_start
 from identification.estimators.noise_aware.damped import damped_for
-from identification.estimators.noise_aware.damped_search import best_on_chunks, on_whole_recordings
+from identification.estimators.noise_aware.damped_search import best_on_chunks, from_both_sides, on_whole_recordings
 from identification.estimators.noise_aware.fit import fit_noise_aware
 from identification.estimators.noise_aware.resolution import resolved_by_nodes
 from identification.estimators.noise_aware.search import UNEXPLAINED
@@ -89,6 +89,9 @@ def _noise_aware(
     whole = on_whole_recordings(work.resolving(best.theta), best)
     if whole is None:
         return None
+    seen = slip_is_seen(search.usual, search.whole.spacing)
+    if whole.explains and not (whole.is_root or seen):  # costs differ little between slips that are jumps
+        whole = from_both_sides(whole)
     work, estimate = whole.work, whole.end
     form = ResidualForm(work.freedom.h_max)
     minimum = Minimum(free_run_start(problem, estimate), estimate.normal, form, 0, estimate.settled)

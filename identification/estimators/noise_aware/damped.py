@@ -9,6 +9,7 @@ runs that slip as the data do (`shots.py`). Steps are Gauss-Newton's.
 from __future__ import annotations
 
 import itertools
+from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -87,7 +88,10 @@ class DampedNoiseAware(MendedNoiseAware):
         differ by thousands, which says little of the end. None where the model diverges.
         """
         first = self.along_new(theta)
-        return None if first is None else self.followed(first, steps)[0]
+        if first is None:
+            return None
+        [last] = deque(self._way(first, steps), maxlen=1)
+        return self.mended(last)
 
     def first(self, theta: Array, _steps: int) -> Estimate | None:
         """The estimate at theta (m,) along new paths, where starts differ at once. None where the model diverges."""

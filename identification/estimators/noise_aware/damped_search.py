@@ -153,7 +153,7 @@ def on_whole_recordings(whole: DampedNoiseAware, chunks_end: Estimate) -> WholeF
             found = followed if followed.explains else found
         if last:
             break
-    return _from_both_sides(found) if found.explains and not found.is_root else found
+    return found
 
 
 def _followed(work: DampedNoiseAware, start: Estimate) -> WholeFit:
@@ -164,7 +164,7 @@ def _descended(work: DampedNoiseAware, start: Estimate) -> WholeFit:
     return WholeFit(work, work.descend(start, LAST))
 
 
-def _from_both_sides(found: WholeFit) -> WholeFit:
+def from_both_sides(found: WholeFit) -> WholeFit:
     """The best of an end that is no root and of those to which steps from either side of it lead, and so from there,
     while that gains. A descent may stop in a hollow of its own paths.
     """

@@ -11,7 +11,12 @@ from benchmarks.plant_sampling import recordings
 from identification.data.grid import grids
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.noise_aware.damped import DampedNoiseAware, damped_for
-from identification.estimators.noise_aware.damped_search import WholeFit, best_on_chunks, on_whole_recordings
+from identification.estimators.noise_aware.damped_search import (
+    WholeFit,
+    best_on_chunks,
+    from_both_sides,
+    on_whole_recordings,
+)
 from simulator import BASE, kernel
 
 
@@ -83,19 +88,19 @@ def test_a_fit_goes_on_in_sub_steps_that_the_mass_of_its_end_asks_for():
 def test_an_end_that_is_no_root_is_compared_with_those_from_either_side(monkeypatch):
     work, theta = valve()
     mass = work.names.index("mass.m")
-    hollow = work.start(theta + np.where(np.arange(len(theta)) == mass, 0.1, 0.0))
+    hollow = replace(work.start(theta + np.where(np.arange(len(theta)) == mass, 0.1, 0.0)), settled=True)
     followed, ends = DampedNoiseAware.followed, []
 
-    def stopped_once(self, now, steps=48):
-        ends.append(followed(self, now, steps) if ends else (replace(now, settled=True), False))
-        return ends[-1]
+    def steps_along_new_paths(self, now, steps=48):
+        ends.append(followed(self, now, steps)[0])
+        return ends[-1], True
 
-    monkeypatch.setattr(DampedNoiseAware, "followed", stopped_once)
-    found = on_whole_recordings(work, hollow)
+    monkeypatch.setattr(DampedNoiseAware, "followed", steps_along_new_paths)
+    found = from_both_sides(WholeFit(work, hollow))
     assert found.explains
-    assert found.end.cost == min(end.cost for end, _ in ends) < ends[0][0].cost - 30
+    assert found.end.cost == min(end.cost for end in ends) < hollow.cost - 30
     assert abs(found.end.theta - theta)[mass] < abs(hollow.theta - theta)[mass] / 2
-    far = [np.abs(end.theta - found.end.theta) for end, _ in ends if end.cost < found.end.cost + 60]
+    far = [np.abs(end.theta - found.end.theta) for end in ends if end.cost < found.end.cost + 60]
     assert np.array_equal(found.to_others, np.max(far, axis=0))
 
 
