@@ -21,7 +21,7 @@ from identification.estimators.noise_aware.damped_search import best_on_chunks, 
 from identification.estimators.noise_aware.fit import fit_noise_aware
 from identification.estimators.noise_aware.resolution import resolved_by_nodes
 from identification.estimators.noise_aware.search import UNEXPLAINED
-from identification.estimators.order import Order, slip_is_seen
+from identification.estimators.order import Order
 from identification.estimators.output_error.damped import Search, fit_in_windows, search_for
 from identification.estimators.output_error.homotopy import Minimum
 from identification.estimators.output_error.problem import Problem, ResidualForm
@@ -55,7 +55,7 @@ def fit_damped(
 
     if not (segment_grids and starts and order == "damped"):
         return in_windows()
-    if slip_is_seen(search.usual, search.whole.spacing):
+    if search.shows_slips:
         return noise_aware()
     first, second = (in_windows, noise_aware) if search.jumps else (noise_aware, in_windows)
     found = first()
@@ -89,8 +89,7 @@ def _noise_aware(
     whole = on_whole_recordings(work.resolving(best.theta), best)
     if whole is None:
         return None
-    seen = slip_is_seen(search.usual, search.whole.spacing)
-    if whole.explains and not (whole.is_root or seen):  # costs differ little between slips that are jumps
+    if whole.explains and not (whole.is_root or search.shows_slips):  # costs differ little between slips that are jumps
         whole = from_both_sides(whole)
     work, estimate = whole.work, whole.end
     form = ResidualForm(work.freedom.h_max)

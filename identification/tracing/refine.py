@@ -52,8 +52,7 @@ def fit_on_chunks(
     first = first_fits(base, score.effect, values=score.values, guesses=score.guesses, from_here=from_here)
     if base_on_chunks is None or not first:
         return CandidateFit(score, (), score.gain)
-    little = _least_on_chunks(base)
-    least = max(_near(base, best_gain, little, complete), little)
+    least = _enough_on_chunks(base, best_gain, complete)
     ends = continued(first, base_on_chunks.cost - least, clearly=complete and best_gain > base.clear_gain)
     gains = [gain_of(base_on_chunks, end) for end in ends]
     others = [
@@ -114,8 +113,7 @@ def worth_refitting(base: Model, fits: Sequence[CandidateFit], *, complete: bool
     """
     count = settings.CANDIDATES if base.data.imposed else settings.CANDIDATES // 2
     on_chunks = [fit for fit in fits if fit.chunk_fits][:count]
-    little = _least_on_chunks(base)
-    least = max(_near(base, on_chunks[0].gain, little, complete), little) if on_chunks else 0.0
+    least = _enough_on_chunks(base, on_chunks[0].gain, complete) if on_chunks else 0.0
     best = max((gain_of(base, fit.base_path_refit) for fit in fits), default=0.0)
     enough = max(settings.MIN_GAIN, _near(base, best, settings.MIN_GAIN / 2, complete))
     on_paths = {fit.effect: replace(fit, chunk_fits=()) for fit in fits if gain_of(base, fit.base_path_refit) > enough}
@@ -131,9 +129,12 @@ def _near(base: Model, best_gain: float, little: float, complete: bool) -> float
     return (settings.FAR_SHARE if base.data.imposed else settings.GAIN_SHARE) * best_gain
 
 
-def _least_on_chunks(base: Model) -> float:
-    """The gain on chunks below which a candidate is not refitted to whole recordings."""
-    return settings.MIN_GAIN / 2 * base.data.chunk_share
+def _enough_on_chunks(base: Model, best_gain: float, complete: bool) -> float:
+    """The gain on chunks below which a candidate is not refitted to whole recordings, beside another that gains
+    `best_gain` there. complete : of `worth_refitting`.
+    """
+    little = settings.MIN_GAIN / 2 * base.data.chunk_share
+    return max(_near(base, best_gain, little, complete), little)
 
 
 def refitted(base: Model, fit: CandidateFit, least: float = settings.MIN_GAIN) -> Model | None:

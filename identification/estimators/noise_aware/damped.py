@@ -221,10 +221,7 @@ class DampedNoiseAware(MendedNoiseAware):
     ) -> Estimate | None:
         """The estimate after a descent along new paths, or those that another model left. None where it diverges."""
         start = handed_over(self._moved_to(theta, [paths]))
-        if not start:
-            return None
-        mended = handed_over(self.mended(start.pop()))
-        return self.descend(mended.pop(), steps, vain)
+        return self.descend(self.mended(start.pop()), steps, vain) if start else None
 
     def descended(self, now: Estimate, most: float = HOPELESS) -> Estimate:
         """The end of a descent from an estimate; most : loss that its first steps may leave."""

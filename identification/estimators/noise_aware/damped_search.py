@@ -133,12 +133,12 @@ def on_whole_recordings(whole: DampedNoiseAware, chunks_end: Estimate) -> WholeF
     start = whole.start(chunks_end.theta)
     if start is None:
         return None
-    lacks_much = chunks_end.loss >= UNEXPLAINED
-    found = _descended(whole, start) if lacks_much else _followed(whole, start)
+    fit = _followed if chunks_end.loss < UNEXPLAINED else _descended
+    found = fit(whole, start)
     finer = whole.resolving(found.end.theta)
     start = finer.start(found.end.theta) if finer.freedom.h_max < whole.freedom.h_max / TOO_LONG else None
     if start is not None:
-        found = _descended(finer, start) if lacks_much else _followed(finer, start)
+        found = fit(finer, start)
     for _ in range(ROUNDS):
         if found.explains or found.end.loss > HOPELESS or time_is_over():
             break

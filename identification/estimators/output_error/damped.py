@@ -21,7 +21,7 @@ from identification.estimators.anchors import anchors
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.fitted import Fit, Outcome, fit_of_windows
 from identification.estimators.least_squares import Solution, minimise
-from identification.estimators.order import LIGHTEST, USUAL, Order, at_rest, sub_step, swing_is_over
+from identification.estimators.order import LIGHTEST, USUAL, Order, at_rest, slip_is_seen, sub_step, swing_is_over
 from identification.estimators.output_error.force_position_loop import ForcePositionLoop, force_position_loop
 from identification.estimators.output_error.homotopy import Minimum
 from identification.estimators.output_error.problem import Problem, ResidualForm
@@ -106,7 +106,7 @@ def window(spacing: float) -> float:
 class Search:
     """The way from the loop of force over position to a minimum; whole : the problem, problem : of the parts of the
     recordings that are searched on; usual : values by full name that tell a slip of a usual mass, for no start tells
-    it; jumps : whether that is a jump between two samples.
+    it; jumps : whether that is a jump between two samples; shows_slips : whether samples show the course of it.
     """
 
     def __init__(self, whole: Problem, problem: Problem, loop: ForcePositionLoop) -> None:
@@ -118,6 +118,7 @@ class Search:
         self.window = window(problem.spacing)
         self.usual = {"spring.K": loop.K, "mass.m": c.held("mass.m") or USUAL}
         self.jumps = swing_is_over(self.usual, problem.spacing)
+        self.shows_slips = slip_is_seen(self.usual, whole.spacing)
         self.h = sub_step({"spring.K": loop.K, "mass.m": LIGHTEST}, problem.spacing)
         self.evaluations = 0
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import pytest
@@ -95,38 +95,32 @@ def test_beside_effects_that_leave_nothing_only_what_may_be_beyond_doubt_is_fitt
     assert asked == [[score], [score] if kept else []]
 
 
-@pytest.mark.parametrize("accepted", [True, False])
-def test_what_held_out_data_reject_sets_no_bar_for_the_others(monkeypatch, accepted):
-    base, asked = traced("hardening_spring", k3=3e5).selection.base, list[str]()
+def judged(monkeypatch, share: float, accepted: Callable[[bool], bool]) -> list[bool]:
+    """Which of two candidates are judged, as whether each is the best one; the other one gains a share of its gain.
+    accepted : whether one is, that is the best or not.
+    """
+    base, asked = traced("hardening_spring", k3=3e5).selection.base, list[bool]()
     best, other, *_ = screened("hardening_spring", k3=3e5)
     refit = refit_on_base_paths(base, best)
-    weak = replace(refit, estimate=replace(refit.estimate, cost=base.cost - 0.3 * gain_of(base, refit)))
+    weak = replace(refit, estimate=replace(refit.estimate, cost=base.cost - share * gain_of(base, refit)))
     fits = [CandidateFit(best, (), best.gain, refit), CandidateFit(other, (), other.gain, weak)]
 
     def judge(_model: Model, fit: CandidateFit) -> Candidate:
-        asked.append(fit.effect)
-        return Candidate(fit.effect, fit.gain, {}, accepted=accepted)
+        asked.append(fit.effect == best.effect)
+        return Candidate(fit.effect, fit.gain, {}, accepted=accepted(asked[-1]))
 
     monkeypatch.setattr(candidates, "judge", judge)
     monkeypatch.setattr(candidates, "shortlisted_fits", lambda *_: iter([(fits, [])]))
     candidates.candidates_of_round(base, Budget())
-    assert asked == ([best.effect] if accepted else [best.effect, other.effect])
+    return asked
+
+
+@pytest.mark.parametrize("accepted", [True, False])
+def test_what_held_out_data_reject_sets_no_bar_for_the_others(monkeypatch, accepted):
+    assert judged(monkeypatch, 0.3, lambda _: accepted) == ([True] if accepted else [True, False])
 
 
 @pytest.mark.parametrize("complete", [True, False])
 def test_beside_one_that_leaves_nothing_only_what_explains_as_much_is_judged(monkeypatch, complete):
-    base, asked = traced("hardening_spring", k3=3e5).selection.base, list[str]()
-    best, other, *_ = screened("hardening_spring", k3=3e5)
-    refit = refit_on_base_paths(base, best)
-    weak = replace(refit, estimate=replace(refit.estimate, cost=base.cost - 0.6 * gain_of(base, refit)))
-    fits = [CandidateFit(best, (), best.gain, refit), CandidateFit(other, (), other.gain, weak)]
-
-    def judge(_model: Model, fit: CandidateFit) -> Candidate:
-        asked.append(fit.effect)
-        return Candidate(fit.effect, fit.gain, {}, accepted=fit.effect == best.effect)
-
-    monkeypatch.setattr(candidates, "judge", judge)
     monkeypatch.setattr(candidates, "_is_complete", lambda c: complete and c.accepted)
-    monkeypatch.setattr(candidates, "shortlisted_fits", lambda *_: iter([(fits, [])]))
-    candidates.candidates_of_round(base, Budget())
-    assert asked == ([best.effect] if complete else [best.effect, other.effect])
+    assert judged(monkeypatch, 0.6, lambda is_best: is_best) == ([True] if complete else [True, False])
