@@ -87,9 +87,10 @@ class Homotopy:
         return [*first, ResidualForm(self.coarse / 2, self.last_window, TUNING)]
 
     def carried(self, minimum: Minimum) -> Minimum | None:
-        """A minimum on chunks carried to whole recordings, and there to a sub-step fine enough for the noise. The loss is
-        still robust: a finer sub-step moves slips, and to plain squares a slip elsewhere is a long way off. None where
-        the model diverges.
+        """A minimum on chunks carried to whole recordings, and there to a sub-step fine enough for the noise.
+
+        The loss is still robust: a finer sub-step moves slips, and to plain squares a slip elsewhere is a long way off.
+        None where the model diverges.
         """
         whole = minimum if self.early is self.full else self._on_whole(minimum, minimum.setting)
         if whole is None:
