@@ -67,6 +67,19 @@ def refit_on_base_paths(base: Model, score: Score, best_gain: float = 0.0) -> Mo
     """A candidate refitted on the base model's paths, for as long as it may come to something beside another that gains
     `best_gain`. New paths of a complete model cost hundreds more or less, in which what a weak effect gains is lost.
 
+    In damped order it starts from every shape that promises about as much: a local one leads to the next hollow only.
+    """
+    others = () if base.data.damped is None else score.others
+    best = _refit_of_shape(base, score, best_gain)
+    for values in others:
+        further = _refit_of_shape(base, replace(score, values=values), max(best_gain, gain_of(base, best)))
+        best = further if gain_of(base, further) > gain_of(base, best) else best
+    return best
+
+
+def _refit_of_shape(base: Model, score: Score, best_gain: float) -> Model | None:
+    """A candidate refitted on the base model's paths, from one shape.
+
     Where it can it starts from nothing: at the strength that the score promises, paths may already lead elsewhere. If
     that does not come to what the score says, it starts there, too. What promises nothing from nothing is not begun.
     """
@@ -148,7 +161,7 @@ def refitted(base: Model, fit: CandidateFit, least: float = settings.MIN_GAIN) -
     best = near
     for end in () if enough else others:
         below = base.cost - max(least, gain_of(base, best))
-        refit = end.refitted_to(base.data, below)
+        refit = end.refitted_beside(base, below)
         if refit is not None and (best is None or refit.cost < best.cost):
             best = refit
     return best

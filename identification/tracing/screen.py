@@ -27,13 +27,15 @@ MAX_STRENGTH = 3.0
 @dataclass(frozen=True)
 class Score:
     """An effect at its best shape. gain : fall of the cost to first order; values : parameters by full name with the
-    strength where that fall is expected; guesses : other values to start from, those of a base that was bent included.
+    strength where that fall is expected; guesses : other values to start from, those of a base that was bent included;
+    others : values at other shapes that promise not much less.
     """
 
     effect: str
     gain: float
     values: Mapping[str, float]
     guesses: EffectGuesses = ()
+    others: tuple[Mapping[str, float], ...] = ()
 
 
 def screen(model: Model, progress: Progress = silent) -> list[Score]:
@@ -53,13 +55,18 @@ def best_score(model: Model, effect: str, found: EffectGuesses) -> Score | None:
     A strength that can only grow from zero is also tried at some sizes: a play operator at rest on noise shows
     nothing to first order.
     """
-    trials = [
-        _score(model, effect, shape, size)
-        for shape in shapes(model.data, effect, found)
-        for size in ({}, *sizes(model.data, effect, found))
-    ]
-    known = [score for score in trials if score is not None]
-    return replace(max(known, key=lambda score: score.gain), guesses=found) if known else None
+    ways = [{}, *sizes(model.data, effect, found)]
+    trials = [[_score(model, effect, shape, size) for size in ways] for shape in shapes(model.data, effect, found)]
+    known = [max(some, key=_gain) for some in ([s for s in one if s is not None] for one in trials) if some]
+    if not known:
+        return None
+    best, *others = sorted(known, key=_gain, reverse=True)[: settings.AT_LEAST]
+    near = tuple(s.values for s in others if s.gain > settings.GAIN_SHARE * best.gain)
+    return replace(best, guesses=found, others=near)
+
+
+def _gain(score: Score) -> float:
+    return score.gain
 
 
 def _score(model: Model, effect: str, shape: Mapping[str, float], size: Mapping[str, float]) -> Score | None:

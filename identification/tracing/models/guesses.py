@@ -70,10 +70,13 @@ def strengths(data: TrialData, effect: str) -> dict[str, Parameter]:
 
 
 def shapes(data: TrialData, effect: str, found: EffectGuesses) -> list[dict[str, float]]:
-    """The shapes at which an effect is tried, as parameter values by full name: as guessed, else as is typical."""
+    """The shapes at which an effect is tried, as parameter values by full name: as guessed, and as is typical. Where
+    the sampling resolves the bristle, the guesses know better.
+    """
     one = data.catalogue[effect]
     typical = {one.parameter_name(p.symbol): p.scale for p in one.parameters if p.neutral is None and not p.known}
-    tried = [{name: guess.get(name, value) for name, value in typical.items()} for guess in found or [{}]]
+    guessed = [*found, {}] if data.damped is not None or not found else found
+    tried = [{name: guess.get(name, value) for name, value in typical.items()} for guess in guessed]
     return [shape for i, shape in enumerate(tried) if shape not in tried[:i]]
 
 

@@ -204,6 +204,20 @@ class Model:
         end = work.fit(self.estimate.theta, settings.STEPS, lambda now: not may_reach(now, below))
         return None if end is None else Model(self.effects, data, lean(end))
 
+    def refitted_beside(self, other: Model, below: float = np.inf) -> Model | None:
+        """These parameters fitted on to the recordings of a model that has fewer effects, while that may lead below a
+        cost: on new paths and, in damped order, on those of that model as well, wherever they explain more. They have
+        slips that new ones miss. None where it diverges.
+        """
+        if other.data.damped is None:
+            return self.refitted_to(other.data, below)
+        work, theta = other.data.estimator(self.effects, worth=settings.CHANCE_GAIN), self.estimate.theta
+        paths = other._extended_paths(self.kernel, work.coordinates.p(theta))
+        if paths is None:
+            return self.refitted_to(other.data, below)
+        end = work.refit(theta, paths, settings.STEPS, lambda now: not may_reach(now, below))
+        return None if end is None else Model(self.effects, other.data, lean(end))
+
     def with_effect(self, effect: str, values: Mapping[str, float], steps: int = 0) -> Model | None:
         """This model and one more effect at some values of its parameters (by full name, the others at their defaults),
         on the paths of this model, with its memory run along them. None where that has no solution.
@@ -211,16 +225,23 @@ class Model:
         steps : of the paths after that.
         """
         effects = self.data.in_order(*self.effects, effect)
-        target, here = self.data.kernel(effects), self.kernel
+        target = self.data.kernel(effects)
         p = target.vector(self.data.defaults(effect) | self.values | dict(values))
-        pairs = zip(self.data.fitted, self.estimate.paths, strict=True)
-        found = self.estimate.paths if self.data.imposed else [_extended(here, target, *pair, p) for pair in pairs]
-        paths = [path for path in found if path is not None]
-        if len(paths) < len(found):
+        paths = self._extended_paths(target, p)
+        if paths is None:
             return None
         theta = self.data.coordinates(effects).theta(p)
         estimate = self.data.estimator(effects).along(theta, paths, steps)
         return None if estimate is None else Model(effects, self.data, lean(estimate))
+
+    def _extended_paths(self, target: Kernel, p: Array) -> Sequence[Array] | None:
+        """The paths of this model as those of another kernel, which has more effects. None without a solution."""
+        if self.data.imposed:
+            return self.estimate.paths
+        pairs = zip(self.data.fitted, self.estimate.paths, strict=True)
+        found = [_extended(self.kernel, target, *pair, p) for pair in pairs]
+        paths = [path for path in found if path is not None]
+        return paths if len(paths) == len(found) else None
 
     def without(self, effect: str, below: float) -> Model | None:
         """The other effects of this model, refitted on its paths while they may come below a cost. None where that has

@@ -111,6 +111,16 @@ def test_slips_that_paths_miss_are_looked_for_where_a_model_is_judged():
     assert judging.mended(missed).cost < missed.cost - 1000
 
 
+def test_a_fit_to_chunks_goes_on_along_the_paths_of_the_model_beside_it():
+    base = model_of(STIFF)
+    data, _ = base.data.on_chunks()
+    small = base.on_chunks()
+    assert small.data.fitted[0].t.tolist() == data.fitted[0].t.tolist()
+    beside = small.refitted_beside(base)
+    assert beside.data is base.data
+    assert beside.cost < base.cost + 1.0
+
+
 def test_chunks_of_damped_order_are_those_of_a_fit():
     data, places = model_of(STIFF).data.on_chunks()
     known = chunks(model_of(STIFF).data.fitted, *DAMPED_CHUNK)

@@ -7,8 +7,9 @@ from dataclasses import replace
 import pytest
 from traced_valves import traced
 
+from identification.tracing import settings
 from identification.tracing.models.guesses import guesses, looks, shapes, sizes
-from identification.tracing.screen import screen
+from identification.tracing.screen import Score, best_score, screen
 from simulator import CATALOGUE, Effect, Memory, Parameter, Site
 
 
@@ -56,6 +57,26 @@ def test_parameters_are_tried_where_the_guess_says_and_else_at_their_scales():
     base = traced("hardening_spring", k3=3e6).selection.base
     data = replace(base.data, catalogue=CATALOGUE.extended(OwnShape()))
     found = guesses(replace(base, data=data), looks(base), "own_shape")
-    assert shapes(data, "own_shape", found) == [{"own_shape.here": 0.02, "own_shape.w": 0.03}]
+    full, damped = (replace(data, damped=freedom) for freedom in (None, settings.PATH_FREEDOM))
+    guessed, typical = ({"own_shape.here": here, "own_shape.w": 0.03} for here in (0.02, 0.01))
+    assert shapes(full, "own_shape", found) == [guessed]
+    assert shapes(damped, "own_shape", found) == [guessed, typical]
     assert sizes(data, "own_shape", found) == [{"own_shape.strength": s} for s in (3e-4, pytest.approx(1e-5))]
-    assert shapes(data, "own_shape", []) == [{"own_shape.here": 0.01, "own_shape.w": 0.03}]
+    assert shapes(full, "own_shape", []) == shapes(damped, "own_shape", []) == [typical]
+
+
+def test_a_score_keeps_the_next_shape_that_promises_as_much(monkeypatch: pytest.MonkeyPatch):
+    base = traced("hardening_spring", k3=3e6).selection.base
+    gains = {0.02: 100.0, 0.01: 60.0, 0.03: 80.0, 0.04: 20.0}
+
+    def scored(_model, effect, shape, _size):
+        return Score(effect, gains[shape["own_shape.here"]], shape)
+
+    data = replace(base.data, catalogue=CATALOGUE.extended(OwnShape()), damped=None)
+    own = replace(base, data=data)
+    monkeypatch.setattr("identification.tracing.screen._score", scored)
+    found = best_score(own, "own_shape", [{"own_shape.here": here} for here in gains])
+    assert found.values["own_shape.here"] == 0.02
+    assert [values["own_shape.here"] for values in found.others] == [0.03]
+    alone = best_score(own, "own_shape", [{"own_shape.here": here} for here in (0.02, 0.04)])
+    assert alone.others == ()
