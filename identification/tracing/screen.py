@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from operator import attrgetter
 
 import numpy as np
 
@@ -55,18 +56,14 @@ def best_score(model: Model, effect: str, found: EffectGuesses) -> Score | None:
     A strength that can only grow from zero is also tried at some sizes: a play operator at rest on noise shows
     nothing to first order.
     """
-    ways = [{}, *sizes(model.data, effect, found)]
+    ways, gain = [{}, *sizes(model.data, effect, found)], attrgetter("gain")
     trials = [[_score(model, effect, shape, size) for size in ways] for shape in shapes(model.data, effect, found)]
-    known = [max(some, key=_gain) for some in ([s for s in one if s is not None] for one in trials) if some]
+    known = [max(some, key=gain) for some in ([s for s in one if s is not None] for one in trials) if some]
     if not known:
         return None
-    best, *others = sorted(known, key=_gain, reverse=True)[: settings.AT_LEAST]
+    best, *others = sorted(known, key=gain, reverse=True)[: settings.AT_LEAST]
     near = tuple(s.values for s in others if s.gain > settings.GAIN_SHARE * best.gain)
     return replace(best, guesses=found, others=near)
-
-
-def _gain(score: Score) -> float:
-    return score.gain
 
 
 def _score(model: Model, effect: str, shape: Mapping[str, float], size: Mapping[str, float]) -> Score | None:
