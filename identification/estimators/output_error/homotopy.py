@@ -87,39 +87,30 @@ class Homotopy:
         return [*first, ResidualForm(self.coarse / 2, self.last_window, TUNING)]
 
     def carried(self, minimum: Minimum) -> Minimum | None:
-        """A minimum on chunks carried to whole recordings, and there to a sub-step fine enough for the noise.
-
-        The loss is still robust: a finer sub-step moves slips, and to plain squares a slip elsewhere is a long way off.
-        None where the model diverges.
-        """
-        whole = minimum if self.early is self.full else self._on_whole(minimum, minimum.setting)
-        if whole is None:
+        """A minimum on chunks carried to whole recordings; None where the model diverges there."""
+        if self.early is self.full:
+            return minimum
+        end = self._stage(self.full, minimum.unknowns[: self.full.n_free], minimum.setting)
+        if end is None:
             return None
-        finer = self._fine_enough(whole.unknowns, whole.setting, whole.level)
-        return whole if finer == whole.setting else self._on_whole(whole, finer) or whole
-
-    def _on_whole(self, minimum: Minimum, setting: ResidualForm) -> Minimum | None:
-        """A robust stage on whole recordings from a minimum; None where the model diverges."""
-        end = self._stage(self.full, minimum.unknowns[: self.full.n_free], setting)
-        return None if end is None else self._continued(minimum, end, setting)
+        level = end.normal.cost / self.full.samples
+        return Minimum(
+            end.theta, end.normal, minimum.setting, minimum.evaluations + end.evaluations, end.settled, level
+        )
 
     def polish(self, minimum: Minimum, iterations: int = 80) -> Minimum:
         """Plain least squares from where the robust stages arrived, with a sub-step fine enough for the noise."""
-        setting = replace(minimum.setting, tuning=np.inf)
+        setting = self._fine_enough(minimum.unknowns, replace(minimum.setting, tuning=np.inf), minimum.level)
         end = self._plain(minimum.unknowns, setting, iterations, minimum.level)
         while end is not None:
-            minimum = self._continued(minimum, end, setting)
+            level = end.normal.cost / self.full.samples
+            minimum = Minimum(end.theta, end.normal, setting, minimum.evaluations + end.evaluations, end.settled, level)
             finer = self._fine_enough(minimum.unknowns, setting, minimum.level)
             if finer == setting:
                 break
             setting = finer
             end = self._plain(minimum.unknowns, setting, 6, minimum.level)
         return self._sharpened(minimum)
-
-    def _continued(self, minimum: Minimum, end: Solution, setting: ResidualForm) -> Minimum:
-        """A minimum after a further stage on whole recordings, with the evaluations of both."""
-        used = minimum.evaluations + end.evaluations
-        return Minimum(end.theta, end.normal, setting, used, end.settled, end.normal.cost / self.full.samples)
 
     def _fine_enough(self, unknowns: Array, setting: ResidualForm, level: float) -> ResidualForm:
         """The setting with the sub-step halved until its error is small beside the residual."""
@@ -139,7 +130,8 @@ class Homotopy:
         end = self._solved(self.full, evaluate, minimum.unknowns, 1, 0.0)
         if end is None:
             return minimum
-        return replace(self._continued(minimum, end, setting), settled=minimum.settled)
+        level = end.normal.cost / self.full.samples
+        return Minimum(end.theta, end.normal, setting, minimum.evaluations + end.evaluations, minimum.settled, level)
 
     def step_error(self, unknowns: Array, setting: ResidualForm, finer: ResidualForm) -> float:
         """Root mean square change of the prediction, in sigmas, when the sub-step is halved."""

@@ -1,8 +1,8 @@
 """Stiff valves on which a fit can go astray: a Stribeck curve that ends at 1.5 mm/s, chunks that a static friction 5 %
 too low explains as well, slips whose paths miss them even at the true parameters, slips of two samples behind a
 positioner, a force that answers them by less than its noise, starting values that take the bristles for a hundred times
-as soft, overdamped bristles that explain all but as much, a mass to which no descent comes back, for its paths were
-chosen at another one, and free runs whose slips move with the sub-step.
+as soft, overdamped bristles that explain all but as much, and a mass to which no descent comes back, for its paths were
+chosen at another one.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ from dataclasses import replace
 
 import pytest
 
-from benchmarks.estimators import valve
 from benchmarks.plant_sampling import GROSS, behind_a_positioner, recordings
 from identification import Outcome, fit, uncertainty_of
 from identification.estimators.estimate import ROUGH_OUTLIERS, converged
@@ -68,17 +67,6 @@ def test_a_force_that_answers_the_motion_is_not_taken_for_friction(seed):
     told = [name for name in known.names if known.status[name] == "identified"]
     assert "lugre.fc" in told
     assert all(abs(found.values[name] - truth[name]) < GROSS * known.spread[name] for name in told)
-
-
-@pytest.mark.slow
-def test_free_runs_settle_where_a_finer_sub_step_moves_slips():
-    """Plain squares begin a thousand times above the noise there, and their steps zigzag."""
-    truth, experiments = valve(12227, noise=0.0)
-    found = fit(experiments)
-    assert found.outcome is Outcome.CONVERGED
-    assert found.order == "full"
-    known = uncertainty_of(found)
-    assert all(abs(found.values[name] - truth[name]) < GROSS * known.spread[name] for name in known.names)
 
 
 def test_a_slip_is_over_after_half_a_swing_on_the_spring():
