@@ -73,7 +73,7 @@ def refit_on_base_paths(base: Model, score: Score, best_gain: float = 0.0) -> Mo
     best = _refit_of_shape(base, score, best_gain)
     for values in others:
         further = _refit_of_shape(base, replace(score, values=values), max(best_gain, gain_of(base, best)))
-        best = further if gain_of(base, further) > gain_of(base, best) else best
+        best = max((best, further), key=lambda model: gain_of(base, model))
     return best
 
 

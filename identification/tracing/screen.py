@@ -57,8 +57,12 @@ def best_score(model: Model, effect: str, found: EffectGuesses) -> Score | None:
     nothing to first order.
     """
     ways, gain = [{}, *sizes(model.data, effect, found)], attrgetter("gain")
-    trials = [[_score(model, effect, shape, size) for size in ways] for shape in shapes(model.data, effect, found)]
-    known = [max(some, key=gain) for some in ([s for s in one if s is not None] for one in trials) if some]
+
+    def at(shape: Mapping[str, float]) -> Score | None:
+        scores = (_score(model, effect, shape, size) for size in ways)
+        return max((score for score in scores if score is not None), key=gain, default=None)
+
+    known = [score for score in map(at, shapes(model.data, effect, found)) if score is not None]
     if not known:
         return None
     best, *others = sorted(known, key=gain, reverse=True)[: settings.AT_LEAST]

@@ -191,10 +191,15 @@ class Model:
 
     def refitted(self, below: float = np.inf) -> Model:
         """The same effects after further steps, until two of them change little or none leads below a cost."""
-        work = self.data.estimator(self.effects, worth=settings.CHANCE_GAIN)
-        here = self.estimate
-        end = work.refit(here.theta, here.paths, settings.STEPS, lambda now: not may_reach(now, below))
-        return self if end is None else Model(self.effects, self.data, lean(end))
+        return self._refitted_along(self.data, self.estimate.paths, below) or self
+
+    def _refitted_along(self, data: TrialData, paths: Sequence[Array], below: float) -> Model | None:
+        """These parameters fitted on to other data from some paths, while that may lead below a cost. None where it
+        diverges.
+        """
+        work = data.estimator(self.effects, worth=settings.CHANCE_GAIN)
+        end = work.refit(self.estimate.theta, paths, settings.STEPS, lambda now: not may_reach(now, below))
+        return None if end is None else Model(self.effects, data, lean(end))
 
     def refitted_to(self, data: TrialData, below: float = np.inf) -> Model | None:
         """These parameters fitted on to other data, on new paths, while that may lead below a cost. None where it
@@ -209,14 +214,11 @@ class Model:
         cost: on new paths and, in damped order, on those of that model as well, wherever they explain more. They have
         slips that new ones miss. None where it diverges.
         """
-        if other.data.damped is None:
-            return self.refitted_to(other.data, below)
-        work, theta = other.data.estimator(self.effects, worth=settings.CHANCE_GAIN), self.estimate.theta
-        paths = other._extended_paths(self.kernel, work.coordinates.p(theta))
+        p = other.data.coordinates(self.effects).p(self.estimate.theta)
+        paths = None if other.data.damped is None else other._extended_paths(self.kernel, p)
         if paths is None:
             return self.refitted_to(other.data, below)
-        end = work.refit(theta, paths, settings.STEPS, lambda now: not may_reach(now, below))
-        return None if end is None else Model(self.effects, other.data, lean(end))
+        return self._refitted_along(other.data, paths, below)
 
     def with_effect(self, effect: str, values: Mapping[str, float], steps: int = 0) -> Model | None:
         """This model and one more effect at some values of its parameters (by full name, the others at their defaults),
