@@ -8,8 +8,8 @@ from identification.data.grid import Grid, grids, with_smooth_force
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.estimate import Estimate, Innovations, totals
 from identification.estimators.imposed_motion.estimator import ImposedMotion
+from identification.estimators.noise_aware.best_paths import noise_aware_for
 from identification.estimators.noise_aware.estimator import NoiseAware
-from identification.estimators.noise_aware.fit import noise_aware_for, smoothed_starts
 from identification.estimators.noise_aware.linearised_model import (
     AffineModel,
     PathFreedom,
@@ -18,7 +18,8 @@ from identification.estimators.noise_aware.linearised_model import (
     linearise_in_parts,
 )
 from identification.estimators.noise_aware.predictor import KalmanSmoother, Predictor
-from identification.estimators.noise_aware.search import best_on_chunks, on_chunks, on_whole_recordings
+from identification.estimators.noise_aware.search import best_on_chunks, on_whole_recordings
+from identification.estimators.output_error.damped import search_for
 from identification.estimators.path_estimator import PathEstimator
 
 __all__ = [
@@ -39,9 +40,8 @@ __all__ = [
     "kalman_filter",
     "linearise_in_parts",
     "noise_aware_for",
-    "on_chunks",
     "on_whole_recordings",
-    "smoothed_starts",
+    "search_for",
     "totals",
     "with_smooth_force",
 ]

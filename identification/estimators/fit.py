@@ -11,13 +11,13 @@ import numpy as np
 from identification.budget import time_is_over
 from identification.data.experiment import Experiment
 from identification.data.grid import grids, with_smooth_force
+from identification.estimators.by_order import fit_damped, fit_full
 from identification.estimators.constraints import checked
 from identification.estimators.coordinates import Coordinates
-from identification.estimators.damped import fit_damped
 from identification.estimators.feasibility import check_constraints, check_given, check_priors, obstacle
 from identification.estimators.fitted import Fit, Outcome
 from identification.estimators.imposed_motion.fit import fit_imposed_motion
-from identification.estimators.noise_aware.fit import fit_noise_aware, force_noise_matters
+from identification.estimators.noise_aware.fit import force_noise_matters
 from identification.estimators.noise_aware.resolution import resolved_by_nodes
 from identification.estimators.order import Order, order_of, swing
 from identification.estimators.output_error.fit import fit_output_error, integrates
@@ -120,7 +120,7 @@ def _force_driven(
         order = "full"
     told = order != "auto"
     progress("starting values", 0, 0)
-    starts_tell = not told or (order == "full" and not noisy)
+    starts_tell = not told or order == "full"
     ranked = starting_values(chunked(driven) or driven, valve, coordinates) if starts_tell else []
     spacing = max(s.dt for e in experiments for s in e.segments)
     chosen: Order = _order(coordinates, ranked, spacing, noisy) if order == "auto" else order
@@ -130,12 +130,13 @@ def _force_driven(
         if told or found.outcome is not Outcome.TOO_SHORT:  # for the loop of force over position
             return found
     if noisy:
-        found = fit_noise_aware(valve, coordinates, driven, segment_grids, progress=progress)
+        found = fit_full(valve, coordinates, driven, segment_grids, ranked, progress)
         if told or found.outcome is Outcome.CONVERGED or _resolves(found, spacing) or time_is_over():
             return found
         damped = fit_damped(valve, coordinates, driven, "damped", segment_grids, progress)
         return damped if damped.outcome is Outcome.CONVERGED else found
-    return fit_output_error(valve, coordinates, experiments, ranked, progress)
+    exact = estimator != "auto" or any(e.hold for e in experiments)  # a converter's output has no error
+    return fit_output_error(valve, coordinates, experiments, ranked, progress, exact=exact)
 
 
 def _resolves(found: Fit, spacing: float) -> bool:

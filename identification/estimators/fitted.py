@@ -54,7 +54,7 @@ class Fit:
     normalised root mean square residual (of the innovations where the force is estimated), 1 at the noise floor;
     estimate : force, motion and parameters as estimated together, where the fit is noise-aware, and noise_aware : what
     estimated them; replicates : of a fit in windows; order : what of the model the sampling resolves; systematic
-    (n_free,) : standard errors beside the noise, in coordinates, of a fit of damped order.
+    (n_free,) : standard errors beside the noise, in coordinates, of a noise-aware fit.
     """
 
     outcome: Outcome

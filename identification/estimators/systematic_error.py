@@ -1,4 +1,4 @@
-"""How far a fit of damped order may be off beside its noise, and what of that is known.
+"""How far a noise-aware fit may be off beside its noise, and what of that is known.
 
 The force between and behind its samples is taken for a smooth one, and independent of the motion. A positioner answers
 every slip, and a valve slips where the force bends; what smoothing leaves of that is taken for friction. A replicate
@@ -16,14 +16,14 @@ import numpy as np
 
 from identification.data.grid import grids
 from identification.estimators.fitted import Fit
-from identification.estimators.noise_aware.damped import damped_for
-from identification.estimators.noise_aware.damped_search import WholeFit
+from identification.estimators.noise_aware.best_paths import noise_aware_for
+from identification.estimators.noise_aware.search import WholeFit
 from identification.estimators.output_error.replicates import without_noise
 from recordings import Array
 
 
 def without_bias(found: Fit, whole: WholeFit) -> Fit:
-    """A noise-aware fit of damped order, to whole recordings, less its bias, with `Fit.systematic`, how far it may be
+    """A noise-aware fit to whole recordings less its bias, with `Fit.systematic`, how far it may be
     off beside its noise; its estimate stays as it was.
     """
     assert found.estimate is not None
@@ -35,8 +35,8 @@ def without_bias(found: Fit, whole: WholeFit) -> Fit:
 
 
 def order_bias(found: Fit) -> Array | None:
-    """Where the next step of a noise-aware fit of damped order goes from its end (m,), in coordinates, on what the
-    model gives in full order there; None where that has no solution.
+    """Where the next step of a noise-aware fit goes from its end (m,), in coordinates, on what the model gives there in
+    full order and fine steps; None where that has no solution.
     """
     problem, estimate = found.problem, found.estimate
     assert problem is not None
@@ -45,7 +45,7 @@ def order_bias(found: Fit) -> Array | None:
     if experiments is None:
         return None
     coordinates = problem.coordinates.with_priors_at(estimate.theta)  # to a replicate what is known beforehand is right
-    work = damped_for(problem.kernel, coordinates, grids(experiments), estimate.theta)
+    work = noise_aware_for(problem.kernel, coordinates, grids(experiments), [estimate.theta], found.order)
     start = work.start(estimate.theta)
     return None if start is None else work.step(start)
 

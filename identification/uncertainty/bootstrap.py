@@ -15,8 +15,7 @@ from identification.data.experiment import Experiment, Segment, noisy
 from identification.data.grid import grids
 from identification.estimators.fit import fit
 from identification.estimators.fitted import Fit, held
-from identification.estimators.noise_aware.damped import damped_for
-from identification.estimators.noise_aware.fit import noise_aware_for
+from identification.estimators.noise_aware.best_paths import LAST, noise_aware_for
 from identification.estimators.output_error.replicates import replicates
 from identification.uncertainty.covariance import Uncertainty, status_and_note, widened_rms
 from recordings import Array, BadParameter, NegativeAnswer, Progress, silent
@@ -127,10 +126,6 @@ def _refitted(found: Fit, experiments: list[Experiment], rng: np.random.Generato
         )  # fmt: skip
         return again.p if again.outcome.usable else None
     theta, known = found.estimate.theta, grids(experiments)
-    work = (
-        damped_for(found.kernel, c, known, theta)
-        if found.kernel.damped
-        else noise_aware_for(found.kernel, c, known, [theta])
-    )
-    end = work.in_stages(theta)
-    return None if end is None else c.p(end.theta)
+    work = noise_aware_for(found.kernel, c, known, [theta], found.order)
+    start = work.start(theta)
+    return None if start is None else c.p(work.descend(start, LAST).theta)

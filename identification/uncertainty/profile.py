@@ -132,9 +132,9 @@ class Valley:
         """The same along the paths of a noise-aware estimate."""
         assert self.estimate is not None
         assert self.fit.noise_aware is not None
-        work = replace(self.fit.noise_aware, coordinates=held, freedom=self.fit.noise_aware.last_stages[-1][0])
+        work = replace(self.fit.noise_aware, coordinates=held)
         first = work.along(others, self.estimate.paths, TAKEN_OVER)
-        end = None if first is None else work.strict(work.descend(first, STEPS))
+        end = None if first is None else work.descend(first, STEPS)
         if end is None:
             return None
         return replace(self, unknowns=np.insert(end.theta, place, theta), cost=end.cost, estimate=end)

@@ -10,7 +10,7 @@ from benchmarks.examination.subjects import TRUTH
 from identification import experiment
 from identification.data.grid import grids
 from identification.estimators import Coordinates
-from identification.estimators.noise_aware.damped import damped_for
+from identification.estimators.noise_aware.best_paths import damped_for
 from identification.estimators.noise_aware.search import RIGHT
 from simulator import BASE, kernel
 

@@ -3,8 +3,7 @@
 Output error takes the recorded force for exact; its noise then dithers the simulated bristle, and break-away force and
 Stribeck velocity come out wrong by a multiple. Here the force is estimated along with the motion: each step linearises
 all intervals along the present paths, filters, moves the parameters by Gauss-Newton on the innovations and the paths to
-where the smoother sees them then (an iterated extended Kalman smoother with parameters). At first the paths may stray
-from the model, which keeps the problem smooth; that freedom is then taken away.
+where the smoother sees them then (an iterated extended Kalman smoother with parameters).
 """
 
 from __future__ import annotations
@@ -35,7 +34,7 @@ LONGEST = 0.4
 HOLD = 1.0 / np.log(3.0) ** 2
 """Precision that keeps a coordinate near where it is in one step."""
 NEW_PATH, TAKEN_OVER = 3, 4
-"""Steps of the path alone along which a fit starts: of a new path, and of one from a stage before."""
+"""Steps of the path alone along which a fit starts: of a new path, and of one that another fit left."""
 EQUAL = 1.0
 """Difference of two costs that noise gives."""
 RELAXED = 2
@@ -47,17 +46,8 @@ did."""
 SETTLED, MOST_FAILURES = 0.3, 4
 """A descent has settled with moves below so many standard deviations, or after so many failures in a row."""
 
-STAGES = (
-    (PathFreedom(1.0, 1e-5, 0.05, 5e-4), 10),
-    (PathFreedom(1.0, 1e-5, 0.02, 2.5e-4), 8),
-)
-"""Freedom of the path and number of steps of the last stages, on whole recordings."""
-SPARSE_STAGES = ((PathFreedom(1.0, 1e-4, 0.1, 5e-4), 5), *STAGES)
-"""The same where positions are rare."""
 STRICT = PathFreedom(1.0, 1e-5, 0.0, 2.5e-4, share=1.0)
-STRICT_STEPS = 3
-"""Freedom and number of steps of the path by which ends of fits are judged."""
-Stages = Sequence[tuple[PathFreedom, int]]
+"""The least freedom of the path: without allowance for the error of linearisation."""
 
 
 @dataclass(frozen=True)
@@ -243,29 +233,6 @@ class NoiseAware:
     def further(self, first: Estimate, steps: int, vain: Callable[[Estimate], bool]) -> Estimate:
         """The estimate after a further descent. vain : whether it is, to go on."""
         return self.refit(first.theta, first.paths, steps, vain) or first
-
-    def in_stages(self, theta: Array, stages: Stages = ()) -> Estimate | None:
-        """The estimate after descents with ever less freedom of the paths, by default those for whole recordings. None
-        where the model diverges.
-        """
-        now: Estimate | None = None
-        for freedom, steps in stages or self.last_stages:
-            stage, now = self.with_freedom(freedom), None if now is None else lean(now)
-            first = handed_over(stage.start(theta) if now is None else stage.along(now.theta, now.paths, TAKEN_OVER))
-            if not first:
-                return now
-            now = stage.descend(first.pop(), steps)
-        return now
-
-    @property
-    def last_stages(self) -> Stages:
-        """The stages of a fit to whole recordings."""
-        return STAGES if self.dense else SPARSE_STAGES
-
-    def strict(self, now: Estimate) -> Estimate | None:
-        """The estimate without allowance for the error of linearisation, which makes costs of estimates comparable."""
-        end = self.with_freedom(STRICT).along(now.theta, now.paths, STRICT_STEPS)
-        return None if end is None else replace(end, settled=now.settled)
 
     def _sigmas(self, now: Estimate) -> Array:
         return np.sqrt(np.maximum(np.diag(now.covariance), 1e-12))

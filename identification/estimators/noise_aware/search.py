@@ -1,216 +1,242 @@
-"""The search of a noise-aware fit: many starts on chunks of the recordings, the best of their ends on all.
-
-A start that is far off in mass, bristle stiffness or damping leads to a path from which no step helps. So starts are
-compared by the cost of the smoothed path alone, descents from the better ones are made on some seconds of each
-recording with different freedom of the path, and only the best end is carried to whole recordings.
-"""
+"""The search of a noise-aware fit: descents on chunks of the recordings, the best of their ends on all."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from identification.budget import time_is_over
 from identification.data.chunks import centred
 from identification.data.grid import Grid
-from identification.estimators.coordinates import Coordinates
-from identification.estimators.estimate import HOPELESS, Estimate, converged, lean
-from identification.estimators.noise_aware.estimator import NoiseAware, Stages
-from identification.estimators.noise_aware.linearised_model import PathFreedom
+from identification.estimators.estimate import HOPELESS, Estimate, lean
+from identification.estimators.noise_aware.best_paths import LAST, WORTH, BestPathsNoiseAware
 from recordings import Array, Progress, silent
 
-CHUNK, CHUNK_S, CHUNKS = 2500, 4.0, 6
-"""Least nodes and seconds of a chunk, and number of chunks of all recordings together, about."""
-SCREEN = PathFreedom(1.0, 1e-4, 0.1, 1e-3)
-"""Freedom at which starts are compared: with more of it a wrong mass cannot be told from the right one."""
-CHANGES, ROUNDS = 10, 2
-"""Number of changes of the best start, and times that they are tried."""
-DIRECT: Stages = ((PathFreedom(1.0, 1e-3, 0.3, 1e-3), 5), (PathFreedom(1.0, 1e-4, 0.1, 1e-3), 9))
-GENTLE: Stages = (
-    (PathFreedom(3.0, 3e-3, 0.3, 1e-3, honest=False), 6),
-    (PathFreedom(1.0, 1e-3, 0.3, 1e-3, honest=False), 6),
-    (PathFreedom(1.0, 1e-4, 0.1, 1e-3), 8),
-)
-WIDE: Stages = (
-    (PathFreedom(3.0, 1e-2, 0.3, 1e-3, honest=False), 6),
-    (PathFreedom(2.0, 3e-3, 0.3, 1e-3, honest=False), 6),
-    *DIRECT,
-)
-"""Stages of a descent from a start on chunks, by how much freedom the path has at first."""
+CHUNK, CHUNK_S, CHUNKS = 1000, 8.0, 6
+"""Least nodes and seconds of a chunk, and number of chunks of all recordings together, about: in short ones paths make
+up for what a model lacks."""
 RIGHT = 1.06
 """Mean loss on chunks up to which an end is taken to be the right one at once: wrong ends have 1.1 to 15."""
 UNEXPLAINED, NOT_FAR = 3.0, 2.0
 """Mean loss from which the model is known to lack much, and how many times the least loss is not far behind it."""
-TELLING = 5000
-"""Positions on chunks from which the loss tells a right end from a wrong one, so that a start may be tried unseen."""
-MOST_TRIES = 7
-"""Descents on chunks at most before the best end is carried to whole recordings."""
-AGREED = 2.0
-"""Difference of the costs of two ends on chunks up to which they are the same."""
 HOPELESS_TRIES = 3
-"""Descents after which no more are made where all ends follow nothing of the data (`HOPELESS`)."""
-RISING = 0.8
-"""Slope at which a rising friction curve goes from fs to fc, in (fc - fs)/vs."""
-MASSES = (0.2, 30.0)
-"""Moving masses [kg] that are tried."""
-
-
-def on_chunks(whole: NoiseAware) -> NoiseAware:
-    """The same fit to chunks of its grids."""
-    return replace(whole, grids=chunks(whole.grids))
+"""Descents after which no more are made where all ends explain nothing (`UNEXPLAINED`)."""
+FEW = 1e-3
+"""Share of innovations far off from which an end on chunks is not taken for the right one."""
+ROUNDS = 5
+"""Times at most that a fit to whole recordings goes on."""
+HIGHER = (1.0, 1.01, 1.05)
+"""Factors on static friction with which a descent on whole recordings begins again."""
+ROUGHER = 100.0
+"""Factor on the intensity of what drives a rougher force: ten times are too few where the motion itself drives the
+force, as behind a positioner."""
+MUCH = 0.5
+"""Share of the loss above 1 that a descent leaves, from which on the next one is not worth its time: what a model
+lacks no descent finds."""
+TOO_LONG = 1.5
+"""Times that a sub-step may be longer than the end of the fit asks for: the error of a step grows with its square."""
+ASIDE, NO_WORSE = 10.0, 60.0
+"""Standard deviations by which a start is on the side of an end that may not be the best, and difference of the cost up
+to which ends explain about as much.
+"""
+SAME = 1e-2
+"""Distance of two starts, in coordinates, below which they are one."""
+NEAR = 2.0
+"""Mean loss along new paths up to which a descent begins before other starts are looked at."""
 
 
 def best_on_chunks(
-    small: NoiseAware, starts: Sequence[Array], *, most: int = MOST_TRIES, progress: Progress = silent
+    whole: BestPathsNoiseAware, starts: Iterable[Array], enough: Callable[[Estimate], bool], progress: Progress = silent
 ) -> Estimate | None:
-    """The best end on chunks, of at most so many descents, from starting values (m,), best first. None where the model
-    diverges from all. It may be the wrong one: ask `converged`.
+    """The best end on chunks from starting values (m,), the likeliest first, until it is enough or explains them. None
+    where the model diverges from all.
     """
-    ends: list[Estimate] = []
-    for tries, (start, stages) in enumerate(_descents(small, starts), 1):
-        progress("search on chunks", tries - 1, most)
-        end = small.in_stages(start, stages)
-        end = None if end is None else small.strict(end)
-        if end is not None:
-            ends.append(lean(end))
-        hopeless = tries >= HOPELESS_TRIES and all(end.loss > HOPELESS for end in ends)
-        if ends and (tries >= most or hopeless or ends[-1].loss < RIGHT or _agreed(ends) or time_is_over()):
+    small = replace(whole.coarse, grids=chunks(whole.grids))
+    ends = list[Estimate]()
+    for tries, start in enumerate(_likeliest_first(small, starts), 1):
+        progress("search on chunks", tries, 0)
+        least = min((end.loss for end in ends), default=UNEXPLAINED)
+        end = small.descended(small.mended(start), most=min(UNEXPLAINED, NOT_FAR * least))
+        again = small.start(end.theta) if enough(end) else None
+        if again is not None:  # what damped steps leave is no reason to stop where they are not needed
+            end = small.descended(again)
+        ends.append(end)
+        hopeless = tries >= HOPELESS_TRIES and all(end.loss > UNEXPLAINED for end in ends)
+        best = _best(ends)
+        if hopeless or _explained(best) or _agreed(ends) or enough(best) or time_is_over():
             break
-    return _best(small, ends, starts[-1]) if ends else None
+    return _best(ends) if ends else None
+
+
+def _likeliest_first(work: BestPathsNoiseAware, starts: Iterable[Array]) -> Iterator[Estimate]:
+    """The estimates along new paths at starting values (m,) that differ: each at once if it is near, the others at the
+    end, those of least loss first, but what explains nothing as it comes.
+    """
+    tried, others = list[Array](), list[Estimate]()
+    for start in starts:
+        if any(np.abs(start - one).max() < SAME for one in tried):
+            continue
+        tried.append(start)
+        new = work.along_new(start)
+        if new is not None and new.loss < NEAR:
+            yield new
+        elif new is not None:
+            others.append(new)
+    yield from sorted(others, key=lambda new: min(new.loss, UNEXPLAINED))
+
+
+def _best(ends: Sequence[Estimate]) -> Estimate:
+    return min(ends, key=lambda end: end.cost)
 
 
 def _agreed(ends: Sequence[Estimate]) -> bool:
-    """Whether two descents, and none to a better end, led to the same place."""
+    """Whether two descents from different starts, and none to a better end, led to about the same cost."""
     least = min(end.cost for end in ends)
-    return sum(end.cost < least + AGREED for end in ends) > 1
+    return sum(end.cost < least + WORTH and end.loss < UNEXPLAINED for end in ends) > 1
 
 
-def _best(problem: NoiseAware, ends: Sequence[Estimate], start: Array) -> Estimate:
-    """The end with the least cost; where the model explains nothing well, of those not far behind the one whose mass is
-    nearest to that of a start: likelihood would then choose what bends the model most, a mass of tons for example.
+def _explained(end: Estimate) -> bool:
+    """Whether an end explains the chunks."""
+    return end.loss < RIGHT and end.outliers < FEW
+
+
+@dataclass(frozen=True)
+class WholeFit:
+    """An end of a fit to whole recordings. work : what makes it; end : its estimate; is_root : whether steps along new
+    paths came to a root there; others : ends that explain about as much.
     """
-    least = min(end.loss for end in ends)
-    if least < UNEXPLAINED or "mass.m" not in problem.names:
-        return min(ends, key=lambda end: end.cost)
-    mass = problem.names.index("mass.m")
-    return min((e for e in ends if e.loss < NOT_FAR * least), key=lambda end: abs(end.theta[mass] - start[mass]))
+
+    work: BestPathsNoiseAware
+    end: Estimate
+    is_root: bool = False
+    others: tuple[Estimate, ...] = ()
+
+    @property
+    def explains(self) -> bool:
+        """Whether steps have come to an end, and its innovations look like noise."""
+        return self.end.settled and self.work.explains(self.end)
+
+    @property
+    def to_others(self) -> Array:
+        """How far the ends are that explain about as much (m,), in coordinates, at most."""
+        return np.max([np.abs(one.theta - self.end.theta) for one in (self.end, *self.others)], axis=0)
+
+    @property
+    def to_rougher(self) -> Array:
+        """How far the next step goes (m,), in coordinates, if the force is rougher between samples; 0 where the model
+        diverges then, and where samples are so close that they show the force.
+        """
+        if not self.work.kernel.damped:
+            return np.zeros_like(self.end.theta)
+        move = with_rougher_force(self.work, self.end.theta)
+        return np.zeros_like(self.end.theta) if move is None else move
 
 
-def on_whole_recordings(whole: NoiseAware, small: NoiseAware, best: Estimate) -> Estimate | None:
-    """The fit to whole recordings from the best end on chunks; where it fails, once more from there.
+def on_whole_recordings(whole: BestPathsNoiseAware, chunks_end: Estimate) -> WholeFit | None:
+    """The fit to whole recordings from an end on chunks. None where the model diverges.
 
-    best.theta (m,) : the start, in the coordinates of the problem. None where the model diverges.
+    Where steps along new paths explain too little, descents go on while they gain, from new paths and more static
+    friction. A model that is known to lack much has no root to which such steps lead, and is only descended.
     """
-    found: Estimate | None = None
-    theta = best.theta
-    for _ in range(2):
-        end = whole.in_stages(theta)
-        end = None if end is None else whole.strict(end)
-        if end is not None:
-            found = end if found is None else _best(whole, (found, end), best.theta)
-        if found is None or converged(found) or found.loss > HOPELESS or time_is_over():
+    start = whole.start(chunks_end.theta)
+    if start is None:
+        return None
+    fit = _followed if chunks_end.loss < UNEXPLAINED else _descended
+    found = fit(whole, start)
+    finer = whole.resolving(found.end.theta)
+    start = finer.start(found.end.theta) if finer.freedom.h_max < whole.freedom.h_max / TOO_LONG else None
+    if start is not None:
+        found = fit(finer, start)
+    for _ in range(ROUNDS):
+        if found.explains or found.end.loss > HOPELESS or time_is_over():
             break
-        again = [small.in_stages(found.theta, DIRECT)]
-        again += [small.in_stages(start, GENTLE) for start in usual_values(small.coordinates, found.theta)[:1]]
-        ends = [end for end in again if end is not None]
-        theta = (_best(small, ends, best.theta) if ends else found).theta
+        start = _again(found)
+        further = None if start is None else _descended(found.work, start)
+        if further is None or further.end.cost > found.end.cost:
+            break
+        last = found.end.cost - further.end.cost < WORTH or further.end.loss - 1 > MUCH * (found.end.loss - 1)
+        found = further
+        if found.explains:
+            followed = _followed(found.work, found.end)
+            found = followed if followed.explains else found
+        if last:
+            break
     return found
 
 
-def _descents(problem: NoiseAware, starts: Sequence[Array]) -> Iterator[tuple[Array, Stages]]:
-    """Starts and stages of the descents worth making, the likeliest first."""
-    if problem.positions > TELLING:
-        yield starts[0], DIRECT
-    ranked = screened(problem, starts)
-    first = ranked[0]
-    yield first, DIRECT
-    yield first, WIDE
-    for start in usual_values(problem.coordinates, starts[0]):
-        yield start, GENTLE
-    for start in usual_values(problem.coordinates, starts[-1]):
-        yield start, WIDE
-    for start in ranked[1:]:
-        yield start, GENTLE
+def _followed(work: BestPathsNoiseAware, start: Estimate) -> WholeFit:
+    return WholeFit(work, *work.followed(start))
 
 
-def chunks(grids: Sequence[Grid], nodes: int = CHUNK, seconds: float = CHUNK_S) -> list[Grid]:
-    """Some stretches of every grid (n_samples,), evenly spread, when grids are long; nodes, seconds [s] : in a stretch,
-    at least.
+def _descended(work: BestPathsNoiseAware, start: Estimate) -> WholeFit:
+    return WholeFit(work, work.descend(start, LAST))
+
+
+def from_both_sides(found: WholeFit) -> WholeFit:
+    """The best of an end that is no root and of those to which steps from either side of it lead, and so from there,
+    while that gains. A descent may stop in a hollow of its own paths.
     """
-    return [grids[i].part(at.start, at.stop) for i, at in chunk_places(grids, nodes, seconds)]
+    work, ends = found.work, [found.end]
+    for _ in range(ROUNDS):
+        best = _best(ends)
+        starts = [work.start(theta) for theta in _sides(work, best)]
+        further = [_followed(work, start) for start in starts if start is not None and not time_is_over()]
+        ends += [one.end for one in further if one.explains]
+        before, best = best, _best(ends)
+        ends = [best, *(lean(end) for end in ends if end is not best)]
+        if best.cost > before.cost - WORTH:
+            break
+    return replace(found, end=ends[0], others=tuple(end for end in ends[1:] if end.cost < ends[0].cost + NO_WORSE))
 
 
-def chunk_places(
-    grids: Sequence[Grid], nodes: int = CHUNK, seconds: float = CHUNK_S
-) -> list[tuple[int, slice]]:  # fmt: skip
+def _sides(work: BestPathsNoiseAware, end: Estimate) -> list[Array]:
+    """Parameters (m,) on either side of an estimate, with another mass, which the sampling tells least, and the others
+    as the data want them then. None where the mass is given.
+    """
+    if "mass.m" not in work.names:
+        return []
+    i = work.names.index("mass.m")
+    way = ASIDE * end.covariance[:, i] / np.sqrt(end.covariance[i, i])
+    return [work.coordinates.bounds.nearest(end.theta + side * way) for side in (-1, 1)]
+
+
+def _again(found: WholeFit) -> Estimate | None:
+    """The estimate from which a fit goes on that explains too little: along new paths where it has ended, or with more
+    static friction, whichever costs least. Where that is too low the model slips before the data do, and no step of a
+    descent is as long as the way back. Chunks do not always tell it. A fit that explains nothing says nothing of static
+    friction. None where the model diverges.
+    """
+    work, theta = found.work, found.end.theta
+    values = work.coordinates.values(theta)
+    factors = HIGHER[:1] if found.end.loss > UNEXPLAINED else HIGHER
+    tried = [work.coordinates.theta_of(values | {"lugre.fs": factor * values["lugre.fs"]}) for factor in factors]
+    starts = [start for start in map(work.start, tried) if start is not None]
+    return min(starts, key=lambda start: start.cost, default=None)
+
+
+def with_rougher_force(whole: BestPathsNoiseAware, theta: Array) -> Array | None:
+    """The next step (m,) from the end of a fit if what drives the force is `ROUGHER` times as strong: there fewer slips
+    decide. None where the model diverges.
+    """
+    grids = [replace(grid, force=replace(grid.force, intensity=ROUGHER * grid.force.intensity)) for grid in whole.grids]
+    work = replace(whole, grids=grids)
+    start = work.start(theta)  # paths that came to rest under the smooth force stay there
+    return None if start is None else work.step(start)
+
+
+def chunks(grids: Sequence[Grid]) -> list[Grid]:
+    """Some stretches of every grid (n_samples,), evenly spread, when grids are long."""
+    return [grids[i].part(at.start, at.stop) for i, at in chunk_places(grids)]
+
+
+def chunk_places(grids: Sequence[Grid]) -> list[tuple[int, slice]]:
     """Where those stretches are: the number of the grid of each, and its nodes."""
     total, found = sum(len(s.t) for s in grids), list[tuple[int, slice]]()
     for i, s in enumerate(grids):
         n, count = len(s.t), max(1, round(CHUNKS * len(s.t) / total))
-        length = max(nodes, int(seconds * (n - 1) / (s.t[-1] - s.t[0])))
+        length = max(CHUNK, int(CHUNK_S * (n - 1) / (s.t[-1] - s.t[0])))
         short = 1.5 * length * count >= n
         found += [(i, at) for at in ([slice(0, n)] if short else centred(n, length, count))]
     return found
-
-
-def screened(problem: NoiseAware, starts: Sequence[Array]) -> list[Array]:
-    """Starts and changes of the best of them, best first, by the cost after a few steps of the path alone.
-
-    starts : (m,) each, in the coordinates of the problem, as the answers.
-    """
-    screening, tried = problem.with_freedom(SCREEN), list[tuple[float, Array]]()
-
-    def cost_of(candidate: Array) -> float:
-        estimate = screening.start(candidate)
-        tried.append((np.inf if estimate is None else estimate.cost, candidate))
-        return tried[-1][0]
-
-    for start in starts:
-        for candidate in (start, *usual_values(problem.coordinates, start)):
-            cost_of(candidate)
-    cost, best = min(tried, key=lambda pair: pair[0])
-    for _ in range(ROUNDS):
-        if time_is_over():
-            break
-        before = cost
-        for change in range(CHANGES):
-            candidate = _changed(problem, best, change)
-            value = cost_of(candidate)
-            if value < cost - 10.0:
-                best, cost = candidate, value
-        if before - cost < 0.01 * sum(len(s.t) for s in problem.grids):
-            break
-    return [candidate for _, candidate in sorted(tried, key=lambda pair: pair[0])]
-
-
-def usual_values(coordinates: Coordinates, theta: Array) -> list[Array]:
-    """A start with what noise makes extreme set to usual values: friction curve, damping of the bristle, and mass. A
-    curve that rises with speed, fs below fc, is viscous friction in disguise.
-
-    theta (m,) : the start, in the given coordinates, as the answers.
-    """
-    value = coordinates.values(theta)
-    rise = value["lugre.fc"] - value["lugre.fs"]
-    if rise > 0:
-        viscous = value["lugre.sigma2"] + RISING * rise / value["lugre.vs"]
-        value = value | {"lugre.fc": value["lugre.fs"], "lugre.sigma2": viscous}
-    fc, critical = value["lugre.fc"], 2 * np.sqrt(value["lugre.sigma0"])
-    curve = {"lugre.fs": float(np.clip(value["lugre.fs"], 1.1 * fc, 1.5 * fc)),
-             "lugre.vs": float(np.clip(value["lugre.vs"], 1.5e-3, 1e-2))}  # fmt: skip
-    masses = dict.fromkeys((3.0, value["mass.m"]))
-    return [
-        coordinates.theta_of(value | curve | {"mass.m": m, "lugre.sigma1": 0.3 * critical * np.sqrt(m)}) for m in masses
-    ]
-
-
-def _changed(problem: NoiseAware, theta: Array, change: int) -> Array:
-    """A start with another friction curve, bristle or mass; change : which, below `CHANGES`."""
-    value = problem.coordinates.values(theta)
-    fc, s0, s1, m = (value[n] for n in ("lugre.fc", "lugre.sigma0", "lugre.sigma1", "mass.m"))
-    others = [{"lugre.sigma0": f * s0, "lugre.sigma1": f**0.5 * s1} for f in (0.05, 0.2, 5.0)]
-    others += [{"lugre.sigma1": f * s1} for f in (0.2, 4.0)]
-    others += [{"mass.m": float(np.clip(f * m, *MASSES))} for f in (0.3, 3.0)]
-    others += [{"lugre.fs": 1.3 * fc, "lugre.vs": vs} for vs in (1e-3, 3e-3, 8e-3)]
-    return problem.coordinates.theta_of(value | others[change])

@@ -8,7 +8,7 @@ one slip does says more of friction than when the hundredth happened.
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -21,7 +21,7 @@ from identification.estimators.anchors import anchors
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.fitted import Fit, Outcome, fit_of_windows
 from identification.estimators.least_squares import Solution, minimise
-from identification.estimators.order import LIGHTEST, USUAL, Order, at_rest, slip_is_seen, sub_step, swing_is_over
+from identification.estimators.order import LIGHTEST, USUAL, Order, at_rest, slip, slip_is_seen, sub_step, swing_is_over
 from identification.estimators.output_error.force_position_loop import ForcePositionLoop, force_position_loop
 from identification.estimators.output_error.homotopy import Minimum
 from identification.estimators.output_error.problem import Problem, ResidualForm
@@ -48,6 +48,9 @@ LAST = 40
 """Steps in the narrow loss."""
 ROUGHLY, GAIN = 1e-3, 3e-5
 """Fall of the cost, as a share of it, that another step has to promise in the wide loss and in the narrow one."""
+ABSURD = 1e6
+"""Angle [rad] by which a light mass would swing on the spring of the loop from sample to sample, from which that is no
+spring: the units are wrong, and steps that follow such a swing have no end."""
 FINER = 4
 """Part of the search's sub-step that the last fit takes: the step's own error biases mass, Stribeck velocity and
 viscous friction by more than the noise does (at full size by 50 standard deviations, at a quarter by none that shows).
@@ -69,18 +72,24 @@ last fit is free to leave."""
 
 
 def search_for(valve: Kernel, coordinates: Coordinates, smooth: Sequence[Experiment], order: Order) -> Search | None:
-    """The search for a fit to experiments with a smooth force; None where they make no loop of force over position.
+    """The search for a fit to experiments with a smooth force; None where they make no loop of force over position, or
+    one of no spring.
 
     order : ``damped``, or ``static`` where slips are over between two samples: what only a slip tells is held then.
     """
     loop = force_position_loop(smooth, coordinates.held("spring.K"))
-    if loop is None:
+    if loop is None or slip({"spring.K": loop.K, "mass.m": LIGHTEST}) * _spacing(smooth) > ABSURD:
         return None
     if order == "static":
         coordinates = coordinates.holding(at_rest(loop.K))
     model = kernel(valve.effects, "force", valve.catalogue, damped=True)
     whole, parts = (Problem(model, coordinates, [_told(e, loop) for e in some]) for some in (smooth, _parts(smooth)))
     return Search(whole, parts, loop)
+
+
+def _spacing(experiments: Sequence[Experiment]) -> float:
+    """Longest time between samples of any segment [s]."""
+    return max(s.dt for e in experiments for s in e.segments)
 
 
 def fit_in_windows(search: Search, starts: Sequence[Array], order: Order, progress: Progress = silent) -> Fit:
@@ -142,6 +151,10 @@ class Search:
         """Where the narrow loss leads from theta, (n_free,) both; None where the model diverges."""
         end = self.best([theta])
         return None if end is None else end.theta[: self.coordinates.n_free]
+
+    def all_narrowed(self, starts: Sequence[Array]) -> Iterator[Array]:
+        """Where the narrow loss leads from some starts, (n_free,) each, when it is asked for."""
+        yield from (end for end in map(self.narrowed, starts) if end is not None)
 
     def best(self, starts: Sequence[Array]) -> Solution | None:
         """The best end of the descents from some starting values (n_free,)."""

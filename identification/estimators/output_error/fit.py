@@ -8,9 +8,12 @@ import numpy as np
 
 from identification.budget import time_is_over
 from identification.data.experiment import Experiment
+from identification.data.grid import grids
+from identification.estimators.by_order import fit_full
 from identification.estimators.coordinates import Coordinates
+from identification.estimators.estimate import CLEAN_LOSS
 from identification.estimators.fitted import Fit, Outcome, fit_of_free_runs
-from identification.estimators.noise_aware.fit import start_of_free_runs
+from identification.estimators.noise_aware.search import UNEXPLAINED
 from identification.estimators.output_error.basin_search import basin_search
 from identification.estimators.output_error.homotopy import Homotopy, Minimum
 from identification.estimators.output_error.starting_values import StartingPoint
@@ -23,8 +26,6 @@ WORTH = 0.98
 """A further start is tried only while the last one brought the cost below this share of the best before it."""
 GOOD_ENOUGH = 1.15
 """Normalised root mean square residual at which no further start is tried."""
-LOST = 2.0
-"""The same of a fit that follows the data, from which one more start is made, with error in the force."""
 
 INTEGRATING_WINDOW = 0.01
 """Reset window [s] of the last stage for a plant without spring: it integrates every error of the model without limit,
@@ -33,21 +34,35 @@ so that its free run says more about the model's smallest flaw than about its pa
 
 def fit_output_error(
     valve: Kernel, coordinates: Coordinates, experiments: Sequence[Experiment], ranked: Sequence[StartingPoint],
-    progress: Progress = silent,
+    progress: Progress = silent, *, exact: bool,
 ) -> Fit:  # fmt: skip
-    """Fit a valve whose recorded force is exact, from starting values, best first."""
+    """Fit a valve whose recorded force is exact, from starting values, best first. Where free runs do not explain the
+    recordings, and a noise-aware fit does, that is the answer, unless the force is `exact` without doubt.
+    """
     window = INTEGRATING_WINDOW if integrates(coordinates) else np.inf
     homotopy = Homotopy(valve, coordinates, experiments, window)
     best = _best_minimum(homotopy, ranked, progress)
     progress("fit to whole recordings", 0, 0)
     found = fit_of_free_runs(valve, coordinates, homotopy.full, _polished(homotopy, best))
-    if found.outcome not in (Outcome.CONVERGED, Outcome.NOT_SETTLED) or found.rms < LOST or integrates(coordinates):
+    if found.outcome not in (Outcome.CONVERGED, Outcome.NOT_SETTLED) or explains(found) or integrates(coordinates):
         return found
-    progress("one more start, with error in the force", 0, 0)
-    theta = start_of_free_runs(valve, coordinates, experiments)
-    end = _polished(homotopy, None if theta is None else homotopy.follow(theta))
+    progress("one more fit, with error in the force", 0, 0)
+    noisy = fit_full(valve, coordinates, experiments, grids(experiments), ranked, progress)
+    if noisy.outcome is Outcome.CONVERGED and not exact:
+        return noisy
+    if noisy.estimate is None or noisy.estimate.loss > UNEXPLAINED or time_is_over():
+        return found
+    end = _polished(homotopy, homotopy.follow(noisy.estimate.theta))
     other = fit_of_free_runs(valve, coordinates, homotopy.full, end)
     return other if other.rms < found.rms else found
+
+
+def explains(found: Fit) -> bool:
+    """Whether a fit by free runs leaves nothing but noise. One that has a slip in the wrong place leaves a little more,
+    and its values are wrong by many standard deviations.
+    """
+    assert found.problem is not None
+    return found.rms**2 < CLEAN_LOSS + 3 / np.sqrt(found.problem.samples)
 
 
 def integrates(coordinates: Coordinates) -> bool:

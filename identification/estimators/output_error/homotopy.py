@@ -24,6 +24,8 @@ WINDOW = 0.2
 """Reset window [s] of the first stage."""
 TUNING = 3.0
 """Tuning of the Cauchy loss in the robust stages, in sigmas of the measured noise."""
+ROBUST_STEPS, ROBUST_TOLERANCE = 15, 1e-3
+"""Steps of a robust stage at most, and fall of the cost, as a share of it, that another one has to promise."""
 COARSE = 2e-3
 """Largest sub-step of the early stages [s]."""
 FINEST = 4e-5
@@ -101,7 +103,7 @@ class Homotopy:
     def polish(self, minimum: Minimum, iterations: int = 80) -> Minimum:
         """Plain least squares from where the robust stages arrived, with a sub-step fine enough for the noise."""
         setting = self._fine_enough(minimum.unknowns, replace(minimum.setting, tuning=np.inf), minimum.level)
-        end = self._plain(minimum.unknowns, setting, iterations, minimum.level)
+        end = self._plain(self._robust(minimum, setting), setting, iterations, minimum.level)
         while end is not None:
             level = end.normal.cost / self.full.samples
             minimum = Minimum(end.theta, end.normal, setting, minimum.evaluations + end.evaluations, end.settled, level)
@@ -111,6 +113,16 @@ class Homotopy:
             setting = finer
             end = self._plain(minimum.unknowns, setting, 6, minimum.level)
         return self._sharpened(minimum)
+
+    def _robust(self, minimum: Minimum, setting: ResidualForm) -> Array:
+        """The unknowns of a minimum in the sub-step of a setting, under Cauchy's loss: where the sub-step moves a slip,
+        plain squares begin ten thousand times above the noise, and no step leads back.
+        """
+        if setting.h_max == minimum.setting.h_max:
+            return minimum.unknowns
+        evaluate = self.full.held(minimum.unknowns, replace(setting, tuning=TUNING), minimum.level)
+        end = self._solved(self.full, evaluate, minimum.unknowns, ROBUST_STEPS, ROBUST_TOLERANCE)
+        return minimum.unknowns if end is None else end.theta
 
     def _fine_enough(self, unknowns: Array, setting: ResidualForm, level: float) -> ResidualForm:
         """The setting with the sub-step halved until its error is small beside the residual."""
@@ -157,7 +169,7 @@ class Homotopy:
             normal = problem.evaluate(x, setting)
             return None if normal is None else normal.with_prior(x, centre, wide)
 
-        return self._solved(problem, evaluate, unknowns, 15, 1e-3)
+        return self._solved(problem, evaluate, unknowns, ROBUST_STEPS, ROBUST_TOLERANCE)
 
     @staticmethod
     def _solved(

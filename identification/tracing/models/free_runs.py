@@ -13,8 +13,8 @@ from identification.data.experiment import Experiment
 from identification.data.grid import with_smooth_force
 from identification.estimators.fitted import FREE_STEP, Fit, fit_of_free_runs
 from identification.estimators.imposed_motion.grid import ImposedGrid
-from identification.estimators.noise_aware.damped import DampedNoiseAware
-from identification.estimators.noise_aware.damped_search import WholeFit
+from identification.estimators.noise_aware.best_paths import BestPathsNoiseAware
+from identification.estimators.noise_aware.search import WholeFit
 from identification.estimators.output_error.homotopy import Minimum
 from identification.estimators.output_error.problem import Problem, ResidualForm
 from identification.estimators.systematic_error import without_bias
@@ -65,7 +65,7 @@ def _known(model: Model, experiments: Sequence[Experiment]) -> Fit:
     is less the bias of its order.
     """
     found = as_fit(model.with_path_steps(0), experiments)
-    if not isinstance(found.noise_aware, DampedNoiseAware) or found.estimate is None:
+    if not isinstance(found.noise_aware, BestPathsNoiseAware) or found.estimate is None:
         return found
     return without_bias(found, WholeFit(found.noise_aware, found.estimate))
 

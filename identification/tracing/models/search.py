@@ -12,12 +12,12 @@ from dataclasses import replace
 import numpy as np
 
 from identification.estimators.estimate import Estimate, lean
-from identification.estimators.noise_aware.search import usual_values
 from identification.estimators.path_estimator import PathEstimator
 from identification.tracing import settings
 from identification.tracing.models.guesses import EffectGuesses
 from identification.tracing.models.model import Model
 from identification.tracing.models.promise import may_reach
+from identification.tracing.models.usual_values import usual_values
 from recordings import Array
 
 FIRST_STEPS = settings.STEPS // 3

@@ -12,8 +12,7 @@ from identification.data.experiment import Experiment, Segment
 from identification.data.grid import Grid, grids
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.imposed_motion.estimator import ImposedMotion
-from identification.estimators.noise_aware.damped import DampedNoiseAware, freedom_for
-from identification.estimators.noise_aware.damped_search import DAMPED_CHUNK
+from identification.estimators.noise_aware.best_paths import BestPathsNoiseAware, freedom_for
 from identification.estimators.noise_aware.estimator import NoiseAware
 from identification.estimators.noise_aware.linearised_model import PathFreedom
 from identification.estimators.noise_aware.mending import MANY, MendedNoiseAware
@@ -85,7 +84,7 @@ class TrialData:
         if self.damped is None:
             places = [(i, at) for i, grid in enumerate(self.fitted) for at in _chunks(grid)]
         else:
-            places = chunk_places(self.fitted, *DAMPED_CHUNK)
+            places = chunk_places(self.fitted)
         return replace(self, fitted=tuple(self.fitted[i].part(at.start, at.stop) for i, at in places)), places
 
     def resolving(self, omega: float) -> TrialData:
@@ -139,7 +138,7 @@ class TrialData:
         if self.imposed:
             return ImposedMotion(target, free, self.fitted)
         if self.damped is not None:
-            work = DampedNoiseAware(target, free, self.fitted, self.damped, worth, many=1.0 if judging else MANY)
+            work = BestPathsNoiseAware(target, free, self.fitted, self.damped, worth, many=1.0 if judging else MANY)
             return work.coarse if coarse else work
         freedom = replace(settings.PATH_FREEDOM, h_max=COARSE) if coarse else settings.PATH_FREEDOM
         if judging:

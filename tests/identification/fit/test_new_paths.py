@@ -9,7 +9,7 @@ from stiff_valves import STIFF, stem_test
 from identification import experiment
 from identification.data.grid import grids
 from identification.estimators.coordinates import Coordinates
-from identification.estimators.noise_aware.damped import damped_for
+from identification.estimators.noise_aware.best_paths import damped_for
 from identification.estimators.noise_aware.linearised_model import first_path, ran_along
 from simulator import BASE, kernel
 

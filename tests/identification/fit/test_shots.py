@@ -12,7 +12,7 @@ from identification import experiment
 from identification.data.grid import grids
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.estimate import costs
-from identification.estimators.noise_aware.damped import damped_for
+from identification.estimators.noise_aware.best_paths import damped_for
 from identification.estimators.noise_aware.shots import OFFSETS, best_offset, missed_slips, shots, window
 from simulator import BASE, kernel
 

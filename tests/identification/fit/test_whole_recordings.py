@@ -10,8 +10,8 @@ import numpy as np
 from benchmarks.plant_sampling import recordings
 from identification.data.grid import grids
 from identification.estimators.coordinates import Coordinates
-from identification.estimators.noise_aware.damped import DampedNoiseAware, damped_for
-from identification.estimators.noise_aware.damped_search import (
+from identification.estimators.noise_aware.best_paths import BestPathsNoiseAware, damped_for
+from identification.estimators.noise_aware.search import (
     WholeFit,
     best_on_chunks,
     from_both_sides,
@@ -49,7 +49,7 @@ def test_a_start_that_explains_most_is_tried_first(monkeypatch):
     fs = work.names.index("lugre.fs")
     worse[fs], better[fs] = theta[fs] + 0.6, theta[fs] + 0.06
     losses = []
-    monkeypatch.setattr(DampedNoiseAware, "descend", lambda self, now, steps: losses.append(now.loss) or now)
+    monkeypatch.setattr(BestPathsNoiseAware, "descend", lambda self, now, steps: losses.append(now.loss) or now)
     best_on_chunks(work, [worse, better, worse + 1e-4], lambda _: False)
     first = losses[0]
     losses.clear()
@@ -62,7 +62,7 @@ def test_a_model_that_lacks_much_is_descended(monkeypatch):
     work, theta = valve()
     end = replace(work.start(theta), loss=10.0)
     calls = []
-    monkeypatch.setattr(DampedNoiseAware, "followed", lambda self, now, steps=1: (calls.append(now) or now, True))
+    monkeypatch.setattr(BestPathsNoiseAware, "followed", lambda self, now, steps=1: (calls.append(now) or now, True))
     found = on_whole_recordings(work, end)
     assert found.explains
     assert not calls
@@ -80,13 +80,13 @@ def test_an_end_that_is_no_root_is_compared_with_those_from_either_side(monkeypa
     work, theta = valve()
     mass = work.names.index("mass.m")
     hollow = replace(work.start(theta + np.where(np.arange(len(theta)) == mass, 0.1, 0.0)), settled=True)
-    followed, ends = DampedNoiseAware.followed, []
+    followed, ends = BestPathsNoiseAware.followed, []
 
     def steps_along_new_paths(self, now, steps=48):
         ends.append(followed(self, now, steps)[0])
         return ends[-1], True
 
-    monkeypatch.setattr(DampedNoiseAware, "followed", steps_along_new_paths)
+    monkeypatch.setattr(BestPathsNoiseAware, "followed", steps_along_new_paths)
     found = from_both_sides(WholeFit(work, hollow))
     assert found.explains
     assert found.end.cost == min(end.cost for end in ends) < hollow.cost - 30
@@ -113,5 +113,5 @@ def test_a_rest_of_the_paths_never_costs_more():
 def test_none_where_the_model_diverges(monkeypatch):
     work, theta = valve()
     end = work.start(theta)
-    monkeypatch.setattr(DampedNoiseAware, "start", lambda *_: None)
+    monkeypatch.setattr(BestPathsNoiseAware, "start", lambda *_: None)
     assert on_whole_recordings(work, end) is None

@@ -11,7 +11,6 @@ from stiff_valves import STIFF
 from traced_valves import traced
 
 from identification.budget import Budget
-from identification.estimators.noise_aware.damped_search import DAMPED_CHUNK
 from identification.estimators.noise_aware.mending import MANY
 from identification.estimators.noise_aware.search import chunks
 from identification.tracing import algorithm
@@ -123,7 +122,7 @@ def test_a_fit_to_chunks_goes_on_along_the_paths_of_the_model_beside_it():
 
 def test_chunks_of_damped_order_are_those_of_a_fit():
     data, places = model_of(STIFF).data.on_chunks()
-    known = chunks(model_of(STIFF).data.fitted, *DAMPED_CHUNK)
+    known = chunks(model_of(STIFF).data.fitted)
     assert [grid.t.tolist() for grid in data.fitted] == [grid.t.tolist() for grid in known]
     assert len(places) == len(known)
 

@@ -9,7 +9,7 @@ import pytest
 from traced_valves import screened, traced
 
 from identification.budget import Budget
-from identification.estimators.noise_aware.damped import DampedNoiseAware
+from identification.estimators.noise_aware.best_paths import BestPathsNoiseAware
 from identification.estimators.noise_aware.estimator import NoiseAware
 from identification.tracing import candidates
 from identification.tracing.judge import Candidate
@@ -70,7 +70,7 @@ def test_what_promises_nothing_is_not_begun_on_the_base_models_paths(monkeypatch
     def refit(work: NoiseAware, *_: object) -> None:
         begun.append(work.worth)
 
-    for order in (NoiseAware, DampedNoiseAware):
+    for order in (NoiseAware, BestPathsNoiseAware):
         monkeypatch.setattr(order, "refit", refit)
     assert abs(gain_of(base, refit_on_base_paths(base, spring, best_gain=1e9))) < MIN_GAIN / 2
     assert not begun

@@ -11,7 +11,7 @@ from stiff_valves import STIFF, stem_test
 from identification import Trace, experiment, trace
 from identification.data.grid import grids
 from identification.estimators.coordinates import Coordinates
-from identification.estimators.noise_aware.damped import damped_for
+from identification.estimators.noise_aware.best_paths import damped_for
 from identification.estimators.noise_aware.search import RIGHT
 from recordings import Recording
 from simulator import BASE, CATALOGUE, kernel

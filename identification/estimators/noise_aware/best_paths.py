@@ -1,7 +1,7 @@
-"""The noise-aware estimate where the sampling shows a slip and not the bristle: parameters and paths in damped steps.
+"""The noise-aware estimate of a fit: parameters along the best of several paths.
 
-A slip lasts a few samples here. A path that slips a sample late costs hundreds, at the right parameters as at others,
-and hides what a step of the parameters gains. So the cost of parameters is that of the best of several paths, stretch
+A slip lasts a few samples. A path that slips a sample late costs hundreds, at the right parameters as at others, and
+hides what a step of the parameters gains. So the cost of parameters is that of the best of several paths, stretch
 by stretch: along the smoothed motion, runs of the model, and those that were best before; about a slip that all miss,
 runs that slip as the data do (`shots.py`). Steps are Gauss-Newton's.
 """
@@ -21,18 +21,19 @@ from identification.data.grid import Grid
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.estimate import HOPELESS, Estimate, Innovations, converged, handed_over, lean
 from identification.estimators.least_squares import Step, gauss_newton
-from identification.estimators.noise_aware.estimator import LONGEST, NEW_PATH, Stages
+from identification.estimators.noise_aware.estimator import LONGEST, NEW_PATH
 from identification.estimators.noise_aware.linearised_model import PathFreedom
 from identification.estimators.noise_aware.mending import MendedNoiseAware
 from identification.estimators.noise_aware.paths import first_paths
+from identification.estimators.noise_aware.resolution import quickest, resolved_by_nodes, resolving
 from identification.estimators.noise_aware.stretches import stretch_costs, stretches, stretchwise
-from identification.estimators.order import sub_step
+from identification.estimators.order import Order, sub_step
 from identification.parallel import each
 from recordings import Array
 from simulator import Kernel, kernel
 
-FREEDOM = PathFreedom(1.0, 1e-4, 0.1)
-"""Freedom of the path; it makes up for what the steps damp."""
+FREEDOM = PathFreedom(1.0, 1e-4, 0.1, 2.5e-4)
+"""Freedom of the path; it makes up for what damped steps damp. In full order its sub-steps follow the bristle."""
 FINER = 4
 """Part of the longest sub-step that resolves a slip which the fit takes: the step's own error biases mass and viscous
 friction by more than the noise does (at full size by ten standard deviations, at a quarter by none that shows)."""
@@ -58,15 +59,22 @@ ACCIDENT = 20.0
 
 
 @dataclass(frozen=True)
-class DampedNoiseAware(MendedNoiseAware):
-    """The fit of one kernel of a force with error, in damped steps, to some grids (a `PathEstimator`)."""
+class BestPathsNoiseAware(MendedNoiseAware):
+    """The fit of one kernel of a force with error to some grids, along the best of several paths (`PathEstimator`)."""
 
-    def resolving(self, theta: Array) -> DampedNoiseAware:
-        """The same with sub-steps that resolve a slip of theta (m,)."""
-        return replace(self, freedom=freedom_for(self.coordinates.values(theta), self.grids))
+    def resolving(self, theta: Array) -> BestPathsNoiseAware:
+        """The same with sub-steps that resolve a slip of theta (m,), where damped steps do not follow the bristle."""
+        if not self.kernel.damped:
+            return self
+        return self.with_freedom(freedom_for(self.coordinates.values(theta), self.grids))
+
+    def explains(self, end: Estimate) -> bool:
+        """Whether the innovations of an end look like noise."""
+        by_nodes = resolved_by_nodes(self.coordinates.values(end.theta), spacing_of(self.grids))
+        return converged(end, resolved=by_nodes and not self.kernel.damped)
 
     @property
-    def coarse(self) -> DampedNoiseAware:
+    def coarse(self) -> BestPathsNoiseAware:
         """The same in longer sub-steps, for fits to chunks."""
         return self.with_freedom(replace(self.freedom, h_max=COARSER * self.freedom.h_max))
 
@@ -294,15 +302,6 @@ class DampedNoiseAware(MendedNoiseAware):
         """
         return LEFT
 
-    @property
-    def last_stages(self) -> Stages:
-        """The stage of a fit to whole recordings: there is but one."""
-        return ((self.freedom, LAST),)
-
-    def strict(self, now: Estimate) -> Estimate:
-        """The estimate as ends are compared: as it is, for paths have but one freedom."""
-        return now
-
     def _best_paths(
         self, theta: Array, candidates: Callable[[int], Sequence[Array | None]]
     ) -> list[Array] | None:  # fmt: skip
@@ -325,16 +324,31 @@ class DampedNoiseAware(MendedNoiseAware):
         return stretchwise(stretch, known, misfits) if known else None
 
 
+def noise_aware_for(
+    valve: Kernel, coordinates: Coordinates, segment_grids: Sequence[Grid], starts: Sequence[Array], order: Order
+) -> BestPathsNoiseAware:
+    """The estimator in full or damped order for the grids of some experiments, from starting values (m,), of which the
+    likeliest is first. Nodes or sub-steps are as close as they ask for.
+    """
+    damped = order == "damped"
+    with_error = kernel(valve.effects, "force with error", valve.catalogue, damped=damped)
+    nodes = segment_grids if damped else resolving(segment_grids, quickest(coordinates, starts))
+    smooth = each(lambda grid: grid.with_local_smoothing(), nodes)  # longest where least happens
+    return BestPathsNoiseAware(with_error, coordinates, smooth, FREEDOM).resolving(starts[0])
+
+
 def damped_for(
     valve: Kernel, coordinates: Coordinates, segment_grids: Sequence[Grid], theta: Array
-) -> DampedNoiseAware:
-    """The estimator for the grids of some experiments, with sub-steps that resolve a slip of theta (m,)."""
-    with_error = kernel(valve.effects, "force with error", valve.catalogue, damped=True)
-    smooth = each(lambda grid: grid.with_local_smoothing(), segment_grids)  # longest where least happens
-    return DampedNoiseAware(with_error, coordinates, smooth, freedom_for(coordinates.values(theta), smooth))
+) -> BestPathsNoiseAware:
+    """The estimator in damped order with sub-steps that resolve a slip of theta (m,)."""
+    return noise_aware_for(valve, coordinates, segment_grids, [theta], "damped")
 
 
 def freedom_for(values: Mapping[str, float], segment_grids: Sequence[Grid]) -> PathFreedom:
     """The freedom of paths whose sub-steps resolve a slip in some grids, for parameters by full name."""
-    spacing = max(float(np.median(np.diff(grid.t[np.isfinite(grid.y)]))) for grid in segment_grids)
-    return replace(FREEDOM, h_max=sub_step(values, spacing) / FINER)
+    return replace(FREEDOM, h_max=sub_step(values, spacing_of(segment_grids)) / FINER)
+
+
+def spacing_of(segment_grids: Sequence[Grid]) -> float:
+    """The time between two measured positions [s], of the grid where it is longest."""
+    return max(float(np.median(np.diff(grid.t[np.isfinite(grid.y)]))) for grid in segment_grids)

@@ -1,0 +1,85 @@
+"""The fit of a force-driven valve without starting values, in each order, but for an exact force in full order.
+
+Runs in windows, set back to the data, find their way from nothing but the loop of force over position, at any sampling.
+Where the force is noisy the noise-aware estimate goes on from there: it tells friction many times better. Where samples
+do not show the course of a slip either of them may fail, and then the other is asked; where they show nothing of it but
+its end, runs in windows are first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from identification.data.experiment import Experiment
+from identification.data.grid import Grid
+from identification.estimators.coordinates import Coordinates
+from identification.estimators.fitted import Fit, Outcome
+from identification.estimators.noise_aware.fit import fit_noise_aware
+from identification.estimators.order import Order
+from identification.estimators.output_error.damped import fit_in_windows, search_for
+from identification.estimators.output_error.starting_values import StartingPoint
+from recordings import Array, Progress, silent
+from simulator import Kernel
+
+
+def fit_damped(
+    valve: Kernel, coordinates: Coordinates, smooth: Sequence[Experiment], order: Order = "damped",
+    segment_grids: Sequence[Grid] = (), progress: Progress = silent, *, told: bool = True,
+) -> Fit:  # fmt: skip
+    """Fit a valve whose sampling does not resolve the bristle, without starting values.
+
+    smooth : the experiments, with a smooth force; order : ``damped``, or ``static`` where no slip is resolved;
+    segment_grids : of the experiments, where the recorded force is noisy; told : whether the order is asked for, or may
+    become full where the search finds a swing that nodes between samples resolve: starting values may be too stiff.
+    """
+    progress("starting values", 0, 0)
+    search = search_for(valve, coordinates, smooth, order)
+    if search is None:
+        return Fit(Outcome.TOO_SHORT, valve, coordinates)
+    starts = search.ends(progress)
+
+    def in_windows() -> Fit:
+        return fit_in_windows(search, starts, order, progress)
+
+    def noise_aware() -> Fit:
+        found = fit_noise_aware(
+            valve, coordinates, smooth, segment_grids, starts, "damped", progress, better=search.all_narrowed(starts),
+            told=told, shows_slips=search.shows_slips,
+        )  # fmt: skip
+        return in_windows() if found.outcome is Outcome.DIVERGED else found
+
+    if not (segment_grids and starts and order == "damped"):
+        return in_windows()
+    if search.shows_slips:
+        return noise_aware()
+    first, second = (in_windows, noise_aware) if search.jumps else (noise_aware, in_windows)
+    found = first()
+    if found.outcome is Outcome.CONVERGED:
+        return found
+    other = second()
+    return other if other.outcome is Outcome.CONVERGED else found
+
+
+def fit_full(
+    valve: Kernel, coordinates: Coordinates, smooth: Sequence[Experiment], segment_grids: Sequence[Grid],
+    ranked: Sequence[StartingPoint], progress: Progress = silent,
+) -> Fit:  # fmt: skip
+    """Fit a valve whose sampling resolves the bristle, and whose recorded force is noisy, without starting values.
+
+    smooth : the experiments, with a smooth force; segment_grids : of the experiments; ranked : starting values, which
+    are tried after those that runs in windows give.
+    """
+    starts, better = _starts(valve, coordinates, smooth, ranked, progress)
+    if not starts:
+        return Fit(Outcome.DIVERGED, valve, coordinates)
+    return fit_noise_aware(valve, coordinates, smooth, segment_grids, starts, "full", progress, better=better)
+
+
+def _starts(
+    valve: Kernel, coordinates: Coordinates, smooth: Sequence[Experiment], ranked: Sequence[StartingPoint],
+    progress: Progress = silent,
+) -> tuple[list[Array], Iterable[Array]]:  # fmt: skip
+    """Starting values (m,) of runs in windows, and those known beside them; and what runs in windows make of them."""
+    search = search_for(valve, coordinates, smooth, "damped")
+    starts = [*([] if search is None else search.ends(progress)), *(start.theta for start in ranked)]
+    return starts, starts if search is None else search.all_narrowed(starts)
