@@ -36,15 +36,15 @@ def fit_output_error(
     valve: Kernel, coordinates: Coordinates, experiments: Sequence[Experiment], ranked: Sequence[StartingPoint],
     progress: Progress = silent, *, exact: bool,
 ) -> Fit:  # fmt: skip
-    """Fit a valve whose recorded force is exact, from starting values, best first. Where free runs do not explain the
-    recordings, and a noise-aware fit does, that is the answer, unless the force is `exact` without doubt.
+    """Fit a valve whose recorded force is exact, from starting values, best first. Where free runs diverge, or do not
+    explain the recordings, and a noise-aware fit does, that is the answer, unless the force is `exact` without doubt.
     """
     window = INTEGRATING_WINDOW if integrates(coordinates) else np.inf
     homotopy = Homotopy(valve, coordinates, experiments, window)
     best = _best_minimum(homotopy, ranked, progress)
     progress("fit to whole recordings", 0, 0)
     found = fit_of_free_runs(valve, coordinates, homotopy.full, _polished(homotopy, best))
-    if found.outcome not in (Outcome.CONVERGED, Outcome.NOT_SETTLED) or explains(found) or integrates(coordinates):
+    if found.outcome is Outcome.NOT_EXPLAINED or explains(found) or integrates(coordinates):
         return found
     progress("one more fit, with error in the force", 0, 0)
     noisy = fit_full(valve, coordinates, experiments, grids(experiments), ranked, progress)
@@ -54,15 +54,14 @@ def fit_output_error(
         return found
     end = _polished(homotopy, homotopy.follow(noisy.estimate.theta))
     other = fit_of_free_runs(valve, coordinates, homotopy.full, end)
-    return other if other.rms < found.rms else found
+    return other if other.rms < found.rms or found.outcome is Outcome.DIVERGED else found
 
 
 def explains(found: Fit) -> bool:
     """Whether a fit by free runs leaves nothing but noise. One that has a slip in the wrong place leaves a little more,
     and its values are wrong by many standard deviations.
     """
-    assert found.problem is not None
-    return found.rms**2 < CLEAN_LOSS + 3 / np.sqrt(found.problem.samples)
+    return found.problem is not None and found.rms**2 < CLEAN_LOSS + 3 / np.sqrt(found.problem.samples)
 
 
 def integrates(coordinates: Coordinates) -> bool:
