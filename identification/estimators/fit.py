@@ -131,7 +131,7 @@ def _force_driven(
             return found
     if noisy:
         found = fit_full(valve, coordinates, driven, segment_grids, ranked, progress)
-        if told or found.outcome is Outcome.CONVERGED or _resolves(found, spacing) or time_is_over():
+        if told or _resolves(found, spacing) or time_is_over():
             return found
         damped = fit_damped(valve, coordinates, driven, "damped", segment_grids, progress)
         return damped if damped.outcome is Outcome.CONVERGED else found
