@@ -23,8 +23,8 @@ from recordings import Array
 
 
 def without_bias(found: Fit, whole: WholeFit) -> Fit:
-    """A noise-aware fit to whole recordings less its bias, with `Fit.systematic`, how far it may be
-    off beside its noise; its estimate stays as it was.
+    """A noise-aware fit to whole recordings less its bias, with `Fit.systematic`, how far it may be off beside its
+    noise; its estimate stays as it was.
     """
     assert found.estimate is not None
     left = found.estimate.covariance @ found.estimate.normal.gradient

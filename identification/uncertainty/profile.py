@@ -14,15 +14,14 @@ from identification.estimators.coordinates import Coordinates
 from identification.estimators.estimate import Estimate
 from identification.estimators.fitted import Fit
 from identification.estimators.least_squares import minimise
-from identification.estimators.noise_aware.estimator import TAKEN_OVER
 from identification.estimators.output_error.problem import Problem
 from identification.uncertainty.covariance import Uncertainty
 from recordings import Array, BadParameter
 
 CHI2_90 = 2.7055
 """90 % quantile of the chi-square distribution with one degree of freedom."""
-STEPS = 4
-"""Steps of a noise-aware fit at each value, from the paths of the one before it."""
+RESTING, STEPS = 4, 4
+"""Steps of the paths alone, and then of a noise-aware fit, at each value, from the paths of the one before it."""
 STEEP = 10 * CHI2_90
 """A profile that has risen this far is not followed further."""
 
@@ -133,7 +132,7 @@ class Valley:
         assert self.estimate is not None
         assert self.fit.noise_aware is not None
         work = replace(self.fit.noise_aware, coordinates=held)
-        first = work.along(others, self.estimate.paths, TAKEN_OVER)
+        first = work.along(others, self.estimate.paths, RESTING)
         end = None if first is None else work.descend(first, STEPS)
         if end is None:
             return None

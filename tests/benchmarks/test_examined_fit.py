@@ -10,7 +10,7 @@ from benchmarks.examination.subjects import TRUTH
 from identification import experiment
 from identification.data.grid import grids
 from identification.estimators import Coordinates
-from identification.estimators.noise_aware.best_paths import damped_for
+from identification.estimators.noise_aware.best_paths import noise_aware_for
 from identification.estimators.noise_aware.search import RIGHT
 from simulator import BASE, kernel
 
@@ -27,7 +27,7 @@ def test_paths_stay_with_a_stem_that_creeps_below_break_away():
     truth = {name: float(getattr(valve, field)) for name, field in TRUTH.items()}
     coordinates = Coordinates.of(kernel(BASE), {}, float(np.std(e.segments[0].u)))
     theta = coordinates.theta_of(truth)
-    estimate = damped_for(kernel(BASE), coordinates, grids([e]), theta).start(theta)
+    estimate = noise_aware_for(kernel(BASE), coordinates, grids([e]), [theta], "damped").start(theta)
     assert estimate is not None
     assert estimate.loss < RIGHT
     assert estimate.outliers < 2e-3

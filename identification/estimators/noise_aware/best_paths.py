@@ -337,13 +337,6 @@ def noise_aware_for(
     return BestPathsNoiseAware(with_error, coordinates, smooth, FREEDOM).resolving(starts[0])
 
 
-def damped_for(
-    valve: Kernel, coordinates: Coordinates, segment_grids: Sequence[Grid], theta: Array
-) -> BestPathsNoiseAware:
-    """The estimator in damped order with sub-steps that resolve a slip of theta (m,)."""
-    return noise_aware_for(valve, coordinates, segment_grids, [theta], "damped")
-
-
 def freedom_for(values: Mapping[str, float], segment_grids: Sequence[Grid]) -> PathFreedom:
     """The freedom of paths whose sub-steps resolve a slip in some grids, for parameters by full name."""
     return replace(FREEDOM, h_max=sub_step(values, spacing_of(segment_grids)) / FINER)

@@ -33,8 +33,8 @@ LONGEST = 0.4
 """Largest move of a coordinate in one step."""
 HOLD = 1.0 / np.log(3.0) ** 2
 """Precision that keeps a coordinate near where it is in one step."""
-NEW_PATH, TAKEN_OVER = 3, 4
-"""Steps of the path alone along which a fit starts: of a new path, and of one that another fit left."""
+NEW_PATH = 3
+"""Steps of the path alone along which a fit starts."""
 EQUAL = 1.0
 """Difference of two costs that noise gives."""
 RELAXED = 2
@@ -45,7 +45,6 @@ which that helps: between rarer ones paths come to rest so slowly that resting a
 did."""
 SETTLED, MOST_FAILURES = 0.3, 4
 """A descent has settled with moves below so many standard deviations, or after so many failures in a row."""
-
 STRICT = PathFreedom(1.0, 1e-5, 0.0, 2.5e-4, share=1.0)
 """The least freedom of the path: without allowance for the error of linearisation."""
 

@@ -78,18 +78,14 @@ def search_for(valve: Kernel, coordinates: Coordinates, smooth: Sequence[Experim
     order : ``damped``, or ``static`` where slips are over between two samples: what only a slip tells is held then.
     """
     loop = force_position_loop(smooth, coordinates.held("spring.K"))
-    if loop is None or slip({"spring.K": loop.K, "mass.m": LIGHTEST}) * _spacing(smooth) > ABSURD:
+    if loop is None:
         return None
     if order == "static":
         coordinates = coordinates.holding(at_rest(loop.K))
     model = kernel(valve.effects, "force", valve.catalogue, damped=True)
     whole, parts = (Problem(model, coordinates, [_told(e, loop) for e in some]) for some in (smooth, _parts(smooth)))
-    return Search(whole, parts, loop)
-
-
-def _spacing(experiments: Sequence[Experiment]) -> float:
-    """Longest time between samples of any segment [s]."""
-    return max(s.dt for e in experiments for s in e.segments)
+    absurd = slip({"spring.K": loop.K, "mass.m": LIGHTEST}) * whole.spacing > ABSURD
+    return None if absurd else Search(whole, parts, loop)
 
 
 def fit_in_windows(search: Search, starts: Sequence[Array], order: Order, progress: Progress = silent) -> Fit:

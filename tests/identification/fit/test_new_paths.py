@@ -9,7 +9,7 @@ from stiff_valves import STIFF, stem_test
 from identification import experiment
 from identification.data.grid import grids
 from identification.estimators.coordinates import Coordinates
-from identification.estimators.noise_aware.best_paths import damped_for
+from identification.estimators.noise_aware.best_paths import noise_aware_for
 from identification.estimators.noise_aware.linearised_model import first_path, ran_along
 from simulator import BASE, kernel
 
@@ -24,7 +24,7 @@ def sensor(request):
     known = grids([experiment(r) for r in stem_test(100.0, ("sine:20",), values=values, effects=effects)])
     coordinates = Coordinates.of(kernel(effects), {}, 700.0)
     theta = coordinates.theta_of(values)
-    return damped_for(kernel(effects), coordinates, known, theta), theta
+    return noise_aware_for(kernel(effects), coordinates, known, [theta], "damped"), theta
 
 
 def test_a_path_along_the_recorded_motion_is_read_as_that(sensor):

@@ -12,7 +12,7 @@ from stiff_valves import STEM_TEST, STIFF, stem_test
 from identification import Fit, Identification, Outcome, experiment, fit, identify
 from identification.data.grid import grids
 from identification.estimators.coordinates import Coordinates
-from identification.estimators.noise_aware.best_paths import damped_for
+from identification.estimators.noise_aware.best_paths import noise_aware_for
 from identification.estimators.noise_aware.search import RIGHT, chunks
 from identification.estimators.order import (
     LONGEST,
@@ -131,7 +131,7 @@ def test_a_stretch_that_begins_in_a_slip_is_reached_from_the_last_rest_before_it
     known = grids([experiment(r) for r in stem_test(100.0, ("sine:90",))])
     coordinates = Coordinates.of(kernel(BASE), {}, 700.0)
     theta = coordinates.theta_of(STIFF)
-    whole = damped_for(kernel(BASE), coordinates, known, theta)
+    whole = noise_aware_for(kernel(BASE), coordinates, known, [theta], "damped")
     stretches = chunks(whole.grids)
     assert len(stretches) > 3
     estimate = replace(whole, grids=stretches).start(theta)

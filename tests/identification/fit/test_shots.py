@@ -12,7 +12,7 @@ from identification import experiment
 from identification.data.grid import grids
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.estimate import costs
-from identification.estimators.noise_aware.best_paths import damped_for
+from identification.estimators.noise_aware.best_paths import noise_aware_for
 from identification.estimators.noise_aware.shots import OFFSETS, best_offset, missed_slips, shots, window
 from simulator import BASE, kernel
 
@@ -23,7 +23,7 @@ def late():
     known = grids([experiment(r) for r in stem_test(100.0, ("sine:12",))])
     coordinates = Coordinates.of(kernel(BASE), {}, 700.0)
     theta = coordinates.theta_of(STIFF)
-    whole = damped_for(kernel(BASE), coordinates, known, theta)
+    whole = noise_aware_for(kernel(BASE), coordinates, known, [theta], "damped")
     right = whole.start(theta)
     assert right is not None
     path = right.paths[0].copy()

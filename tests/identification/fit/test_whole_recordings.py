@@ -10,7 +10,7 @@ import numpy as np
 from benchmarks.plant_sampling import recordings
 from identification.data.grid import grids
 from identification.estimators.coordinates import Coordinates
-from identification.estimators.noise_aware.best_paths import BestPathsNoiseAware, damped_for
+from identification.estimators.noise_aware.best_paths import BestPathsNoiseAware, noise_aware_for
 from identification.estimators.noise_aware.search import (
     WholeFit,
     best_on_chunks,
@@ -27,7 +27,7 @@ def valve():
     base = kernel(BASE)
     coordinates = Coordinates.of(base, {}, 700.0)
     theta = coordinates.theta_of(truth)
-    return damped_for(base, coordinates, grids(experiments), theta), theta
+    return noise_aware_for(base, coordinates, grids(experiments), [theta], "damped"), theta
 
 
 def test_steps_along_new_paths_lead_back_to_the_valve():

@@ -11,7 +11,7 @@ from stiff_valves import STIFF, stem_test
 from identification import Trace, experiment, trace
 from identification.data.grid import grids
 from identification.estimators.coordinates import Coordinates
-from identification.estimators.noise_aware.best_paths import damped_for
+from identification.estimators.noise_aware.best_paths import noise_aware_for
 from identification.estimators.noise_aware.search import RIGHT
 from recordings import Recording
 from simulator import BASE, CATALOGUE, kernel
@@ -46,7 +46,7 @@ def test_a_recording_that_begins_near_break_away_rests_there():
     e = experiment(sine).with_segments((segment.part(near, near + 400),))
     coordinates = Coordinates.of(kernel(BASE), {}, 700.0)
     theta = coordinates.theta_of(STIFF)
-    estimate = damped_for(kernel(BASE), coordinates, grids([e]), theta).start(theta, 10)
+    estimate = noise_aware_for(kernel(BASE), coordinates, grids([e]), [theta], "damped").start(theta, 10)
     assert estimate is not None
     assert estimate.loss < RIGHT
 
