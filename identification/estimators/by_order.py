@@ -9,6 +9,7 @@ its end, runs in windows are first.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 from identification.data.experiment import Experiment
 from identification.data.grid import Grid
@@ -16,7 +17,7 @@ from identification.estimators.coordinates import Coordinates
 from identification.estimators.fitted import Fit, Outcome
 from identification.estimators.noise_aware.fit import fit_noise_aware
 from identification.estimators.order import Order
-from identification.estimators.output_error.damped import fit_in_windows, search_for
+from identification.estimators.output_error.damped import Search, fit_in_windows, search_for
 from identification.estimators.output_error.starting_values import StartingPoint
 from recordings import Array, Progress, silent
 from simulator import Kernel
@@ -60,26 +61,40 @@ def fit_damped(
     return other if other.outcome is Outcome.CONVERGED else found
 
 
+@dataclass(frozen=True)
+class Starts:
+    """Starting values (n_free,) where the sampling resolves the bristle, the likeliest first. search : whose runs in
+    windows make better ones of them; None where they make none.
+    """
+
+    values: list[Array]
+    search: Search | None
+
+    @property
+    def better(self) -> Iterable[Array]:
+        """What runs in windows make of them, when that is asked for."""
+        return self.values if self.search is None else self.search.all_narrowed(self.values)
+
+
 def fit_full(
     valve: Kernel, coordinates: Coordinates, smooth: Sequence[Experiment], segment_grids: Sequence[Grid],
-    ranked: Sequence[StartingPoint], progress: Progress = silent,
+    starts: Starts, progress: Progress = silent,
 ) -> Fit:  # fmt: skip
-    """Fit a valve whose sampling resolves the bristle, and whose recorded force is noisy, without starting values.
+    """Fit a valve whose sampling resolves the bristle, and whose recorded force is noisy.
 
-    smooth : the experiments, with a smooth force; segment_grids : of the experiments; ranked : starting values, which
-    are tried after those that runs in windows give.
+    smooth : the experiments, with a smooth force; segment_grids : of the experiments; starts : of `starting_points`.
     """
-    starts, better = _starts(valve, coordinates, smooth, ranked, progress)
-    if not starts:
+    if not starts.values:
         return Fit(Outcome.DIVERGED, valve, coordinates)
-    return fit_noise_aware(valve, coordinates, smooth, segment_grids, starts, "full", progress, better=better)
+    return fit_noise_aware(
+        valve, coordinates, smooth, segment_grids, starts.values, "full", progress, better=starts.better
+    )  # fmt: skip
 
 
-def _starts(
+def starting_points(
     valve: Kernel, coordinates: Coordinates, smooth: Sequence[Experiment], ranked: Sequence[StartingPoint],
     progress: Progress = silent,
-) -> tuple[list[Array], Iterable[Array]]:  # fmt: skip
-    """Starting values (m,) of runs in windows, and those known beside them; and what runs in windows make of them."""
+) -> Starts:  # fmt: skip
+    """The starting values to which runs in windows lead, and after them those known beside them."""
     search = search_for(valve, coordinates, smooth, "damped")
-    starts = [*([] if search is None else search.ends(progress)), *(start.theta for start in ranked)]
-    return starts, starts if search is None else search.all_narrowed(starts)
+    return Starts([*([] if search is None else search.ends(progress)), *(start.theta for start in ranked)], search)

@@ -11,7 +11,7 @@ import numpy as np
 from identification.budget import time_is_over
 from identification.data.experiment import Experiment
 from identification.data.grid import grids, with_smooth_force
-from identification.estimators.by_order import fit_damped, fit_full
+from identification.estimators.by_order import fit_damped, fit_full, starting_points
 from identification.estimators.constraints import checked
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.feasibility import check_constraints, check_given, check_priors, obstacle
@@ -130,7 +130,8 @@ def _force_driven(
         if told or found.outcome is not Outcome.TOO_SHORT:  # for the loop of force over position
             return found
     if noisy:
-        found = fit_full(valve, coordinates, driven, segment_grids, ranked, progress)
+        starts = starting_points(valve, coordinates, driven, ranked, progress)
+        found = fit_full(valve, coordinates, driven, segment_grids, starts, progress)
         if told or _resolves(found, spacing) or time_is_over():
             return found
         damped = fit_damped(valve, coordinates, driven, "damped", segment_grids, progress)

@@ -96,9 +96,8 @@ def _fitted(y: Array, valve: KnownValve, test: DrivenTest) -> tuple[Homotopy, Mi
     recording = Recording.from_arrays(time=test.t, force=test.force, position=y + noise)
     made = replace(experiment(recording, "force", hold=test.hold), noise_position=valve.noise)
     stages = Homotopy(valve.kernel, valve.coordinates, [made])
-    end = stages.follow(valve.theta)
-    whole = None if end is None else stages.carried(end)
-    return stages, None if whole is None else stages.polish(whole), noise
+    end = stages.refined(stages.follow(valve.theta))
+    return stages, None if end is None else stages.polish(end), noise
 
 
 def _covariance(valve: KnownValve, path: ExpectedPath) -> Array:

@@ -1,7 +1,7 @@
-"""From a rough start to the free-run fit: output error with ever rarer resets to the data, robust, then plain.
+"""From a start to the free-run fit: output error under a robust loss, then plain.
 
 Plain output error converges only from a few percent off, because the timing of stick and slip makes its cost
-multimodal. Resetting position and velocity to the data every `window` keeps the timing, while the bristle carries on.
+multimodal. Starts come from runs in windows, which keep the timing (`damped.py`).
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from identification.estimators.output_error.starting_values import PRIOR_STD, pr
 from recordings import Array
 from simulator import Kernel
 
-WINDOW = 0.2
-"""Reset window [s] of the first stage."""
 TUNING = 3.0
-"""Tuning of the Cauchy loss in the robust stages, in sigmas of the measured noise."""
+"""Tuning of the Cauchy loss in the robust stage, in sigmas of the measured noise."""
 ROBUST_STEPS, ROBUST_TOLERANCE = 15, 1e-3
 """Steps of a robust stage at most, and fall of the cost, as a share of it, that another one has to promise."""
-COARSE = 2e-3
-"""Largest sub-step of the early stages [s]."""
+LAST = 80
+"""Steps of the last stage at most."""
+COARSE = 1e-3
+"""Largest sub-step of the robust stage [s]."""
 FINEST = 4e-5
 """The sub-step is never refined below this [s]."""
 STEP_ERROR = 0.02
@@ -36,7 +36,7 @@ INSIGNIFICANT = 0.2
 """The last stages have settled when an iteration lowers the cost by less than this much of the residual's variance; one
 standard deviation of a parameter costs a whole one."""
 EARLY_SAMPLES, CHUNK = 15000, 2500
-"""Early stages of long recordings use about this many samples, in chunks of so many spread over the recordings."""
+"""The robust stage of long recordings uses about this many samples, in chunks of so many spread over the recordings."""
 EARLY_DT = 2e-3
 """Spacing of their samples at least [s]: closer ones say little more and leave chunks of a few strokes."""
 
@@ -59,70 +59,56 @@ class Homotopy:
     """The stages for one kernel, one set of coordinates and some experiments."""
 
     def __init__(
-        self, kernel: Kernel, coordinates: Coordinates, experiments: Sequence[Experiment], last_window: float = np.inf
+        self, kernel: Kernel, coordinates: Coordinates, experiments: Sequence[Experiment], window: float = np.inf
     ) -> None:
-        self.last_window = last_window
+        self.window = window
         self.full = Problem(kernel, coordinates, experiments)
         parts = chunked(experiments)
         self.early = self.full if parts is None else Problem(kernel, coordinates, parts)
         self.dt = min(s.dt for e in self.early.experiments for s in e.segments)
         self.freedom = 4 * precision(coordinates, PRIOR_STD)
-        self.coarse = min(self.dt, COARSE)
-
-    def first(self, theta: Array) -> Solution | None:
-        """The first robust stage alone: cheap, and its cost already tells a wrong basin from the right one."""
-        return self._stage(self.early, theta, ResidualForm(self.coarse, max(WINDOW, 2 * self.dt), TUNING))
+        self.coarse = min(self.dt / 2, COARSE)
 
     def follow(self, theta: Array) -> Minimum | None:
-        """All robust stages from a start, on the chunks of long recordings; None when the model diverges everywhere."""
-        used = 0
-        for setting in self._settings():
-            end = self._stage(self.early, theta, setting)
-            if end is None:
-                return None
-            theta, used = end.theta[: len(theta)], used + end.evaluations
-            minimum = Minimum(end.theta, end.normal, setting, used, end.settled, end.normal.cost / self.early.samples)
-        return minimum
-
-    def _settings(self) -> list[ResidualForm]:
-        first = [ResidualForm(self.coarse, WINDOW, TUNING)] if self.dt < WINDOW < self.last_window else []
-        return [*first, ResidualForm(self.coarse / 2, self.last_window, TUNING)]
-
-    def carried(self, minimum: Minimum) -> Minimum | None:
-        """A minimum on chunks carried to whole recordings; None where the model diverges there."""
-        if self.early is self.full:
-            return minimum
-        end = self._stage(self.full, minimum.unknowns[: self.full.n_free], minimum.setting)
+        """The robust stage from a start, on the chunks of long recordings; None where the model diverges."""
+        setting = ResidualForm(self.coarse, self.window, TUNING)
+        end = self._stage(self.early, theta, setting)
         if end is None:
             return None
-        level = end.normal.cost / self.full.samples
-        return Minimum(
-            end.theta, end.normal, minimum.setting, minimum.evaluations + end.evaluations, end.settled, level
-        )
+        level = end.normal.cost / self.early.samples
+        return Minimum(end.theta, end.normal, setting, end.evaluations, end.settled, level)
 
-    def polish(self, minimum: Minimum, iterations: int = 80) -> Minimum:
-        """Plain least squares from where the robust stages arrived, with a sub-step fine enough for the noise."""
-        setting = self._fine_enough(minimum.unknowns, replace(minimum.setting, tuning=np.inf), minimum.level)
-        end = self._plain(self._robust(minimum, setting), setting, iterations, minimum.level)
+    def refined(self, minimum: Minimum | None) -> Minimum | None:
+        """A minimum on whole recordings, in a sub-step that is fine enough for the noise, still under Cauchy's loss:
+        where the sub-step moves a slip, plain squares begin ten thousand times above the noise, and no step leads back.
+        None where the model diverges there, or for none.
+        """
+        if minimum is None:
+            return None
+        if self.early is not self.full:
+            end = self._stage(self.full, minimum.unknowns[: self.full.n_free], minimum.setting)
+            if end is None:
+                return None
+            minimum = self._at(end, minimum)
+        setting = self._fine_enough(minimum.unknowns, minimum.setting, minimum.level)
+        if setting == minimum.setting:
+            return minimum
+        evaluate = self.full.held(minimum.unknowns, setting, minimum.level)
+        end = self._solved(self.full, evaluate, minimum.unknowns, ROBUST_STEPS, ROBUST_TOLERANCE)
+        return minimum if end is None else self._at(end, replace(minimum, setting=setting))
+
+    def polish(self, minimum: Minimum) -> Minimum:
+        """Plain least squares from a refined minimum."""
+        setting = replace(minimum.setting, tuning=np.inf)
+        end = self._plain(minimum.unknowns, setting, LAST, minimum.level)
         while end is not None:
-            level = end.normal.cost / self.full.samples
-            minimum = Minimum(end.theta, end.normal, setting, minimum.evaluations + end.evaluations, end.settled, level)
+            minimum = self._at(end, replace(minimum, setting=setting))
             finer = self._fine_enough(minimum.unknowns, setting, minimum.level)
             if finer == setting:
                 break
             setting = finer
             end = self._plain(minimum.unknowns, setting, 6, minimum.level)
         return self._sharpened(minimum)
-
-    def _robust(self, minimum: Minimum, setting: ResidualForm) -> Array:
-        """The unknowns of a minimum in the sub-step of a setting, under Cauchy's loss: where the sub-step moves a slip,
-        plain squares begin ten thousand times above the noise, and no step leads back.
-        """
-        if setting.h_max == minimum.setting.h_max:
-            return minimum.unknowns
-        evaluate = self.full.held(minimum.unknowns, replace(setting, tuning=TUNING), minimum.level)
-        end = self._solved(self.full, evaluate, minimum.unknowns, ROBUST_STEPS, ROBUST_TOLERANCE)
-        return minimum.unknowns if end is None else end.theta
 
     def _fine_enough(self, unknowns: Array, setting: ResidualForm, level: float) -> ResidualForm:
         """The setting with the sub-step halved until its error is small beside the residual."""
@@ -142,8 +128,12 @@ class Homotopy:
         end = self._solved(self.full, evaluate, minimum.unknowns, 1, 0.0)
         if end is None:
             return minimum
-        level = end.normal.cost / self.full.samples
-        return Minimum(end.theta, end.normal, setting, minimum.evaluations + end.evaluations, minimum.settled, level)
+        return replace(self._at(end, replace(minimum, setting=setting)), settled=minimum.settled)
+
+    def _at(self, end: Solution, minimum: Minimum) -> Minimum:
+        """The minimum on whole recordings where a descent from another has ended, in the setting of that."""
+        used, level = minimum.evaluations + end.evaluations, end.normal.cost / self.full.samples
+        return Minimum(end.theta, end.normal, minimum.setting, used, end.settled, level)
 
     def step_error(self, unknowns: Array, setting: ResidualForm, finer: ResidualForm) -> float:
         """Root mean square change of the prediction, in sigmas, when the sub-step is halved."""
@@ -161,7 +151,7 @@ class Homotopy:
         return self._solved(self.full, evaluate, unknowns, iterations, tolerance)
 
     def _stage(self, problem: Problem, theta: Array, setting: ResidualForm) -> Solution | None:
-        unknowns = problem.start(theta)
+        unknowns = problem.start(theta, balanced=True)
         centre, wide = unknowns.copy(), np.zeros(len(unknowns))
         wide[: len(theta)] = self.freedom
 

@@ -95,11 +95,16 @@ class Problem:
         motion = [x, x / piece.segment.dt] if self.kernel.causality == "force" else []
         return np.array([*motion, *[MEMORY_SCALE] * (self.n_local - len(motion))])
 
-    def start(self, theta: Array) -> Array:
-        """Unknowns with every segment started on its smoothed motion."""
-        local = []
+    def start(self, theta: Array, *, balanced: bool = False) -> Array:
+        """Unknowns with every segment started on its smoothed motion. balanced : with the bristle where it balances, if
+        there is one: soft ones bend by a millimetre.
+        """
+        local, values = [], self.coordinates.values(theta)
         for piece in self.pieces:
             first = self._first(piece.segment)
+            if balanced and self.kernel.causality == "force":
+                at_first = piece.segment.u[:1], first[:1]
+                first[self.kernel.states.index("lugre.z")] = deflection_at_rest(values, *at_first)[0]
             local.append(first[self.local] / self.local_scale(piece))
         return np.concatenate([theta, *local])
 

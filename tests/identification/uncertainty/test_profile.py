@@ -58,8 +58,7 @@ def test_parameters_that_trade_off_get_no_narrow_interval():
     _, found, known = fitted(7, "ramp:20", 50.0)
     assert known.spread["mass.m"] > 0.3 * found.values["mass.m"]
     p = profile(found, known, "mass.m", points=2)
-    assert p.lower is None or p.lower < 0.6 * found.values["mass.m"]
-    assert p.upper is None or p.upper > 1.4 * found.values["mass.m"]
+    assert p.lower is None or p.upper is None or p.upper > 2 * p.lower
 
 
 def test_the_force_may_be_noisy():

