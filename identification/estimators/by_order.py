@@ -8,7 +8,7 @@ its end, runs in windows are first.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from identification.data.experiment import Experiment
@@ -63,17 +63,23 @@ def fit_damped(
 
 @dataclass(frozen=True)
 class Starts:
-    """Starting values (n_free,) where the sampling resolves the bristle, the likeliest first. search : whose runs in
-    windows make better ones of them; None where they make none.
+    """Starting values (n_free,) where the sampling resolves the bristle. ends : where the search by runs in windows
+    leads, the likeliest first; ranked : those known beside it; search : what made the ends, None where nothing did.
     """
 
-    values: list[Array]
+    ends: list[Array]
+    ranked: list[Array]
     search: Search | None
 
     @property
-    def better(self) -> Iterable[Array]:
-        """What runs in windows make of them, when that is asked for."""
-        return self.values if self.search is None else self.search.all_narrowed(self.values)
+    def narrowed_ends(self) -> Iterator[Array]:
+        """What the narrow loss makes of the ends, when that is asked for."""
+        return iter(()) if self.search is None else self.search.all_narrowed(self.ends)
+
+    @property
+    def all_better(self) -> Iterator[Array]:
+        """The same of all, as far as there is a search."""
+        return iter(self.ranked) if self.search is None else self.search.all_narrowed([*self.ends, *self.ranked])
 
 
 def fit_full(
@@ -84,17 +90,17 @@ def fit_full(
 
     smooth : the experiments, with a smooth force; segment_grids : of the experiments; starts : of `starting_points`.
     """
-    if not starts.values:
+    first = [*starts.ends, *starts.ranked]
+    if not first:
         return Fit(Outcome.DIVERGED, valve, coordinates)
-    return fit_noise_aware(
-        valve, coordinates, smooth, segment_grids, starts.values, "full", progress, better=starts.better
-    )  # fmt: skip
+    better = starts.all_better
+    return fit_noise_aware(valve, coordinates, smooth, segment_grids, first, "full", progress, better=better)
 
 
 def starting_points(
     valve: Kernel, coordinates: Coordinates, smooth: Sequence[Experiment], ranked: Sequence[StartingPoint],
     progress: Progress = silent,
 ) -> Starts:  # fmt: skip
-    """The starting values to which runs in windows lead, and after them those known beside them."""
+    """The starting values to which runs in windows lead, with those known beside them."""
     search = search_for(valve, coordinates, smooth, "damped")
-    return Starts([*([] if search is None else search.ends(progress)), *(start.theta for start in ranked)], search)
+    return Starts([] if search is None else search.ends(progress), [start.theta for start in ranked], search)

@@ -12,7 +12,6 @@ from identification.data.experiment import Experiment
 from identification.data.grid import grids
 from identification.estimators.by_order import Starts, fit_full, starting_points
 from identification.estimators.coordinates import Coordinates
-from identification.estimators.estimate import CLEAN_LOSS
 from identification.estimators.fitted import Fit, Outcome, fit_of_free_runs
 from identification.estimators.noise_aware.search import UNEXPLAINED
 from identification.estimators.output_error.homotopy import Homotopy, Minimum
@@ -23,6 +22,9 @@ from simulator import Kernel
 NEAR = 1.0
 """Mean robust cost of a sample below which an end may be near the truth: 0.9 is noise, a slip in the wrong place among
 several hundred may double it. From farther off plain squares rarely lead there, and take a minute to show it."""
+
+NOISE = 1.1
+"""Mean square residual up to which a fit leaves nothing but noise, whose size is known to some percent."""
 
 INTEGRATING_WINDOW = 0.01
 """Reset window [s] of the last stage for a plant without spring: it integrates every error of the model without limit,
@@ -49,7 +51,7 @@ def fit_output_error(
     def candidates() -> Iterator[Array]:
         yield from (start.theta for start in ranked)
         if not integrates(coordinates):
-            yield from starts().better
+            yield from starts().narrowed_ends
 
     best = homotopy.refined(_best_minimum(homotopy, candidates(), progress))
     if integrates(coordinates):
@@ -83,8 +85,7 @@ def _right(homotopy: Homotopy, end: Minimum | None, progress: Progress) -> Fit |
     if not _is_near(end):
         return None
     found = _free_runs(homotopy, end, progress)
-    most = CLEAN_LOSS + 3 / np.sqrt(homotopy.full.samples)
-    return found if found.outcome is Outcome.CONVERGED and found.rms**2 < most else None
+    return found if found.outcome is Outcome.CONVERGED and found.rms**2 < NOISE else None
 
 
 def integrates(coordinates: Coordinates) -> bool:
