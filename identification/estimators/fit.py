@@ -20,8 +20,8 @@ from identification.estimators.imposed_motion.fit import fit_imposed_motion
 from identification.estimators.noise_aware.fit import force_noise_matters
 from identification.estimators.noise_aware.resolution import resolved_by_nodes
 from identification.estimators.order import Order, order_of, swing
+from identification.estimators.output_error.descent import chunked
 from identification.estimators.output_error.fit import fit_output_error, integrates
-from identification.estimators.output_error.homotopy import chunked
 from identification.estimators.output_error.starting_values import StartingPoint, starting_values
 from recordings import BadInput, BadParameter, Progress, silent
 from simulator import BASE, CATALOGUE, Catalogue, Effect, Kernel, kernel

@@ -12,7 +12,7 @@ from identification.estimators.estimate import HOPELESS, Estimate, converged
 from identification.estimators.noise_aware.estimator import NoiseAware
 from identification.estimators.noise_aware.resolution import resolved_by_nodes
 from identification.estimators.order import Order
-from identification.estimators.output_error.homotopy import Minimum
+from identification.estimators.output_error.descent import Minimum
 from identification.estimators.output_error.problem import Problem
 from identification.estimators.output_error.replicates import Replicates
 from recordings import Array

@@ -12,7 +12,8 @@ from dataclasses import replace
 import numpy as np
 
 from identification.data.experiment import experiment
-from identification.estimators.output_error.homotopy import Homotopy, Minimum
+from identification.estimators.output_error.damped import search_for
+from identification.estimators.output_error.descent import FreeRunDescent, Minimum
 from identification.next_test.knowledge import DrivenTest, ExpectedPath, KnownValve
 from identification.uncertainty.covariance import WEAK
 from recordings import Array, Recording
@@ -88,15 +89,19 @@ def rehearsed(true: KnownValve, guess: KnownValve, test: DrivenTest, names: tupl
     return -float(np.mean(np.log(np.clip(errors, ENOUGH, USELESS))))
 
 
-def _fitted(y: Array, valve: KnownValve, test: DrivenTest) -> tuple[Homotopy, Minimum | None, Array]:
+def _fitted(y: Array, valve: KnownValve, test: DrivenTest) -> tuple[FreeRunDescent, Minimum | None, Array]:
     """A valve fitted to what a test shows (n_samples,) [m], with seeded noise, which is returned too, by the stages of
-    an ordinary fit; nothing is known beforehand but where to begin. None where it diverges.
+    an ordinary fit; nothing is known beforehand but where to begin, and what runs in windows make of it. None where it
+    diverges.
     """
     noise = np.random.default_rng(SEED).normal(0.0, valve.noise, len(y))
     recording = Recording.from_arrays(time=test.t, force=test.force, position=y + noise)
     made = replace(experiment(recording, "force", hold=test.hold), noise_position=valve.noise)
-    stages = Homotopy(valve.kernel, valve.coordinates, [made])
-    end = stages.refined(stages.follow(valve.theta))
+    stages = FreeRunDescent(valve.kernel, valve.coordinates, [made])
+    search = search_for(valve.kernel, valve.coordinates, [made], "damped")
+    narrowed = None if search is None else search.narrowed(valve.theta)
+    ends = [stages.follow(theta) for theta in (valve.theta, narrowed) if theta is not None]
+    end = stages.refined(min((end for end in ends if end is not None), key=lambda end: end.level, default=None))
     return stages, None if end is None else stages.polish(end), noise
 
 

@@ -1,6 +1,6 @@
 """A motion-driven fit without starting values: output error of the force that a rig's motion takes.
 
-There is no timing to be missed, so no homotopy is needed. The residual counts every sample with the noise of the force
+There is no timing to be missed, so one descent is enough. The residual counts every sample with the noise of the force
 channel alone and the memory that each segment starts with is fitted too, as in any output-error fit. `ImposedMotion`
 (estimator.py), which tracing tries its candidates with, goes on from here: it counts what the position's noise does to
 the predicted force as well, leaves out the samples before memory is forgotten, and takes no part of the memory as free.
@@ -15,7 +15,7 @@ from identification.data.experiment import Experiment
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.fitted import Fit, Outcome, fit_of_free_runs
 from identification.estimators.least_squares import minimise
-from identification.estimators.output_error.homotopy import Minimum
+from identification.estimators.output_error.descent import Minimum
 from identification.estimators.output_error.problem import Problem, ResidualForm
 from identification.estimators.output_error.starting_values import starting_values
 from recordings import Progress, silent

@@ -19,7 +19,7 @@ from identification.estimators.noise_aware.search import (
     on_whole_recordings,
 )
 from identification.estimators.order import Order
-from identification.estimators.output_error.homotopy import Minimum
+from identification.estimators.output_error.descent import Minimum
 from identification.estimators.output_error.problem import Problem, ResidualForm
 from identification.estimators.output_error.starting_values import regression
 from identification.estimators.systematic_error import without_bias

@@ -22,8 +22,8 @@ from identification.estimators.coordinates import Coordinates
 from identification.estimators.fitted import Fit, Outcome, fit_of_windows
 from identification.estimators.least_squares import Solution, minimise
 from identification.estimators.order import LIGHTEST, USUAL, Order, at_rest, slip, slip_is_seen, sub_step, swing_is_over
+from identification.estimators.output_error.descent import Minimum
 from identification.estimators.output_error.force_position_loop import ForcePositionLoop, force_position_loop
-from identification.estimators.output_error.homotopy import Minimum
 from identification.estimators.output_error.problem import Problem, ResidualForm
 from identification.estimators.output_error.replicates import in_windows, replicates
 from recordings import Array, Progress, silent

@@ -96,15 +96,16 @@ class Problem:
         return np.array([*motion, *[MEMORY_SCALE] * (self.n_local - len(motion))])
 
     def start(self, theta: Array, *, balanced: bool = False) -> Array:
-        """Unknowns with every segment started on its smoothed motion. balanced : with the bristle where it balances, if
-        there is one: soft ones bend by a millimetre.
+        """Unknowns with every segment started on its smoothed motion. balanced : with the bristle where it balances the
+        forces, if there are one and a spring: soft bristles bend by a millimetre.
         """
         local, values = [], self.coordinates.values(theta)
+        balanced = balanced and self.kernel.causality == "force" and {"spring.K", "lugre.sigma0"} <= values.keys()
         for piece in self.pieces:
-            first = self._first(piece.segment)
-            if balanced and self.kernel.causality == "force":
-                at_first = piece.segment.u[:1], first[:1]
-                first[self.kernel.states.index("lugre.z")] = deflection_at_rest(values, *at_first)[0]
+            first, s = self._first(piece.segment), piece.segment
+            if balanced:
+                left = s.u[:1] - values.get("mass.m", 0.0) * s.motion.a[:1]
+                first[self.kernel.states.index("lugre.z")] = deflection_at_rest(values, left, first[:1])[0]
             local.append(first[self.local] / self.local_scale(piece))
         return np.concatenate([theta, *local])
 

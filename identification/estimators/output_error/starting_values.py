@@ -1,7 +1,7 @@
 """Starting values from the inverse equation: the force that the measured motion takes, fitted from several starts.
 
 The force predicted from measured motion is almost linear in the parameters and has no stick-slip timing in it, so it
-has a wide basin; its estimates are biased by the smoothing, and good enough for the homotopy that follows.
+has a wide basin; its estimates are biased by the smoothing, and good enough for the descent that follows.
 """
 
 from __future__ import annotations

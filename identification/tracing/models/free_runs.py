@@ -15,7 +15,7 @@ from identification.estimators.fitted import FREE_STEP, Fit, fit_of_free_runs
 from identification.estimators.imposed_motion.grid import ImposedGrid
 from identification.estimators.noise_aware.best_paths import BestPathsNoiseAware
 from identification.estimators.noise_aware.search import WholeFit
-from identification.estimators.output_error.homotopy import Minimum
+from identification.estimators.output_error.descent import Minimum
 from identification.estimators.output_error.problem import Problem, ResidualForm
 from identification.estimators.systematic_error import without_bias
 from identification.identified import Identification

@@ -17,7 +17,7 @@ from identification.estimators.estimate import Estimate
 from identification.estimators.fitted import FREE_STEP, Fit, fit_of, fit_of_free_runs
 from identification.estimators.noise_aware.estimator import NoiseAware
 from identification.estimators.order import swing
-from identification.estimators.output_error.homotopy import Minimum
+from identification.estimators.output_error.descent import Minimum
 from identification.estimators.output_error.problem import Problem, ResidualForm
 from identification.estimators.output_error.replicates import following
 from identification.tracing.models.trial_data import TrialData, trial_data

@@ -23,7 +23,7 @@ def found(trials: int) -> Identification:
     result = identify([recorded(2)], bootstrap=trials, progress=lambda *one: reports.append(one), check=False)
     assert [one for one in reports if one[0] == "bootstrap"] == [("bootstrap", k + 1, trials) for k in range(trials)]
     stages = list(dict.fromkeys(stage for stage, _, _ in reports if stage != "bootstrap"))
-    assert stages == ["starting values", "free runs of chunks", "fit to whole recordings", "uncertainty", "free runs"]
+    assert stages == ["starting values", "search", "fit to whole recordings", "uncertainty", "free runs"]
     return result
 
 

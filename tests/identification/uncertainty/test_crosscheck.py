@@ -12,7 +12,7 @@ from seeded_valves import changed, recorded
 from identification import ComparedQuantity, Crosscheck, Fit, Outcome, crosscheck, experiment, fit, identify
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.least_squares import Normal
-from identification.estimators.output_error.homotopy import Minimum
+from identification.estimators.output_error.descent import Minimum
 from identification.estimators.output_error.problem import ResidualForm
 from identification.sparse_regression.crosscheck import ALLOWED_FRICTION, ALLOWED_RATE
 from identification.sparse_regression.regression import Regression, regression

@@ -1,7 +1,7 @@
 """From a start to the free-run fit: output error under a robust loss, then plain.
 
 Plain output error converges only from a few percent off, because the timing of stick and slip makes its cost
-multimodal. Starts come from runs in windows, which keep the timing (`damped.py`).
+multimodal. Where starting values are farther off, runs in windows come nearer: they keep the timing (`damped.py`).
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ COARSE = 1e-3
 FINEST = 4e-5
 """The sub-step is never refined below this [s]."""
 STEP_ERROR = 0.02
-"""The sub-step of the last stage is halved until its error is below this share of the residual, rms."""
+"""The sub-step of later stages is halved until its error is below this share of the residual, rms."""
 INSIGNIFICANT = 0.2
 """The last stages have settled when an iteration lowers the cost by less than this much of the residual's variance; one
 standard deviation of a parameter costs a whole one."""
@@ -43,7 +43,7 @@ EARLY_DT = 2e-3
 
 @dataclass(frozen=True)
 class Minimum:
-    """Where a homotopy arrived: unknowns of the last stage, its normal equations and setting; level : mean cost of a
+    """Where a descent arrived: unknowns of the last stage, its normal equations and setting; level : mean cost of a
     sample, of the samples that were used.
     """
 
@@ -55,7 +55,7 @@ class Minimum:
     level: float = 1.0
 
 
-class Homotopy:
+class FreeRunDescent:
     """The stages for one kernel, one set of coordinates and some experiments."""
 
     def __init__(
@@ -65,9 +65,8 @@ class Homotopy:
         self.full = Problem(kernel, coordinates, experiments)
         parts = chunked(experiments)
         self.early = self.full if parts is None else Problem(kernel, coordinates, parts)
-        self.dt = min(s.dt for e in self.early.experiments for s in e.segments)
         self.freedom = 4 * precision(coordinates, PRIOR_STD)
-        self.coarse = min(self.dt / 2, COARSE)
+        self.coarse = min(COARSE, *(s.dt / 2 for e in self.early.experiments for s in e.segments))
 
     def follow(self, theta: Array) -> Minimum | None:
         """The robust stage from a start, on the chunks of long recordings; None where the model diverges."""
