@@ -11,7 +11,7 @@ sweep of a minute each, on a clock that jitters, in channels of whole steps. See
 10609, 10701, 10706, 10900 to 10909, 11000 to 11007, 11100, 11104, 11200 to 11211, 11300 to 11311, 11500 to 11515,
 11600 to 11611, 11700 to 11709, 12000 to 12023, 12100 to 12119, 12504, 12511, 12540 to 12609, 12637, 12672, 12703 and
 12704 were used to develop the method, and of soft valves 12200 to 12279 and 12800 to 12939, 12943 and 12960.
-All others below 12765 have been looked at, and of soft ones those from 12800 to 13169: they are not for judging it.
+All others below 12765 have been looked at, and of soft ones those from 12800 to 13209: they are not for judging it.
 """
 
 from __future__ import annotations
