@@ -35,12 +35,19 @@ def test_static_friction_does_not_stay_where_remembered_paths_hold_it(seed):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("seed", "estimator"),
-    [(12227, "output-error"), (12902, "output-error"), (12908, "output-error"), (12924, "noise-aware")],
+    [
+        (12227, "output-error"),
+        (12902, "output-error"),
+        (12908, "output-error"),
+        (12943, "output-error"),
+        (12924, "noise-aware"),
+    ],
 )
 def test_an_exact_force_is_fitted_with_error_in_it_only_where_no_free_runs_leave_noise(seed, estimator):
     """Plain squares of the first begin ten thousand times above the noise where the last sub-step moves slips. No free
     runs of the second come near in the first sub-step. Those of the third may end at 1.7 times the noise, with the mass
-    21 standard deviations off. Those of the last have a slip in the wrong place wherever they begin.
+    21 standard deviations off. Those of the fourth diverge from most starts. Those of the last have a slip in the wrong
+    place wherever they begin.
     """
     truth, experiments = valve(seed, 0.0)
     found = fit(experiments)
