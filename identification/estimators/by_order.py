@@ -8,8 +8,8 @@ its end, runs in windows are first.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 from identification.data.experiment import Experiment
 from identification.data.grid import Grid
@@ -61,25 +61,47 @@ def fit_damped(
     return other if other.outcome is Outcome.CONVERGED else found
 
 
-@dataclass(frozen=True)
 class Starts:
-    """Starting values (n_free,) where the sampling resolves the bristle. ends : where the search by runs in windows
-    leads, the likeliest first; ranked : those known beside it; search : what made the ends, None where nothing did.
+    """Starting values (n_free,) where the sampling resolves the bristle, each made when it is asked for, and only once.
+
+    search : the search by runs in windows, None where there is no loop of force over position; regression : starting
+    values that are known beside it, the likeliest first.
     """
 
-    ends: list[Array]
-    ranked: list[Array]
-    search: Search | None
+    def __init__(self, search: Search | None, regression: Sequence[Array], progress: Progress = silent) -> None:
+        self._search, self.regression, self._progress = search, list(regression), progress
+        self._narrowed = dict[int, Array | None]()
+
+    @functools.cached_property
+    def ends(self) -> list[Array]:
+        """Where the search leads, the likeliest first."""
+        return [] if self._search is None else self._search.ends(self._progress)
 
     @property
-    def narrowed_ends(self) -> Iterator[Array]:
-        """What the narrow loss makes of the ends, when that is asked for."""
-        return iter(()) if self.search is None else self.search.all_narrowed(self.ends)
+    def better_ends(self) -> Iterator[Array]:
+        """What the narrow loss makes of the ends."""
+        return self._better(range(len(self.ends)))
+
+    @property
+    def better_regression(self) -> Iterator[Array]:
+        """What it makes of the starting values of the regression."""
+        return self._better(range(len(self.ends), len(self.ends) + len(self.regression)))
 
     @property
     def all_better(self) -> Iterator[Array]:
         """The same of all, as far as there is a search."""
-        return iter(self.ranked) if self.search is None else self.search.all_narrowed([*self.ends, *self.ranked])
+        yield from self.better_ends
+        yield from (self.regression if self._search is None else self.better_regression)
+
+    def _better(self, which: range) -> Iterator[Array]:
+        if self._search is None:
+            return
+        for i in which:
+            if i not in self._narrowed:
+                self._narrowed[i] = self._search.narrowed([*self.ends, *self.regression][i])
+            found = self._narrowed[i]
+            if found is not None:
+                yield found
 
 
 def fit_full(
@@ -90,7 +112,7 @@ def fit_full(
 
     smooth : the experiments, with a smooth force; segment_grids : of the experiments; starts : of `starting_points`.
     """
-    first = [*starts.ends, *starts.ranked]
+    first = [*starts.ends, *starts.regression]
     if not first:
         return Fit(Outcome.DIVERGED, valve, coordinates)
     better = starts.all_better
@@ -103,4 +125,4 @@ def starting_points(
 ) -> Starts:  # fmt: skip
     """The starting values to which runs in windows lead, with those known beside them."""
     search = search_for(valve, coordinates, smooth, "damped")
-    return Starts([] if search is None else search.ends(progress), [start.theta for start in ranked], search)
+    return Starts(search, [start.theta for start in ranked], progress)

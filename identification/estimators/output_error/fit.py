@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
@@ -10,7 +9,7 @@ import numpy as np
 from identification.budget import time_is_over
 from identification.data.experiment import Experiment
 from identification.data.grid import grids
-from identification.estimators.by_order import Starts, fit_full, starting_points
+from identification.estimators.by_order import fit_full, starting_points
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.fitted import Fit, Outcome, fit_of_free_runs
 from identification.estimators.noise_aware.search import UNEXPLAINED
@@ -33,80 +32,92 @@ def fit_output_error(
     valve: Kernel, coordinates: Coordinates, experiments: Sequence[Experiment], ranked: Sequence[StartingPoint],
     progress: Progress = silent, *, exact: bool,
 ) -> Fit:  # fmt: skip
-    """Fit a valve whose recorded force is exact. Where free runs diverge, or do not explain the recordings, they go on
-    from a noise-aware fit. Where they do not explain them even then, that fit is the answer if it converged, unless the
-    force is `exact` without doubt. A plant without a spring is set back to the data, and has no noise-aware fit.
+    """Fit a valve whose recorded force is exact, by free runs from one start after the other until they explain it.
 
-    ranked : starting values, the best first; those that runs in windows give are tried after them.
+    The last start is a noise-aware fit. Where free runs do not explain the recordings even from there, that fit is the
+    answer if it converged, unless the force is `exact` without doubt. A plant without a spring is set back to the data,
+    and has no other starts than those of the regression.
+
+    ranked : starting values of the regression, the best first.
     """
     window = INTEGRATING_WINDOW if integrates(coordinates) else np.inf
-    descent = FreeRunDescent(valve, coordinates, experiments, window)
+    runs = FreeRuns(FreeRunDescent(valve, coordinates, experiments, window), progress)
+    regression = [start.theta for start in ranked]
+    if integrates(coordinates):
+        return runs.right_from(regression) or runs.best
+    starts = starting_points(valve, coordinates, experiments, ranked, progress)
 
-    @functools.cache
-    def starts() -> Starts:
-        return starting_points(valve, coordinates, experiments, ranked, progress)
+    def first() -> Iterator[Array]:
+        yield from regression
+        yield from starts.better_ends
 
-    def candidates() -> Iterator[Array]:
-        yield from (start.theta for start in ranked)
-        if not integrates(coordinates):
-            yield from starts().narrowed_ends
-
-    best = descent.refined(_best_minimum(descent, candidates(), progress))
-    if integrates(coordinates) or (best is not None and time_is_over()):
-        return _free_runs(descent, best, progress)
-    found = _free_runs(descent, best, progress) if _is_near(descent, best) else None
-    if found is not None and (_is_right(descent, found) or time_is_over()):
-        return found
+    found = runs.right_from(first()) or runs.right_from(starts.better_regression)
+    if found is not None or time_is_over():
+        return found or runs.best
     progress("one more fit, with error in the force", 0, 0)
-    noisy = fit_full(valve, coordinates, experiments, grids(experiments), starts(), progress)
-    known = None if noisy.estimate is None or noisy.estimate.loss > UNEXPLAINED else noisy.estimate.theta
-    further = None if known is None or time_is_over() else descent.refined(descent.follow(known))
-    last = _free_runs(descent, further, progress) if _is_near(descent, further) else None
-    if last is not None and _is_right(descent, last):
-        return last
-    ends = [end for end in (best, further) if end is not None]
-    if not exact and (noisy.outcome is Outcome.CONVERGED or (noisy.outcome.usable and not ends)):
-        return noisy
-    fits = [fit for fit in (found, last) if fit is not None]
-    if not fits:
-        return _free_runs(descent, min(ends, key=lambda end: end.level, default=None), progress)
-    return min(fits, key=lambda fit: (fit.outcome is not Outcome.CONVERGED, fit.rms))
+    noisy = fit_full(valve, coordinates, experiments, grids(experiments), starts, progress)
+    estimate = noisy.estimate
+    found = runs.right_from([] if estimate is None or estimate.loss > UNEXPLAINED else [estimate.theta])
+    if found is not None:
+        return found
+    is_better = noisy.outcome is Outcome.CONVERGED or (noisy.outcome.usable and not runs.ends)
+    return noisy if is_better and not exact else runs.best
 
 
-def _is_near(descent: FreeRunDescent, end: Minimum | None) -> bool:
-    """Whether an end of the robust stage may be near the truth."""
-    return end is not None and end.level < NEAR + CHANCE / np.sqrt(descent.full.samples)
-
-
-def _is_right(descent: FreeRunDescent, found: Fit) -> bool:
-    """Whether a fit by free runs has converged, and leaves nothing but noise. One that has a slip in the wrong place
-    leaves a little more, or does not settle, and its values are wrong by many standard deviations.
+class FreeRuns:
+    """The fits by free runs of whole recordings. ends : of the robust stage, one for every list of starts that led
+    anywhere, refined; fits : of those that were near.
     """
-    most = NOISE + CHANCE / np.sqrt(descent.full.samples)
-    return found.outcome is Outcome.CONVERGED and bool(found.rms**2 < most)
+
+    def __init__(self, descent: FreeRunDescent, progress: Progress = silent) -> None:
+        self.descent, self.progress = descent, progress
+        self.ends, self.fits = list[Minimum](), list[Fit]()
+        chance = CHANCE / np.sqrt(descent.full.samples)
+        self.near, self.noise = NEAR + chance, NOISE + chance
+
+    def right_from(self, starts: Iterable[Array]) -> Fit | None:
+        """The fit from the first of some starts (n_free,) that leads near the truth, if it converges and leaves nothing
+        but noise. One that has a slip in the wrong place leaves a little more, or does not settle, and its values are
+        wrong by many standard deviations.
+        """
+        if self.ends and time_is_over():
+            return None
+        end = self.descent.refined(self._minimum(starts))
+        if end is None:
+            return None
+        self.ends.append(end)
+        if end.level >= self.near:
+            return None
+        found = self._fit(end)
+        self.fits.append(found)
+        return found if found.outcome is Outcome.CONVERGED and found.rms**2 < self.noise else None
+
+    @property
+    def best(self) -> Fit:
+        """The best of the fits; where there is none, what plain squares make of the best end."""
+        if self.fits:
+            return min(self.fits, key=lambda fit: (fit.outcome is not Outcome.CONVERGED, fit.rms))
+        return self._fit(min(self.ends, key=lambda end: end.level, default=None))
+
+    def _minimum(self, starts: Iterable[Array]) -> Minimum | None:
+        """The end of the robust stage with the least cost, from one start after the other until it is near."""
+        best: Minimum | None = None
+        for attempt, theta in enumerate(starts, 1):
+            self.progress("search", attempt, 0)
+            end = self.descent.follow(theta)
+            if end is not None and (best is None or end.level < best.level):
+                best = end
+            if best is not None and (best.level < self.near or time_is_over()):
+                break
+        return best
+
+    def _fit(self, end: Minimum | None) -> Fit:
+        """The fit by plain least squares from a refined end."""
+        self.progress("fit to whole recordings", 0, 0)
+        problem, polished = self.descent.full, None if end is None else self.descent.polish(end)
+        return fit_of_free_runs(problem.kernel, problem.coordinates, problem, polished)
 
 
 def integrates(coordinates: Coordinates) -> bool:
     """Whether the plant has no spring, so that its position is an integral."""
     return coordinates.held("spring.K") == 0.0
-
-
-def _best_minimum(descent: FreeRunDescent, starts: Iterable[Array], progress: Progress) -> Minimum | None:
-    """The end of the robust stage with the least cost, from one start (n_free,) after the other until it is near."""
-    best: Minimum | None = None
-    for attempt, theta in enumerate(starts, 1):
-        progress("search", attempt, 0)
-        minimum = descent.follow(theta)
-        if minimum is not None and (best is None or minimum.level < best.level):
-            best = minimum
-        if _is_near(descent, best) or (best is not None and time_is_over()):
-            break
-    return best
-
-
-def _free_runs(descent: FreeRunDescent, minimum: Minimum | None, progress: Progress) -> Fit:
-    """The fit by free runs of whole recordings, by plain least squares from a refined minimum."""
-    progress("fit to whole recordings", 0, 0)
-    problem = descent.full
-    polished = None if minimum is None else descent.polish(minimum)
-    return fit_of_free_runs(problem.kernel, problem.coordinates, problem, polished)
