@@ -34,6 +34,16 @@ def without_bias(found: Fit, whole: WholeFit) -> Fit:
     return found if bias is None else _less(found, bias)
 
 
+def in_doubt_by(found: Fit, other: Array) -> Fit:
+    """A fit whose intervals hold another estimate of its parameters (m,), in coordinates, too: how far that is away is
+    one more standard error beside the noise.
+    """
+    assert found.minimum is not None
+    away = np.abs(found.minimum.unknowns[: len(other)] - other)
+    before = np.zeros_like(away) if found.systematic is None else found.systematic
+    return replace(found, systematic=np.hypot(before, away))
+
+
 def order_bias(found: Fit) -> Array | None:
     """Where the next step of a noise-aware fit goes from its end (m,), in coordinates, on what the model gives there in
     full order and fine steps; None where that has no solution.

@@ -15,6 +15,7 @@ from identification.estimators.fitted import Fit, Outcome, fit_of_free_runs
 from identification.estimators.noise_aware.search import UNEXPLAINED
 from identification.estimators.output_error.descent import FreeRunDescent, Minimum
 from identification.estimators.output_error.starting_values import StartingPoint
+from identification.estimators.systematic_error import in_doubt_by
 from recordings import Array, Progress, silent
 from simulator import Kernel
 
@@ -35,8 +36,9 @@ def fit_output_error(
     """Fit a valve whose recorded force is exact, by free runs from one start after the other until they explain it.
 
     The last start is a noise-aware fit. Where free runs do not explain the recordings even from there, that fit is the
-    answer if it converged, unless the force is `exact` without doubt. A plant without a spring is set back to the data,
-    and has no other starts than those of the regression.
+    answer if it converged, unless the force is `exact` without doubt. Free runs have a slip in the wrong place then, and
+    it forgives what is none: how far they are apart is in its intervals. A plant without a spring is set back to the
+    data, and has no other starts than those of the regression.
 
     ranked : starting values of the regression, the best first.
     """
@@ -60,8 +62,9 @@ def fit_output_error(
     found = runs.right_from([] if estimate is None or estimate.loss > UNEXPLAINED else [estimate.theta])
     if found is not None:
         return found
-    is_better = noisy.outcome is Outcome.CONVERGED or (noisy.outcome.usable and not runs.ends)
-    return noisy if is_better and not exact else runs.best
+    if exact or not (noisy.outcome is Outcome.CONVERGED or (noisy.outcome.usable and not runs.ends)):
+        return runs.best
+    return in_doubt_by(noisy, runs.best_end.unknowns[: coordinates.n_free]) if runs.best_end else noisy
 
 
 class FreeRuns:
@@ -97,7 +100,12 @@ class FreeRuns:
         """The best of the fits; where there is none, what plain squares make of the best end."""
         if self.fits:
             return min(self.fits, key=lambda fit: (fit.outcome is not Outcome.CONVERGED, fit.rms))
-        return self._fit(min(self.ends, key=lambda end: end.level, default=None))
+        return self._fit(self.best_end)
+
+    @property
+    def best_end(self) -> Minimum | None:
+        """The end of least cost."""
+        return min(self.ends, key=lambda end: end.level, default=None)
 
     def _minimum(self, starts: Iterable[Array]) -> Minimum | None:
         """The end of the robust stage with the least cost, from one start after the other until it is near."""
