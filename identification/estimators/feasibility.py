@@ -1,4 +1,4 @@
-"""What makes a fit impossible before it starts: parameters that no valve has, and recordings that say too little."""
+"""What makes a fit impossible: a model or values that no valve has, and recordings that say too little."""
 
 from __future__ import annotations
 
@@ -12,12 +12,23 @@ from identification.estimators.coordinates import Coordinates, parameters
 from identification.estimators.fitted import Outcome
 from identification.estimators.output_error.starting_values import regression
 from recordings import Array, BadParameter
-from simulator import Kernel
+from simulator import BASE, Catalogue, Kernel
 
 FEWEST = 3
 """Samples per free parameter below which no fit is tried."""
 REAL_TRAVEL = 10.0
 """Way, in standard deviations of the noise, from which a position counts as moved."""
+
+
+def check_effects(effects: Sequence[str], catalogue: Catalogue) -> None:
+    """Raise BadParameter for an effect that is not in the catalogue, or effects without those of the base."""
+    for effect in effects:
+        if effect not in catalogue:
+            raise BadParameter("effects", effect, "there is no such effect", f"there are {', '.join(catalogue.ids)}")
+    missing = [effect for effect in BASE if effect not in effects]
+    if missing:
+        remedy = f"add {', '.join(missing)}, and hold what the plant has not: spring.K=0 for no spring"
+        raise BadParameter("effects", ", ".join(effects), f"a fit is of {', '.join(BASE)} at least", remedy)
 
 
 def check_given(given: Mapping[str, float], valve: Kernel) -> None:

@@ -14,7 +14,7 @@ from identification.data.grid import grids, with_smooth_force
 from identification.estimators.by_order import fit_damped, fit_full, starting_points
 from identification.estimators.constraints import checked
 from identification.estimators.coordinates import Coordinates
-from identification.estimators.feasibility import check_constraints, check_given, check_priors, obstacle
+from identification.estimators.feasibility import check_constraints, check_effects, check_given, check_priors, obstacle
 from identification.estimators.fitted import Fit, Outcome
 from identification.estimators.imposed_motion.fit import fit_imposed_motion
 from identification.estimators.noise_aware.fit import force_noise_matters
@@ -23,7 +23,7 @@ from identification.estimators.order import Order, order_of, swing
 from identification.estimators.output_error.descent import chunked
 from identification.estimators.output_error.fit import fit_output_error, integrates
 from identification.estimators.output_error.starting_values import StartingPoint, starting_values
-from recordings import BadInput, BadParameter, Progress, silent
+from recordings import BadInput, Progress, silent
 from simulator import BASE, CATALOGUE, Catalogue, Effect, Kernel, kernel
 
 Estimator = Literal["auto", "output-error", "noise-aware"]
@@ -50,7 +50,7 @@ def fit(
     experiments : sequence of Experiment
         Recordings made ready by `experiment`, all of one causality.
     effects : tuple of str
-        Identifiers of the effects that make the model.
+        Identifiers of the effects that make the model, those of `BASE` among them.
     given : mapping, optional
         Parameters by full name that are held, SI units: ``{"mass.m": 2.1}``.
     estimator : {"auto", "output-error", "noise-aware"}
@@ -76,13 +76,12 @@ def fit(
     Raises
     ------
     BadParameter
-        For an effect that is not in the catalogue, a held parameter that no effect has, or a value out of its bounds.
+        For an effect that is not in the catalogue, effects without those of `BASE`, a held parameter that no effect
+        has, or a value out of its bounds.
     BadInput
         For experiments of different causality.
     """
-    for effect in effects:
-        if effect not in catalogue:
-            raise BadParameter("effects", effect, "there is no such effect", f"there are {', '.join(catalogue.ids)}")
+    check_effects(effects, catalogue)
     given = _known(catalogue.pick(effects), experiments) | dict(given or {})
     causalities = {e.causality for e in experiments}
     if len(causalities) != 1:

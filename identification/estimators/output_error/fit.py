@@ -36,9 +36,9 @@ def fit_output_error(
     """Fit a valve whose recorded force is exact, by free runs from one start after the other until they explain it.
 
     The last start is a noise-aware fit. Where free runs do not explain the recordings even from there, that fit is the
-    answer if it converged, unless the force is `exact` without doubt. Free runs have a slip in the wrong place then, and
-    it forgives what is none: how far they are apart is in its intervals. A plant without a spring is set back to the
-    data, and has no other starts than those of the regression.
+    answer if it converged, unless the force is `exact` without doubt. Free runs have a slip in the wrong place then,
+    and it allows for errors in the force that there are not: how far they are apart is in its intervals. A plant
+    without a spring is set back to the data, and has no other starts than those of the regression.
 
     ranked : starting values of the regression, the best first.
     """

@@ -40,3 +40,8 @@ def test_it_can_be_held_within_its_bounds():
 def test_without_its_catalogue_it_is_unknown():
     with pytest.raises(BadParameter, match="effects hardening: there is no such effect; there are inertia"):
         identify([recorded()], effects=EFFECTS)
+
+
+def test_a_model_without_a_spring_is_refused_with_what_to_do():
+    with pytest.raises(BadParameter, match=r"effects inertia, lugre: a fit is of .*; add spring, and hold .*K=0"):
+        identify([recorded()], effects=("inertia", "lugre"))
