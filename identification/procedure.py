@@ -52,7 +52,7 @@ def identify(
     holdout : sequence of Recording
         Recordings that only judge the fit.
     effects : tuple of str
-        Identifiers of the effects that make the model.
+        Identifiers of the effects that make the model, those of `BASE` among them.
     given : mapping, optional
         Parameters that are held, by full name, SI units. They go before what the recordings say of the plant.
     causality : {"force", "motion"}, optional

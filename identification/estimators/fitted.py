@@ -117,7 +117,7 @@ def free_run_start(problem: Problem, estimate: Estimate) -> Array:
 
 
 EXPLAINED = 1.5
-"""How many times the loss of a right model free runs, whole or in windows, may leave and count as converged."""
+"""How many times the loss of a right model a fit of windows may leave and count as converged."""
 
 
 def fit_of_windows(problem: Problem, minimum: Minimum, usual: Replicates | None) -> Fit:
@@ -132,10 +132,7 @@ def fit_of_windows(problem: Problem, minimum: Minimum, usual: Replicates | None)
 
 
 def fit_of_free_runs(valve: Kernel, coordinates: Coordinates, problem: Problem, minimum: Minimum | None) -> Fit:
-    """A fit with its outcome: whether anything was found, whether it settled, and whether it explains the data. What
-    free runs leave is noise then; runs that are set back begin with errors of their own, and nobody knows how large the
-    noise of an imposed motion's force is.
-    """
+    """A fit with its outcome: whether anything was found, whether it settled, and whether it explains the data."""
     if minimum is None:
         return Fit(Outcome.DIVERGED, valve, coordinates)
     square, level = 0.0, 0.0
@@ -147,9 +144,6 @@ def fit_of_free_runs(valve: Kernel, coordinates: Coordinates, problem: Problem, 
         square += float(np.sum(problem.residual(i, response) ** 2))
         level += float(np.sum(((measured - measured.mean()) / noise)[segment.seen] ** 2))
     outcome = Outcome.CONVERGED if minimum.settled else Outcome.NOT_SETTLED
-    is_free = valve.causality == "force" and np.isinf(minimum.setting.window)
-    if is_free and square > EXPLAINED * problem.samples:
-        outcome = Outcome.NOT_CONVERGED
     if square > 0.5 * level:
         outcome = Outcome.NOT_EXPLAINED
     return Fit(outcome, valve, coordinates, problem, minimum, float(np.sqrt(square / problem.samples)))

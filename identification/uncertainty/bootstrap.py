@@ -81,10 +81,13 @@ def _scatter(found: Fit, trials: int, values: list[Array]) -> Bootstrap:
 
 def with_bootstrap(found: Fit, known: Uncertainty, scatter: Bootstrap) -> Uncertainty:
     """The uncertainty with standard deviations from the bootstrap: root mean squares about the estimate, bias included,
-    widened by Student's t for the number of trials.
+    widened by Student's t for the number of trials. What the estimate may be off beside the noise stays in them
+    (`Fit.systematic`): a replicate that starts from it does not show that.
     """
-    off = scatter.values - np.array([found.values[n] for n in scatter.names])
-    std = dict(zip(scatter.names, widened_rms(off).tolist(), strict=True))
+    spread = widened_rms(scatter.values - np.array([found.values[n] for n in scatter.names]))
+    if found.systematic is not None:
+        spread = np.hypot(spread, found.systematic * found.coordinates.slope(found.p))
+    std = dict(zip(scatter.names, spread.tolist(), strict=True))
     status, note = status_and_note(found, known.names, std, known.correlation, proven=True)
     return replace(known, spread=std, status=status, note=note)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
@@ -9,10 +10,10 @@ import numpy as np
 from identification.budget import time_is_over
 from identification.data.experiment import Experiment
 from identification.data.grid import grids
-from identification.estimators.by_order import fit_full, starting_points
+from identification.estimators.by_order import Starts, fit_full, starting_points
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.fitted import Fit, Outcome, fit_of_free_runs
-from identification.estimators.noise_aware.search import UNEXPLAINED
+from identification.estimators.noise_aware.search import SAME, UNEXPLAINED
 from identification.estimators.output_error.descent import FreeRunDescent, Minimum
 from identification.estimators.output_error.starting_values import StartingPoint
 from identification.estimators.systematic_error import in_doubt_by
@@ -33,12 +34,13 @@ def fit_output_error(
     valve: Kernel, coordinates: Coordinates, experiments: Sequence[Experiment], ranked: Sequence[StartingPoint],
     progress: Progress = silent, *, exact: bool,
 ) -> Fit:  # fmt: skip
-    """Fit a valve whose recorded force is exact, by free runs from one start after the other until they explain it.
+    """Fit a valve whose recorded force is exact, by free runs from one group of starts after the other until they
+    explain it: what the regression tells, with what runs in windows find; what these make of the regression's starts;
+    and a noise-aware fit.
 
-    The last start is a noise-aware fit. Where free runs do not explain the recordings even from there, that fit is the
-    answer if it converged, unless the force is `exact` without doubt. Free runs have a slip in the wrong place then,
-    and it allows for errors in the force that there are not: how far they are apart is in its intervals. A plant
-    without a spring is set back to the data, and has no other starts than those of the regression.
+    Where free runs do not explain the recordings even from there, the noise-aware fit is the answer if it converged,
+    unless the force is `exact` without doubt. It allows for errors in the force and free runs do not: how far they are
+    apart is in its intervals. A plant without a spring is set back to the data, and has the regression's starts only.
 
     ranked : starting values of the regression, the best first.
     """
@@ -47,51 +49,85 @@ def fit_output_error(
     regression = [start.theta for start in ranked]
     if integrates(coordinates):
         return runs.right_from(regression) or runs.best
-    starts = starting_points(valve, coordinates, experiments, ranked, progress)
+
+    @functools.cache
+    def starts() -> Starts:
+        return starting_points(valve, coordinates, experiments, ranked, progress)
 
     def first() -> Iterator[Array]:
         yield from regression
-        yield from starts.better_ends
+        yield from starts().better_ends
 
-    found = runs.right_from(first()) or runs.right_from(starts.better_regression)
-    if found is not None or time_is_over():
+    def second() -> Iterator[Array]:
+        yield from starts().better_regression
+
+    found = runs.right_from(first()) or runs.right_from(second())
+    if found is not None or (runs.led_anywhere and time_is_over()):
         return found or runs.best
     progress("one more fit, with error in the force", 0, 0)
-    noisy = fit_full(valve, coordinates, experiments, grids(experiments), starts, progress)
+    noisy = fit_full(valve, coordinates, experiments, grids(experiments), starts(), progress)
     estimate = noisy.estimate
-    found = runs.right_from([] if estimate is None or estimate.loss > UNEXPLAINED else [estimate.theta])
+    last = estimate is None or estimate.loss > UNEXPLAINED or time_is_over()
+    found = None if last or estimate is None else runs.right_from([estimate.theta], np.inf)
     if found is not None:
         return found
-    if exact or not (noisy.outcome is Outcome.CONVERGED or (noisy.outcome.usable and not runs.ends)):
+    if exact or not (noisy.outcome is Outcome.CONVERGED or (noisy.outcome.usable and not runs.led_anywhere)):
         return runs.best
-    return in_doubt_by(noisy, runs.best_end.unknowns[: coordinates.n_free]) if runs.best_end else noisy
+    other = runs.best_end
+    return noisy if other is None else in_doubt_by(noisy, other.unknowns[: coordinates.n_free])
 
 
 class FreeRuns:
-    """The fits by free runs of whole recordings. ends : of the robust stage, one for every list of starts that led
-    anywhere, refined; fits : of those that were near.
+    """The fits by free runs of whole recordings. ends : of the robust stage, refined; far : those that explain
+    nothing on chunks, which a finer sub-step would not mend; fits : of the ends that are near.
     """
 
     def __init__(self, descent: FreeRunDescent, progress: Progress = silent) -> None:
         self.descent, self.progress = descent, progress
-        self.ends, self.fits = list[Minimum](), list[Fit]()
+        self.ends, self.far, self.fits = list[Minimum](), list[Minimum](), list[Fit]()
+        self._tried = list[Array]()
         chance = CHANCE / np.sqrt(descent.full.samples)
         self.near, self.noise = NEAR + chance, NOISE + chance
 
-    def right_from(self, starts: Iterable[Array]) -> Fit | None:
-        """The fit from the first of some starts (n_free,) that leads near the truth, if it converges and leaves nothing
-        but noise. One that has a slip in the wrong place leaves a little more, or does not settle, and its values are
-        wrong by many standard deviations.
+    def right_from(self, starts: Iterable[Array], most: float = UNEXPLAINED) -> Fit | None:
+        """The first fit that is right from some starts (n_free,): of every end near the truth, or else of the best, if
+        its level is below `most`. The sub-step of the robust stage may move slips: a right end leaves up to 2.8 then.
         """
-        if self.ends and time_is_over():
+        best: Minimum | None = None
+        for attempt, theta in enumerate(starts, 1):
+            self.progress("search", attempt, 0)
+            end = self.descent.follow(theta)
+            if end is not None and end.level < self.near:
+                found = None if self._is_known(end) else self._right(end)
+                if found is not None:
+                    return found
+            elif end is not None and (best is None or end.level < best.level):
+                best = end
+            if time_is_over() and (best is not None or self.led_anywhere):
+                break
+        if best is not None and best.level > most:
+            self.far.append(best)
             return None
-        end = self.descent.refined(self._minimum(starts))
-        if end is None:
+        return None if best is None or (self.ends and time_is_over()) else self._right(best)
+
+    def _is_known(self, end: Minimum) -> bool:
+        """Whether an end of the robust stage is one from which a fit was made."""
+        theta = end.unknowns[: self.descent.full.n_free]
+        known = any(np.abs(theta - one).max() < SAME for one in self._tried)
+        self._tried.append(theta)
+        return known
+
+    def _right(self, end: Minimum) -> Fit | None:
+        """The fit from an end of the robust stage, if it converges and leaves nothing but noise. One that has a slip in
+        the wrong place leaves a little more, or does not settle, and is wrong by many standard deviations.
+        """
+        refined = self.descent.refined(end)
+        if refined is None:
             return None
-        self.ends.append(end)
-        if end.level >= self.near:
+        self.ends.append(refined)
+        if refined.level >= self.near:
             return None
-        found = self._fit(end)
+        found = self._fit(refined)
         self.fits.append(found)
         return found if found.outcome is Outcome.CONVERGED and found.rms**2 < self.noise else None
 
@@ -103,21 +139,16 @@ class FreeRuns:
         return self._fit(self.best_end)
 
     @property
+    def led_anywhere(self) -> bool:
+        """Whether there is an end, near or far."""
+        return bool(self.ends or self.far)
+
+    @property
     def best_end(self) -> Minimum | None:
         """The end of least cost."""
-        return min(self.ends, key=lambda end: end.level, default=None)
-
-    def _minimum(self, starts: Iterable[Array]) -> Minimum | None:
-        """The end of the robust stage with the least cost, from one start after the other until it is near."""
-        best: Minimum | None = None
-        for attempt, theta in enumerate(starts, 1):
-            self.progress("search", attempt, 0)
-            end = self.descent.follow(theta)
-            if end is not None and (best is None or end.level < best.level):
-                best = end
-            if best is not None and (best.level < self.near or time_is_over()):
-                break
-        return best
+        if not self.ends:
+            return self.descent.refined(min(self.far, key=lambda end: end.level, default=None))
+        return min(self.ends, key=lambda end: end.level)
 
     def _fit(self, end: Minimum | None) -> Fit:
         """The fit by plain least squares from a refined end."""
