@@ -103,13 +103,11 @@ def grids(experiments: Sequence[Experiment]) -> list[Grid]:
 
 
 def with_smooth_force(experiments: Sequence[Experiment], known: Sequence[Grid] | None = None) -> list[Experiment]:
-    """The experiments with their force smoothed, for free runs, but for a held one, which has no noise; known : their
-    grids, where they are at hand.
-    """
+    """The experiments with their force smoothed, for free runs; known : their grids, where they are at hand."""
     rest = iter(grids(experiments) if known is None else known)
     found = []
     for e in experiments:
         pairs = [(s, next(rest)) for s in e.segments]
         smooth = [replace(s, u=np.interp(s.t, grid.t, grid.free_force)) for s, grid in pairs]
-        found.append(e if e.hold else e.with_segments(tuple(smooth)))
+        found.append(e.with_segments(tuple(smooth)))
     return found

@@ -213,11 +213,7 @@ def _chunks(segment: Segment, share: float, every: int) -> list[Segment]:
 
 
 def _told(e: Experiment, loop: ForcePositionLoop) -> Experiment:
-    """The experiment with the samples unseen before which the force is guessed, not known (`GUESSED`); a held force is
-    known throughout.
-    """
-    if e.hold:
-        return e
+    """The experiment with the samples unseen before which the force is guessed, not known (`GUESSED`)."""
     return e.with_segments(tuple(replace(s, seen=s.seen & _known(s, GUESSED * loop.level)) for s in e.segments))
 
 

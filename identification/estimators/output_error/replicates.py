@@ -103,17 +103,15 @@ def following(values: Mapping[str, float]) -> ResidualForm:
 
 
 def _curved(e: Experiment) -> Experiment:
-    """The experiment with a force that bends between the samples, where a fit takes it for straight, or is held."""
-    return e.with_segments(tuple(_finer(s, hold=e.hold) for s in e.segments))
+    """The experiment with a force that bends between the samples, where a fit takes it for straight."""
+    return e.with_segments(tuple(_finer(s) for s in e.segments))
 
 
-def _finer(s: Segment, *, hold: bool) -> Segment:
+def _finer(s: Segment) -> Segment:
     n, m = len(s.t), s.motion
-    place = np.arange((n - 1) * BETWEEN + 1)
-    t = np.interp(place / BETWEEN, np.arange(n), s.t)
+    t = np.interp(np.arange((n - 1) * BETWEEN + 1) / BETWEEN, np.arange(n), s.t)
     y, load, x, v, a, crept = (np.interp(t, s.t, z) for z in (s.y, s.load, m.x, m.v, m.a, m.crept))
-    u = s.u[place // BETWEEN] if hold else PchipInterpolator(s.t, s.u)(t)
-    return Segment(t, u, y, np.ones(len(t), bool), Motion(x, v, a, crept), load)
+    return Segment(t, PchipInterpolator(s.t, s.u)(t), y, np.ones(len(t), bool), Motion(x, v, a, crept), load)
 
 
 def in_windows(problem: Problem, form: ResidualForm, unknowns: Array) -> Normal | None:
@@ -125,13 +123,11 @@ def in_windows(problem: Problem, form: ResidualForm, unknowns: Array) -> Normal 
 def _drawn(
     experiments: Sequence[Experiment], predicted: Sequence[Array], rng: np.random.Generator | None
 ) -> list[Experiment]:
-    """The experiments with predicted positions (n_samples,) of each segment, and new noise in position and in a force
-    that is not held; none without a generator.
+    """The experiments with predicted positions (n_samples,) of each segment, and new noise in position and force; none
+    without a generator.
     """
     rest, size, rng = iter(predicted), float(rng is not None), rng or np.random.default_rng(0)
     return [
-        e.with_segments(
-            tuple(noisy(e, s, next(rest), rng, size=size, force=size > 0 and not e.hold) for s in e.segments)
-        )
+        e.with_segments(tuple(noisy(e, s, next(rest), rng, size=size, force=size > 0) for s in e.segments))
         for e in experiments
     ]
