@@ -10,8 +10,9 @@ sweep of a minute each, on a clock that jitters, in channels of whole steps. See
 7109, 9100 to 9199, 9500 to 9509, 9700 to 9719, 9900 to 9907, 10200 to 10207, 10302, 10314, 10504, 10506, 10600 to
 10609, 10701, 10706, 10900 to 10909, 11000 to 11007, 11100, 11104, 11200 to 11211, 11300 to 11311, 11500 to 11515,
 11600 to 11611, 11700 to 11709, 12000 to 12023, 12100 to 12119, 12504, 12511, 12540 to 12609, 12637, 12672, 12703 and
-12704 were used to develop the method, and of soft valves 12200 to 12279 and 12800 to 12939, 12943 and 12960.
-All others below 12765 have been looked at, and of soft ones those from 12800 to 13209: they are not for judging it.
+12704 were used to develop the method, and of soft valves 12200 to 12279, 12800 to 12939, 12943, 12960 and 13170 to
+13249. All others below 12765 have been looked at, and of soft ones those from 12800 to 13289: they are not for judging
+it.
 """
 
 from __future__ import annotations
