@@ -93,6 +93,8 @@ class FreeRuns:
         """The first fit that is right from some starts (n_free,): of every end near the truth, or else of the best, if
         its level is below `most`. The sub-step of the robust stage may move slips: a right end leaves up to 2.8 then.
         """
+        if self.led_anywhere and time_is_over():
+            return None
         best: Minimum | None = None
         for attempt, theta in enumerate(starts, 1):
             self.progress("search", attempt, 0)
