@@ -82,7 +82,7 @@ def _scatter(found: Fit, trials: int, values: list[Array]) -> Bootstrap:
 def with_bootstrap(found: Fit, known: Uncertainty, scatter: Bootstrap) -> Uncertainty:
     """The uncertainty with standard deviations from the bootstrap: root mean squares about the estimate, bias included,
     widened by Student's t for the number of trials. What the estimate may be off beside the noise stays in them
-    (`Fit.systematic`): a replicate that starts from it does not show that.
+    (`Fit.systematic`): replicates that start from it show nothing of that but the bias of the order.
     """
     spread = widened_rms(scatter.values - np.array([found.values[n] for n in scatter.names]))
     if found.systematic is not None:

@@ -38,8 +38,8 @@ def fit_output_error(
     explain it: what the regression tells, with what runs in windows find; what these make of the regression's starts;
     and a noise-aware fit.
 
-    Where free runs do not explain the recordings even from there, the noise-aware fit is the answer if it converged,
-    unless the force is `exact` without doubt. It allows for errors in the force and free runs do not: how far they are
+    Where free runs do not explain the recordings even from there, the noise-aware fit is the answer if it converged, or
+    they led nowhere, unless the force is `exact` without doubt. It allows for errors in the force and free runs do not: how far they are
     apart is in its intervals. A plant without a spring is set back to the data, and has the regression's starts only.
 
     ranked : starting values of the regression, the best first.
@@ -71,15 +71,16 @@ def fit_output_error(
     found = None if last or estimate is None else runs.right_from([estimate.theta], np.inf)
     if found is not None:
         return found
-    if exact or not (noisy.outcome is Outcome.CONVERGED or (noisy.outcome.usable and not runs.led_anywhere)):
-        return runs.best
+    if exact or noisy.outcome is not Outcome.CONVERGED:
+        best = runs.best
+        return noisy if noisy.outcome.usable and not (exact or best.outcome.usable) else best
     other = runs.best_end
     return noisy if other is None else in_doubt_by(noisy, other.unknowns[: coordinates.n_free])
 
 
 class FreeRuns:
     """The fits by free runs of whole recordings. ends : of the robust stage, refined; far : those that explain
-    nothing on chunks, which a finer sub-step would not mend; fits : of the ends that are near.
+    nothing on chunks, which are only refined where nothing else is left; fits : of the ends that are near.
     """
 
     def __init__(self, descent: FreeRunDescent, progress: Progress = silent) -> None:
@@ -90,8 +91,9 @@ class FreeRuns:
         self.near, self.noise = NEAR + chance, NOISE + chance
 
     def right_from(self, starts: Iterable[Array], most: float = UNEXPLAINED) -> Fit | None:
-        """The first fit that is right from some starts (n_free,): of every end near the truth, or else of the best, if
-        its level is below `most`. The sub-step of the robust stage may move slips: a right end leaves up to 2.8 then.
+        """The first fit that is right from some starts (n_free,): of every end near the truth, then of the best of the
+        others, if its level is below `most`. The sub-step of the robust stage may move slips: a right end leaves up to
+        2.8 then.
         """
         if self.led_anywhere and time_is_over():
             return None
@@ -100,7 +102,7 @@ class FreeRuns:
             self.progress("search", attempt, 0)
             end = self.descent.follow(theta)
             if end is not None and end.level < self.near:
-                found = None if self._is_known(end) else self._right(end)
+                found = self._right(end)
                 if found is not None:
                     return found
             elif end is not None and (best is None or end.level < best.level):
@@ -113,7 +115,7 @@ class FreeRuns:
         return None if best is None or (self.ends and time_is_over()) else self._right(best)
 
     def _is_known(self, end: Minimum) -> bool:
-        """Whether an end of the robust stage is one from which a fit was made."""
+        """Whether an end of the robust stage was looked at before."""
         theta = end.unknowns[: self.descent.full.n_free]
         known = any(np.abs(theta - one).max() < SAME for one in self._tried)
         self._tried.append(theta)
@@ -123,14 +125,14 @@ class FreeRuns:
         """The fit from an end of the robust stage, if it converges and leaves nothing but noise. One that has a slip in
         the wrong place leaves a little more, or does not settle, and is wrong by many standard deviations.
         """
-        refined = self.descent.refined(end)
+        refined = None if self._is_known(end) else self.descent.refined(end)
         if refined is None:
             return None
         self.ends.append(refined)
         if refined.level >= self.near:
             return None
         found = self._fit(refined)
-        self.fits.append(found)
+        self.fits += [found] if found.outcome.usable else []
         return found if found.outcome is Outcome.CONVERGED and found.rms**2 < self.noise else None
 
     @property
@@ -147,10 +149,11 @@ class FreeRuns:
 
     @property
     def best_end(self) -> Minimum | None:
-        """The end of least cost."""
-        if not self.ends:
-            return self.descent.refined(min(self.far, key=lambda end: end.level, default=None))
-        return min(self.ends, key=lambda end: end.level)
+        """The end of least cost; where all are far, the first of them that whole recordings lead anywhere."""
+        if self.ends:
+            return min(self.ends, key=lambda end: end.level)
+        refined = map(self.descent.refined, sorted(self.far, key=lambda end: end.level))
+        return next((end for end in refined if end is not None), None)
 
     def _fit(self, end: Minimum | None) -> Fit:
         """The fit by plain least squares from a refined end."""
