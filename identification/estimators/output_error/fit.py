@@ -39,8 +39,9 @@ def fit_output_error(
     and a noise-aware fit.
 
     Where free runs do not explain the recordings even from there, the noise-aware fit is the answer if it converged, or
-    they led nowhere, unless the force is `exact` without doubt. It allows for errors in the force and free runs do not: how far they are
-    apart is in its intervals. A plant without a spring is set back to the data, and has the regression's starts only.
+    they led nowhere, unless the force is `exact` without doubt. It allows for errors in the force and free runs do not:
+    how far they are apart is in its intervals. A plant without a spring is set back to the data, and has the starts of
+    the regression only.
 
     ranked : starting values of the regression, the best first.
     """
