@@ -135,5 +135,6 @@ def print_errors(console: Console, model: ValveModel) -> None:
             console.print(f"free-run error, {kind}: " + ", ".join(f"{k} {v:.4g}" for k, v in error.items()))
     over = float(model.quality.get("residual_over_noise", 1.0))
     if over > FAR:
-        said = "the model lacks something, and the standard deviations are widened for it"
+        is_widened = model.quality.get("outcome", "converged") == "converged"
+        said = "the model lacks something" + (", and the standard deviations are widened for it" if is_widened else "")
         console.print(f"the residual is {over:.3g} times the noise: {said}")

@@ -116,8 +116,10 @@ def free_run_start(problem: Problem, estimate: Estimate) -> Array:
     return np.concatenate([estimate.theta, *local])
 
 
-EXPLAINED = 1.5
-"""How many times the loss of a right model a fit of windows may leave and count as converged."""
+EXPLAINED, CHANCE = 1.5, 10.0
+"""How many times the loss of a right model free runs, whole or in windows, may leave and count as converged; and what
+chance adds to a mean square residual, times the square root of the number of samples: for the scatter of these and of
+the estimated noise."""
 
 
 def fit_of_windows(problem: Problem, minimum: Minimum, usual: Replicates | None) -> Fit:
@@ -132,7 +134,10 @@ def fit_of_windows(problem: Problem, minimum: Minimum, usual: Replicates | None)
 
 
 def fit_of_free_runs(valve: Kernel, coordinates: Coordinates, problem: Problem, minimum: Minimum | None) -> Fit:
-    """A fit with its outcome: whether anything was found, whether it settled, and whether it explains the data."""
+    """A fit with its outcome: whether anything was found, whether it settled, and whether it explains the data. Runs
+    that are set back begin with errors of their own, and an imposed motion leaves more than the noise of its force: how
+    little a right model leaves is only known of free runs.
+    """
     if minimum is None:
         return Fit(Outcome.DIVERGED, valve, coordinates)
     square, level = 0.0, 0.0
@@ -144,6 +149,9 @@ def fit_of_free_runs(valve: Kernel, coordinates: Coordinates, problem: Problem, 
         square += float(np.sum(problem.residual(i, response) ** 2))
         level += float(np.sum(((measured - measured.mean()) / noise)[segment.seen] ** 2))
     outcome = Outcome.CONVERGED if minimum.settled else Outcome.NOT_SETTLED
+    is_free = valve.causality == "force" and np.isinf(minimum.setting.window)
+    if is_free and square > (EXPLAINED + CHANCE / np.sqrt(problem.samples)) * problem.samples:
+        outcome = Outcome.NOT_CONVERGED
     if square > 0.5 * level:
         outcome = Outcome.NOT_EXPLAINED
     return Fit(outcome, valve, coordinates, problem, minimum, float(np.sqrt(square / problem.samples)))

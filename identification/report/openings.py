@@ -29,9 +29,10 @@ def fit_opening(found: FitResult) -> ReportOpening:
         return ReportOpening("watch", why, sure, "find what is missing: bristle trace, with the same recordings")
     if not found.converged:
         why = f"{found.fit.outcome.value}: the values below are not final"
-        return ReportOpening(
-            "watch", why, sure, "record more varied motion, or hold the parameters that are known, and fit again"
-        )
+        action = "record more varied motion, or hold the parameters that are known, and fit again"
+        if found.fit.outcome is Outcome.NOT_CONVERGED:  # mostly since the model lacks something
+            action = "find what is missing: bristle trace, with the same recordings"
+        return ReportOpening("watch", why, sure, action)
     if mood != "good":
         why = "the model follows the recordings, but not down to the noise" if quality.mood == "bad" else (
             "the model follows the recordings, and the cross-check does not confirm it"

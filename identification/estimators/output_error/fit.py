@@ -12,7 +12,7 @@ from identification.data.experiment import Experiment
 from identification.data.grid import grids
 from identification.estimators.by_order import Starts, fit_full, starting_points
 from identification.estimators.coordinates import Coordinates
-from identification.estimators.fitted import Fit, Outcome, fit_of_free_runs
+from identification.estimators.fitted import CHANCE, Fit, Outcome, fit_of_free_runs
 from identification.estimators.noise_aware.search import SAME, UNEXPLAINED
 from identification.estimators.output_error.descent import FreeRunDescent, Minimum
 from identification.estimators.output_error.starting_values import StartingPoint
@@ -20,11 +20,11 @@ from identification.estimators.systematic_error import in_doubt_by
 from recordings import Array, Progress, silent
 from simulator import Kernel
 
-NEAR, NOISE, CHANCE = 1.0, 1.03, 10.0
+NEAR, NOISE = 1.0, 1.03
 """Mean robust cost of a sample below which an end may be near the truth (0.9 is noise, a slip in the wrong place among
 several hundred may double it; from farther off plain squares rarely lead there, and take a minute to show it), and mean
-square residual up to which a fit leaves nothing but noise, whose size is known to some percent. Both but for chance: so
-much over the square root of the number of samples, for their scatter and that of the estimated noise."""
+square residual up to which a fit leaves nothing but noise, whose size is known to some percent. Both but for `CHANCE`.
+"""
 INTEGRATING_WINDOW = 0.01
 """Reset window [s] for a plant without spring: it integrates every error of the model without limit, so that its free
 run says more about the model's smallest flaw than about its parameters."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from own_effect import EFFECTS, HARDENING, OURS, STROKE, VALUES, found, recorded
 
-from identification import identify
+from identification import Outcome, identify
 from recordings import BadParameter
 
 
@@ -40,6 +40,15 @@ def test_it_can_be_held_within_its_bounds():
 def test_without_its_catalogue_it_is_unknown():
     with pytest.raises(BadParameter, match="effects hardening: there is no such effect; there are inertia"):
         identify([recorded()], effects=EFFECTS)
+
+
+def test_an_exact_force_on_a_model_that_lacks_it_has_not_converged():
+    """Free runs follow the valve within a few standard deviations of the noise, and their values are off by more."""
+    found = identify([recorded()], check=False)
+    assert found.fit.estimator == "output-error"
+    assert found.fit.outcome is Outcome.NOT_CONVERGED
+    assert found.fit.rms > 1.5
+    assert not found.uncertainty.std
 
 
 def test_a_model_without_a_spring_is_refused_with_what_to_do():

@@ -105,7 +105,7 @@ def test_it_disagrees_with_a_fit_that_was_held_off_the_truth_however_wide_that_m
     assert not (rows["spring.K"].agrees and rows["spring.F0"].agrees)
     assert found.model.quality["crosscheck"] == found.crosscheck.sentence
     assert found.fit.rms > 2
-    assert rows["spring.F0"].fitted_half < 1.645 * found.uncertainty.std["spring.F0"]
+    assert rows["spring.F0"].fitted_half < 1.645 * found.uncertainty.spread["spring.F0"]
 
 
 @pytest.mark.long
