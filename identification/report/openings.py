@@ -11,6 +11,8 @@ from identification.result import FitResult
 from identification.tracing.result import TraceResult
 from recordings import ReportOpening
 
+TRACE = "find what is missing: bristle trace, with the same recordings"
+"""What to do where a model lacks something."""
 GROWN = 0.5
 """Growth of friction, as a share, from which a comparison advises work: half as much again."""
 LOST = 0.2
@@ -26,18 +28,17 @@ def fit_opening(found: FitResult) -> ReportOpening:
         sure += f"; the cross-check {'agrees' if check.agrees else 'disagrees'}"
     if found.fit.outcome is Outcome.NOT_EXPLAINED:
         why = "friction and spring alone do not explain these recordings: do not build on the values below"
-        return ReportOpening("watch", why, sure, "find what is missing: bristle trace, with the same recordings")
+        return ReportOpening("watch", why, sure, TRACE)
     if not found.converged:
         why = f"{found.fit.outcome.value}: the values below are not final"
-        action = "record more varied motion, or hold the parameters that are known, and fit again"
-        if found.fit.outcome is Outcome.NOT_CONVERGED:  # mostly since the model lacks something
-            action = "find what is missing: bristle trace, with the same recordings"
-        return ReportOpening("watch", why, sure, action)
+        again = "record more varied motion, or hold the parameters that are known, and fit again"
+        lacks = found.fit.outcome is Outcome.NOT_CONVERGED  # mostly: what is left does not look like noise
+        return ReportOpening("watch", why, sure, TRACE if lacks else again)
     if mood != "good":
         why = "the model follows the recordings, but not down to the noise" if quality.mood == "bad" else (
             "the model follows the recordings, and the cross-check does not confirm it"
         )  # fmt: skip
-        return ReportOpening("watch", why, sure, "find what is missing: bristle trace, with the same recordings")
+        return ReportOpening("watch", why, sure, TRACE)
     why = "friction and spring explain these recordings"
     action = "keep the model; compare a later test with this one (bristle compare), or watch with it (bristle monitor)"
     return ReportOpening("good", why, sure, action)

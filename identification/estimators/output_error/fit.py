@@ -68,10 +68,10 @@ def fit_output_error(
     progress("one more fit, with error in the force", 0, 0)
     noisy = fit_full(valve, coordinates, experiments, grids(experiments), starts(), progress)
     estimate = noisy.estimate
-    last = estimate is None or estimate.loss > UNEXPLAINED or time_is_over()
-    found = None if last or estimate is None else runs.right_from([estimate.theta], np.inf)
-    if found is not None:
-        return found
+    if estimate is not None and estimate.loss <= UNEXPLAINED and not time_is_over():
+        found = runs.right_from([estimate.theta], np.inf)
+        if found is not None:
+            return found
     if exact or noisy.outcome is not Outcome.CONVERGED:
         best = runs.best
         return noisy if noisy.outcome.usable and not (exact or best.outcome.usable) else best

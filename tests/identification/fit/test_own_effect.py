@@ -43,7 +43,7 @@ def test_without_its_catalogue_it_is_unknown():
 
 
 def test_an_exact_force_on_a_model_that_lacks_it_has_not_converged():
-    """Free runs follow the valve within a few standard deviations of the noise, and their values are off by more."""
+    """No free runs come near, and what the best of them leave is not noise."""
     found = identify([recorded()], check=False)
     assert found.fit.estimator == "output-error"
     assert found.fit.outcome is Outcome.NOT_CONVERGED
