@@ -11,6 +11,8 @@ from recordings import Array
 
 TUNING = 3.0
 """Tuning of the Cauchy loss on normalised innovations, in sigmas."""
+UNIT_LOSS = 0.8741
+"""Expectation of that loss for a unit normal innovation."""
 OUTLIER = 4.0
 """Sigmas from which an innovation is an outlier."""
 CLEAN_LOSS, CLEAN_OUTLIERS = 1.03, 5e-4
@@ -102,6 +104,13 @@ class Estimate:
     def samples(self) -> int:
         """Number of samples whose prediction is counted in `loss`."""
         return sum(int(np.isfinite(line.variances[:, 0]).sum()) for line in self.linearised)
+
+    @property
+    def unexplained(self) -> float:
+        """How much lower the cost would be if the position's innovations were noise; below 0 where chance made them
+        less.
+        """
+        return (self.loss - 1.0) * self.samples * UNIT_LOSS
 
     @property
     def covariance(self) -> Array:

@@ -33,7 +33,7 @@ from identification.estimators.coordinates import Coordinates
 from identification.estimators.feasibility import check_given, obstacle
 from identification.given import plant_constants
 from identification.tracing import settings
-from identification.tracing.candidates import candidates_of_round, in_wrong_order
+from identification.tracing.candidates import candidates_of_round, in_wrong_order, nothing_to_find
 from identification.tracing.classes import in_the_end, one_accepted
 from identification.tracing.judge import Candidate, judged_by_chance
 from identification.tracing.models.base import base_model, polished, with_stiffness_growth
@@ -92,7 +92,7 @@ def forward_selection(
     An effect may only have shown the way to a better end of the base model; then everything begins again from there.
     """
     model, added, rounds = base, tuple[str, ...](), Rounds()
-    while len(added) < settings.MAX_EFFECTS:
+    while len(added) < settings.MAX_EFFECTS and not nothing_to_find(model):
         watch = _of(f"round {len(rounds) + 1}", progress)
         if not budget.allows(f"round {len(rounds) + 1}"):
             break

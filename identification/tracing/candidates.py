@@ -10,7 +10,7 @@ import numpy as np
 from identification.budget import Budget
 from identification.tracing.classes import ranked
 from identification.tracing.judge import NO_TIME, Candidate, judge, not_fitted, not_refitted
-from identification.tracing.models.comparison import is_white
+from identification.tracing.models.comparison import is_white, most_to_gain
 from identification.tracing.models.model import Model
 from identification.tracing.models.promise import PROMISE_FACTOR
 from identification.tracing.refine import CandidateFit, gain_of, worth_refitting
@@ -43,13 +43,21 @@ def candidates_of_round(model: Model, budget: Budget, progress: Progress = silen
     return tuple(replace(c, why=NO_TIME) if _is_late(c, budget) else c for c in found)
 
 
+def nothing_to_find(model: Model) -> bool:
+    """Whether no effect can be worth a fit beside those that a model has, whatever its score."""
+    return most_to_gain(model.estimate) < model.clear_gain and _leaves_nothing(model)
+
+
 def _worth_a_fit(model: Model, scores: list[Score]) -> list[Score]:
     """The scores that are worth a fit: beside effects that leave nothing only what may gain so much that it is beyond
     doubt, for they never have quite the form of what is there, and others that fit the rest gain hundreds.
     """
-    if model.data.imposed or set(model.effects) <= set(BASE) or not is_white(model):
-        return scores
-    return [s for s in scores if PROMISE_FACTOR * s.gain > model.clear_gain]
+    return [s for s in scores if PROMISE_FACTOR * s.gain > model.clear_gain] if _leaves_nothing(model) else scores
+
+
+def _leaves_nothing(model: Model) -> bool:
+    """Whether a model has effects beside the base, and they leave nothing."""
+    return not (model.data.imposed or set(model.effects) <= set(BASE)) and is_white(model)
 
 
 def _judged(

@@ -63,13 +63,15 @@ def _refits_on_base_paths(
     Others are then of interest only if they explain about as much: what it should not have explained shows in the next
     round. Effects that the base model imitates well also imitate each other, and none of them ends the search.
     """
-    refits, complete = dict[str, Model | None](), None
+    refits, complete, best_gain, beside = dict[str, Model | None](), None, 0.0, 0.0
     for s in budget.within(few, "refits on the base model's paths", progress, _effect):
-        best_gain = max((gain_of(base, one) for one in refits.values()), default=0.0)
-        if PROMISE_FACTOR * s.gain < settings.GAIN_SHARE * best_gain:
+        if PROMISE_FACTOR * s.gain < settings.GAIN_SHARE * beside:
             break
-        refits[s.effect] = refit = refit_on_base_paths(base, s, best_gain)
-        if refit is None or gain_of(base, refit) < max(settings.CLEAR_GAIN, best_gain):
+        refits[s.effect] = refit = refit_on_base_paths(base, s, beside)
+        gain, earlier = gain_of(base, refit), best_gain
+        if gain > best_gain:  # scores that promised the best too little promise others too little
+            best_gain, beside = gain, min(gain, PROMISE_FACTOR * s.gain)
+        if refit is None or gain < max(settings.CLEAR_GAIN, earlier):
             continue
         if is_imitated(base, s) or not fitted_whiteness(refit).white:
             continue

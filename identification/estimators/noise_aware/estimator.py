@@ -18,7 +18,7 @@ import numpy as np
 from identification.budget import time_is_over
 from identification.data.grid import Grid
 from identification.estimators.coordinates import Coordinates
-from identification.estimators.estimate import Estimate, Innovations, handed_over, lean, totals
+from identification.estimators.estimate import UNIT_LOSS, Estimate, Innovations, handed_over, lean, totals
 from identification.estimators.least_squares import gauss_newton
 from identification.estimators.noise_aware.linearised_model import PathFreedom, first_path
 from identification.estimators.noise_aware.predictor import KALMAN_SMOOTHER, Predictor
@@ -27,8 +27,6 @@ from identification.parallel import each
 from recordings import Array
 from simulator import Kernel
 
-UNIT_LOSS = 0.8741
-"""Expectation of the Cauchy loss for a unit normal innovation."""
 LONGEST = 0.4
 """Largest move of a coordinate in one step."""
 HOLD = 1.0 / np.log(3.0) ** 2

@@ -10,10 +10,9 @@ from scipy.stats import norm, ttest_1samp
 from scipy.stats import t as student
 
 from identification.data.grid import Grid
-from identification.estimators.estimate import OUTLIER, ROUGH_OUTLIERS, Estimate, but_for_chance, costs
+from identification.estimators.estimate import OUTLIER, ROUGH_OUTLIERS, UNIT_LOSS, Estimate, but_for_chance, costs
 from identification.estimators.imposed_motion.grid import BLOCK
 from identification.estimators.least_squares import cauchy
-from identification.estimators.noise_aware.estimator import UNIT_LOSS
 from identification.estimators.noise_aware.search import UNEXPLAINED
 from identification.tracing import settings
 from identification.tracing.models.model import Model
@@ -82,6 +81,13 @@ def whiteness(estimate: Estimate) -> Whiteness:
     if estimate.outliers > ROUGH_OUTLIERS:
         p_value = min(p_value, float(norm.sf(OUTLIER)))
     return Whiteness(p_value > settings.STRICT_LEVEL, p_value, estimate.loss, estimate.outliers)
+
+
+def most_to_gain(estimate: Estimate) -> float:
+    """What any effect may gain beside an estimate at most, but for chance: what it leaves beside noise, and what the
+    noise itself may be less than it mostly is.
+    """
+    return estimate.unexplained + float(norm.isf(settings.STRICT_LEVEL)) * LOSS_SPREAD * UNIT_LOSS * estimate.samples**0.5
 
 
 def whiteness_beside(estimate: Estimate, grids: tuple[Grid, ...], replicates: OnReplicates) -> Whiteness:

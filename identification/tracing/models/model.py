@@ -10,9 +10,8 @@ import numpy as np
 
 from identification.data.grid import Grid
 from identification.estimators.coordinates import Coordinates
-from identification.estimators.estimate import Estimate, lean
+from identification.estimators.estimate import UNIT_LOSS, Estimate, lean
 from identification.estimators.fitted import Fit
-from identification.estimators.noise_aware.estimator import UNIT_LOSS
 from identification.estimators.noise_aware.linearised_model import by_chance, pull_at_force
 from identification.estimators.noise_aware.resolution import resolved_by_nodes
 from identification.estimators.noise_aware.search import UNEXPLAINED
