@@ -87,7 +87,9 @@ def most_to_gain(estimate: Estimate) -> float:
     """What any effect may gain beside an estimate at most, but for chance: what it leaves beside noise, and what the
     noise itself may be less than it mostly is.
     """
-    return estimate.unexplained + float(norm.isf(settings.STRICT_LEVEL)) * LOSS_SPREAD * UNIT_LOSS * estimate.samples**0.5
+    return (
+        estimate.unexplained + float(norm.isf(settings.STRICT_LEVEL)) * LOSS_SPREAD * UNIT_LOSS * estimate.samples**0.5
+    )
 
 
 def whiteness_beside(estimate: Estimate, grids: tuple[Grid, ...], replicates: OnReplicates) -> Whiteness:

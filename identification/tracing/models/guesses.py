@@ -82,13 +82,13 @@ def shapes(data: TrialData, effect: str, found: EffectGuesses) -> list[dict[str,
 
 def sizes(data: TrialData, effect: str, found: EffectGuesses) -> list[dict[str, float]]:
     """The sizes beside zero at which strengths are tried that can only grow and work through memory: a play operator at
-    rest on noise shows nothing to first order.
+    rest on noise shows nothing to first order, nor does friction that is late by less than a sample.
     """
     if not data.catalogue[effect].memory:
         return []
     tried = [
         {name: value}
         for name, p in strengths(data, effect).items() if p.lower == p.neutral
-        for value in (*(guess[name] for guess in found if guess.get(name, p.lower) > p.lower), SMALL * p.scale)
+        for value in (*(guess[name] for guess in found if guess.get(name, p.lower) > p.lower), SMALL * p.scale, p.scale)
     ]  # fmt: skip
     return [size for i, size in enumerate(tried) if size not in tried[:i]]
