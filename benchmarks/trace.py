@@ -196,7 +196,8 @@ def results(work: Sequence[tuple[str, Case]], jobs: int, tracer: Tracer | None) 
     if jobs < 2:
         yield from (examine(part, case, tracer) for part, case in work)
         return
-    with ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn")) as pool:
+    spawn = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(jobs, spawn, max_tasks_per_child=1) as pool:  # peaks of memory are of one case each
         waiting = [pool.submit(examine, part, case, tracer) for part, case in work]
         try:
             yield from (future.result() for future in waiting)

@@ -172,10 +172,11 @@ class NoiseAware:
             trial = self.trial(now, step)
             small = bool(np.max(np.abs(step) / self._sigmas(now)) < SETTLED)
             gained = -np.inf if trial is None else self.gained(now, trial)
-            brought = 0.0
-            if trial is not None and gained > -EQUAL:
+            brought, taken = 0.0, trial if gained > -EQUAL else None
+            trial = None  # its matrices take as much again as those of what follows
+            if taken is not None:
                 settled, brought = small and gained < EQUAL, gained
-                now, damping, failures = trial, max(damping / 5, 1e-9), 0
+                now, damping, failures = taken, max(damping / 5, 1e-9), 0
             elif failures == 0:
                 now = self.rested(now, RELAXED) or now
                 brought = before - now.cost

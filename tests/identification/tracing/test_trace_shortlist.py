@@ -11,7 +11,7 @@ from traced_valves import screened, traced
 from identification.budget import Budget
 from identification.estimators.noise_aware.best_paths import BestPathsNoiseAware
 from identification.estimators.noise_aware.estimator import NoiseAware
-from identification.tracing import candidates
+from identification.tracing import candidates, shortlist
 from identification.tracing.judge import Candidate
 from identification.tracing.models.base import base_model
 from identification.tracing.models.comparison import is_white
@@ -93,6 +93,31 @@ def test_beside_effects_that_leave_nothing_only_what_may_be_beyond_doubt_is_fitt
     for model in (selection.base, selection.final):
         candidates.candidates_of_round(model, Budget())
     assert asked == [[score], [score] if kept else []]
+
+
+@pytest.mark.parametrize(("loss", "nothing"), [(0.9, True), (1.04, False)])
+def test_where_effects_leave_too_little_to_gain_anything_beyond_doubt_nothing_is_looked_for(loss, nothing):
+    selection = traced("hardening_spring", k3=3e5).selection
+    base, final = (replace(m, estimate=replace(m.estimate, loss=loss)) for m in (selection.base, selection.final))
+    assert is_white(final)
+    assert candidates.nothing_to_find(final) == nothing
+    assert not candidates.nothing_to_find(base)
+
+
+def test_beside_a_refit_that_gained_more_than_its_score_promised_others_of_about_its_score_are_refitted(monkeypatch):
+    base, asked = traced("hardening_spring", k3=3e5).selection.base, list[tuple[str, float]]()
+    scores = [
+        Score(effect, gain, {}) for effect, gain in (("backlash", 60.0), ("sensor_lag", 31.0), ("dead_time", 29.0))
+    ]
+
+    def refit(model: Model, score: Score, best_gain: float) -> Model:
+        asked.append((score.effect, best_gain))
+        return replace(model, estimate=replace(model.estimate, cost=model.cost - 20 * score.gain, loss=2.0))
+
+    monkeypatch.setattr(shortlist, "refit_on_base_paths", refit)
+    monkeypatch.setattr(shortlist, "fit_on_chunks", lambda _base, _small, s, *_, **__: CandidateFit(s, (), s.gain))
+    fitted(base, scores)
+    assert asked == [("backlash", 0.0), ("sensor_lag", 240.0)]
 
 
 def judged(monkeypatch, share: float, accepted: Callable[[bool], bool]) -> list[bool]:
