@@ -49,9 +49,9 @@ LOOSE, LOOSE_STEPS = 5.0, 3
 FOLLOWED, FEW, ENOUGH = 48, 8, 2.0
 """Steps along new paths at most, how many of them have to lower the mean cost of as many before them, and the fall of
 the cost that another one has to promise."""
-NOTABLE = 1e-2
-"""The same as a share of the cost of what is left beside noise: what a model lacks no step finds. Of a complete one a
-step far from the root promises 5 % and more."""
+NOTABLE = 3e-3
+"""The same as a share of the cost of what is left beside noise, once paths slip where the data do: what a model lacks no
+step finds. Of a complete one a step far from the root promises 5 % and more."""
 LEFT = 0.3, 5.0
 """Fall of the cost that a step has to promise by the normal equations to be tried, and after one that failed."""
 PATIENCE, WORTH = 6, 30.0
@@ -169,7 +169,8 @@ class BestPathsNoiseAware(MendedNoiseAware):
             solved = self._solved(now)
             if solved is None or time_is_over():
                 return
-            enough = max(ENOUGH, self.worth, NOTABLE * now.unexplained)
+            notable = NOTABLE * now.unexplained if now.outliers < self.many else 0.0
+            enough = max(ENOUGH, self.worth, notable)
             if known and solved.free and solved.decrease < enough:  # a start has a memory of its own
                 yield replace(now, settled=True)
                 return
