@@ -50,8 +50,8 @@ FOLLOWED, FEW, ENOUGH = 48, 8, 2.0
 """Steps along new paths at most, how many of them have to lower the mean cost of as many before them, and the fall of
 the cost that another one has to promise."""
 NOTABLE = 3e-3
-"""The same as a share of the cost of what is left beside noise, once paths slip where the data do: what a model lacks no
-step finds. Of a complete one a step far from the root promises 5 % and more."""
+"""The same as a share of the cost of what is left beside noise, where paths slip as the data do: what a model lacks no
+step finds, and of a complete one a step far from the root promises 5 % and more."""
 LEFT = 0.3, 5.0
 """Fall of the cost that a step has to promise by the normal equations to be tried, and after one that failed."""
 PATIENCE, WORTH = 6, 30.0
