@@ -169,9 +169,7 @@ class BestPathsNoiseAware(MendedNoiseAware):
             solved = self._solved(now)
             if solved is None or time_is_over():
                 return
-            notable = NOTABLE * now.unexplained if now.outliers < self.many else 0.0
-            enough = max(ENOUGH, self.worth, notable)
-            if known and solved.free and solved.decrease < enough:  # a start has a memory of its own
+            if known and solved.free and solved.decrease < self._enough(now):  # a start has a memory of its own
                 yield replace(now, settled=True)
                 return
             further = self._along_new_or_moved(now, solved.move)
@@ -183,6 +181,14 @@ class BestPathsNoiseAware(MendedNoiseAware):
             turn = len(known) > FEW and len(known) % FEW == 0
             if turn and np.mean(known[-FEW:]) > np.mean(known[-2 * FEW : -FEW]):
                 return
+
+    def _enough(self, now: Estimate) -> float:
+        """The fall of the cost that a further step along new paths has to promise. A model that does not explain the
+        data comes no nearer to that by less than a notable share of what it leaves; where its paths miss many slips,
+        promises say little.
+        """
+        lacks = now.outliers < self.many and not self.explains(now)
+        return max(ENOUGH, self.worth, NOTABLE * now.unexplained if lacks else 0.0)
 
     def _along_new_or_moved(self, now: Estimate, step: Array) -> Estimate | None:
         """The estimate a step further along new paths, and where these miss a slip along those that move along."""
