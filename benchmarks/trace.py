@@ -197,7 +197,7 @@ def results(work: Sequence[tuple[str, Case]], jobs: int, tracer: Tracer | None) 
         yield from (examine(part, case, tracer) for part, case in work)
         return
     spawn = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(jobs, spawn, max_tasks_per_child=1) as pool:  # peaks of memory are of one case each
+    with ProcessPoolExecutor(jobs, spawn, max_tasks_per_child=1) as pool:  # their peaks of memory are of one case each
         waiting = [pool.submit(examine, part, case, tracer) for part, case in work]
         try:
             yield from (future.result() for future in waiting)

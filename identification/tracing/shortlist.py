@@ -76,6 +76,7 @@ def _refits_on_base_paths(
         if is_imitated(base, s) or not fitted_whiteness(refit).white:
             continue
         refits[s.effect] = refit = refit if is_white(refit) else refit.refitted()
+        best_gain = max(best_gain, gain_of(base, refit))
         complete = refit if is_white(refit) else complete
     return refits, complete
 

@@ -50,8 +50,8 @@ FOLLOWED, FEW, ENOUGH = 48, 8, 2.0
 """Steps along new paths at most, how many of them have to lower the mean cost of as many before them, and the fall of
 the cost that another one has to promise."""
 NOTABLE = 3e-3
-"""The same as a share of the cost of what is left beside noise, where paths slip as the data do: what a model lacks no
-step finds, and of a complete one a step far from the root promises 5 % and more."""
+"""The same as a share of what is left beside noise, where paths slip as the data do and no step has explained these: a
+step that promises less brings the model no nearer to that. Of a complete one steps far from the root promise 5 %."""
 LEFT = 0.3, 5.0
 """Fall of the cost that a step has to promise by the normal equations to be tried, and after one that failed."""
 PATIENCE, WORTH = 6, 30.0
@@ -124,11 +124,11 @@ class BestPathsNoiseAware(MendedNoiseAware):
     def followed(self, now: Estimate, steps: int = FOLLOWED) -> tuple[Estimate, bool]:
         """The estimate to which steps along new paths lead, whatever it costs, and whether it is a root: near one only
         chance makes one step better than another. Where others on the way cost much less it is none, and the end of a
-        descent from the best of them is taken.
+        descent from the best of them is taken. Nor is it one where a step promises little of much that is left.
         """
         best, end = self._best_on_the_way(now, steps)
         if end.settled and end.cost < best.cost + WORTH:
-            return end, True
+            return end, self._promises_less(end, max(ENOUGH, self.worth))
         return self.descend(best, LAST), False
 
     def _best_on_the_way(self, now: Estimate, steps: int) -> tuple[Estimate, Estimate]:
@@ -136,7 +136,7 @@ class BestPathsNoiseAware(MendedNoiseAware):
         no more where `PATIENCE` in a row are no better.
         """
         best, end, vain = now, now, 0
-        for end in itertools.islice(self._way(now, steps, self.mended), 1, None):
+        for end in itertools.islice(self._way(now, steps, self.mended, NOTABLE), 1, None):
             best, vain = (end, 0) if end.cost < best.cost else (best, vain + 1)
             if vain == PATIENCE:
                 break
@@ -151,7 +151,7 @@ class BestPathsNoiseAware(MendedNoiseAware):
         return gauss_newton(now.normal, now.theta, LONGEST, self.coordinates.bounds)
 
     def _way(
-        self, now: Estimate, steps: int, mended: Callable[[Estimate], Estimate] = lambda new: new
+        self, now: Estimate, steps: int, mended: Callable[[Estimate], Estimate] = lambda new: new, notable: float = 0.0
     ) -> Iterator[Estimate]:  # fmt: skip
         """An estimate, and those after Gauss-Newton's steps along paths that are new at every one of them, whether the
         cost falls or not.
@@ -160,16 +160,18 @@ class BestPathsNoiseAware(MendedNoiseAware):
         in the stretches where a path was chosen for that, at the parameters for which it was, and then no step of the
         parameters seems to gain: a descent stops where chance has led its paths.
         The gradient along paths that were not chosen has no such memory. Its root is near the truth, and each step has
-        but the chance of its own paths.
+        but the chance of its own paths. notable : share of what is left that a step has to promise (`NOTABLE`).
         """
-        known = list[float]()
+        known, explained = list[float](), self.explains(now)
         yield now
         now = replace(now, settled=False)
         for _ in range(steps):
-            solved = self._solved(now)
+            solved, explained = self._solved(now), explained or self.explains(now)
             if solved is None or time_is_over():
                 return
-            if known and solved.free and solved.decrease < self._enough(now):  # a start has a memory of its own
+            lacks = not explained and now.outliers < self.many  # where many slips are missed promises say little
+            enough = max(ENOUGH, self.worth, notable * now.unexplained if lacks else 0.0)
+            if known and solved.free and solved.decrease < enough:  # a start has a memory of its own
                 yield replace(now, settled=True)
                 return
             further = self._along_new_or_moved(now, solved.move)
@@ -182,13 +184,10 @@ class BestPathsNoiseAware(MendedNoiseAware):
             if turn and np.mean(known[-FEW:]) > np.mean(known[-2 * FEW : -FEW]):
                 return
 
-    def _enough(self, now: Estimate) -> float:
-        """The fall of the cost that a further step along new paths has to promise. A model that does not explain the
-        data comes no nearer to that by less than a notable share of what it leaves; where its paths miss many slips,
-        promises say little.
-        """
-        lacks = now.outliers < self.many and not self.explains(now)
-        return max(ENOUGH, self.worth, NOTABLE * now.unexplained if lacks else 0.0)
+    def _promises_less(self, now: Estimate, enough: float) -> bool:
+        """Whether a further step promises a smaller fall of the cost."""
+        solved = self._solved(now)
+        return solved is not None and solved.decrease < enough
 
     def _along_new_or_moved(self, now: Estimate, step: Array) -> Estimate | None:
         """The estimate a step further along new paths, and where these miss a slip along those that move along."""

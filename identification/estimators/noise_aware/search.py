@@ -206,15 +206,14 @@ def _again(found: WholeFit) -> Estimate | None:
     """The estimate from which a fit goes on that explains too little: along new paths where it has ended, or with more
     static friction, whichever costs least. Where that is too low the model slips before the data do, and no step of a
     descent is as long as the way back. Chunks do not always tell it. A fit that explains nothing says nothing of static
-    friction. None where the model diverges, and where a root costs least: its own paths are new.
+    friction. None where the model diverges.
     """
-    work, end = found.work, found.end
-    values = work.coordinates.values(end.theta)
-    factors = HIGHER[:1] if end.loss > UNEXPLAINED else HIGHER[found.is_root :]
+    work, theta = found.work, found.end.theta
+    values = work.coordinates.values(theta)
+    factors = HIGHER[:1] if found.end.loss > UNEXPLAINED else HIGHER
     tried = [work.coordinates.theta_of(values | {"lugre.fs": factor * values["lugre.fs"]}) for factor in factors]
     starts = [start for start in map(work.start, tried) if start is not None]
-    best = min(starts, key=lambda start: start.cost, default=None)
-    return None if best is None or (found.is_root and best.cost > end.cost) else best
+    return min(starts, key=lambda start: start.cost, default=None)
 
 
 def with_rougher_force(whole: BestPathsNoiseAware, theta: Array) -> Array | None:

@@ -84,8 +84,8 @@ def whiteness(estimate: Estimate) -> Whiteness:
 
 
 def most_to_gain(estimate: Estimate) -> float:
-    """What any effect may gain beside an estimate at most, but for chance: what it leaves beside noise, and what the
-    noise itself may be less than it mostly is.
+    """What any effect may gain beside an estimate by the innovations of the position, but for chance: what these leave
+    beside noise, and what the noise itself may be less than it mostly is.
     """
     return (
         estimate.unexplained + float(norm.isf(settings.STRICT_LEVEL)) * LOSS_SPREAD * UNIT_LOSS * estimate.samples**0.5

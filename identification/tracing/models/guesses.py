@@ -14,7 +14,7 @@ from recordings import Array
 from simulator import BASE, FirstLook, Parameter, kernel, shows_imposed
 
 SMALL = 0.1
-"""Share of its scale at which a strength is tried that can only grow, where no guess says more."""
+"""Share of its scale at which a strength is tried that can only grow."""
 EffectGuesses = Sequence[Mapping[str, float]]
 """Guesses of one effect, likeliest first, as parameter values by full name."""
 
@@ -82,13 +82,16 @@ def shapes(data: TrialData, effect: str, found: EffectGuesses) -> list[dict[str,
 
 def sizes(data: TrialData, effect: str, found: EffectGuesses) -> list[dict[str, float]]:
     """The sizes beside zero at which strengths are tried that can only grow and work through memory: a play operator at
-    rest on noise shows nothing to first order, nor does friction that is late by less than a sample.
+    rest on noise shows nothing to first order. In damped order nor does friction that is late by less than a sample, so
+    there the scale itself is one of them.
     """
     if not data.catalogue[effect].memory:
         return []
+    shares = (SMALL,) if data.damped is None else (SMALL, 1.0)
     tried = [
         {name: value}
         for name, p in strengths(data, effect).items() if p.lower == p.neutral
-        for value in (*(guess[name] for guess in found if guess.get(name, p.lower) > p.lower), SMALL * p.scale, p.scale)
+        for value in (*(guess[name] for guess in found if guess.get(name, p.lower) > p.lower),
+                      *(share * p.scale for share in shares))
     ]  # fmt: skip
     return [size for i, size in enumerate(tried) if size not in tried[:i]]

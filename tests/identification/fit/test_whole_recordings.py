@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections import deque
 from dataclasses import replace
 
 import numpy as np
@@ -10,11 +11,16 @@ import numpy as np
 from benchmarks.plant_sampling import recordings
 from identification.data.grid import grids
 from identification.estimators.coordinates import Coordinates
-from identification.estimators.noise_aware import best_paths
-from identification.estimators.noise_aware.best_paths import FOLLOWED, WORTH, BestPathsNoiseAware, noise_aware_for
+from identification.estimators.noise_aware.best_paths import (
+    ENOUGH,
+    FOLLOWED,
+    NOTABLE,
+    WORTH,
+    BestPathsNoiseAware,
+    noise_aware_for,
+)
 from identification.estimators.noise_aware.search import (
     WholeFit,
-    _again,
     best_on_chunks,
     from_both_sides,
     on_whole_recordings,
@@ -45,30 +51,25 @@ def test_steps_along_new_paths_lead_back_to_the_valve():
     assert mended.settled
 
 
-def test_from_a_root_a_fit_goes_on_only_where_more_static_friction_costs_less():
-    work, theta = valve()
-    end = work.start(theta)
-    assert _again(WholeFit(work, end, is_root=True)) is None
-    assert _again(WholeFit(work, end)).cost < end.cost + WORTH
-    low = theta.copy()
-    low[work.names.index("lugre.fs")] -= 0.05
-    end = work.start(low)
-    assert _again(WholeFit(work, end, is_root=True)).cost < end.cost
-
-
-def test_where_much_is_left_that_no_step_finds_few_are_taken(monkeypatch):
+def test_where_much_is_left_that_no_step_finds_few_are_taken():
     work, theta = valve()
     quiet = replace(work, grids=[replace(grid, noise_y=grid.noise_y / 1.6) for grid in work.grids])
     start = quiet.along_new(theta)
     assert start.unexplained > 1e3
     assert start.outliers < quiet.many
+    short, long = ([*quiet._way(start, FOLLOWED, notable=share)][1:] for share in (NOTABLE, 0.0))
+    assert len(short) < len(long)
+    assert short[-1].settled
+    assert short[-1].cost < long[-1].cost + WORTH
+    assert not quiet._promises_less(short[-1], ENOUGH)
 
-    def steps() -> int:
-        return len(list(quiet._way(start, FOLLOWED))) - 1
 
-    few = steps()
-    monkeypatch.setattr(best_paths, "NOTABLE", 0.0)
-    assert few < steps()
+def test_what_explains_the_data_goes_on_to_the_root_whatever_share_a_step_promises():
+    work, theta = valve()
+    start = work.start(theta)
+    assert work.explains(start)
+    ends = [deque(work._way(start, FOLLOWED, notable=share), maxlen=1).pop() for share in (0.0, 1e9)]
+    assert ends[0].cost == ends[1].cost
 
 
 def test_a_start_that_explains_most_is_tried_first(monkeypatch):

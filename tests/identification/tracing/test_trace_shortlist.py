@@ -11,7 +11,7 @@ from traced_valves import screened, traced
 from identification.budget import Budget
 from identification.estimators.noise_aware.best_paths import BestPathsNoiseAware
 from identification.estimators.noise_aware.estimator import NoiseAware
-from identification.tracing import candidates, shortlist
+from identification.tracing import candidates, settings, shortlist
 from identification.tracing.judge import Candidate
 from identification.tracing.models.base import base_model
 from identification.tracing.models.comparison import is_white
@@ -95,11 +95,17 @@ def test_beside_effects_that_leave_nothing_only_what_may_be_beyond_doubt_is_fitt
     assert asked == [[score], [score] if kept else []]
 
 
-@pytest.mark.parametrize(("loss", "nothing"), [(0.9, True), (1.04, False)])
-def test_where_effects_leave_too_little_to_gain_anything_beyond_doubt_nothing_is_looked_for(loss, nothing):
+@pytest.mark.parametrize(("loss", "damped", "nothing"), [(1.0, True, True), (1.02, True, False), (1.0, False, False)])
+def test_where_effects_leave_too_little_to_gain_anything_beyond_doubt_nothing_is_looked_for(
+    monkeypatch, loss, damped, nothing
+):
     selection = traced("hardening_spring", k3=3e5).selection
-    base, final = (replace(m, estimate=replace(m.estimate, loss=loss)) for m in (selection.base, selection.final))
-    assert is_white(final)
+    freedom = settings.PATH_FREEDOM if damped else None
+    base, final = (
+        replace(m, data=replace(m.data, damped=freedom), estimate=replace(m.estimate, loss=loss))
+        for m in (selection.base, selection.final)
+    )
+    monkeypatch.setattr(candidates, "is_white", lambda _: True)
     assert candidates.nothing_to_find(final) == nothing
     assert not candidates.nothing_to_find(base)
 
