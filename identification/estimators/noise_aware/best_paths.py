@@ -162,7 +162,7 @@ class BestPathsNoiseAware(MendedNoiseAware):
         The gradient along paths that were not chosen has no such memory. Its root is near the truth, and each step has
         but the chance of its own paths. notable : share of what is left that a step has to promise (`NOTABLE`).
         """
-        known, explained = list[float](), self.explains(now)
+        known, explained = list[float](), False
         yield now
         now = replace(now, settled=False)
         for _ in range(steps):
