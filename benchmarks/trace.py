@@ -46,8 +46,9 @@ from benchmarks.plants.effects import HELD, KNOWN, OUTSIDE, SAME, Valve, fields_
 from benchmarks.plants.integration import integrate
 from benchmarks.plants.recordings import recordings
 from benchmarks.plants.strengths import MULTIPLES, reached
-from benchmarks.trace_release import SLOW
+from benchmarks.trace_release import SLOW, good
 from benchmarks.trace_report import PARTS, Row, report, scored
+from benchmarks.trace_truth import gain_of_truth, shows_by_truth
 from recordings import Recording
 
 VALVES = (101, 102, 103)
@@ -252,14 +253,29 @@ def in_time(*given: Any, **options: Any) -> Any:
 
 
 def release(asked: argparse.Namespace) -> None:
-    """Run what is left of the table of a release, and write its page."""
+    """Run what is left of the table of a release, ask of its misses what the truth gains, and write its page."""
     head, work = commit(*trace_release.KEPT), trace_release.drawn(asked.seed, PAIRS)
     path = trace_release.results_of(asked.results.parent, asked.seed, head)
-    rows = known_rows(path) if asked.report else study(work, path, asked.jobs, in_time, asked.minutes)
+    if asked.report:
+        rows = known_rows(path)
+    else:
+        rows = with_truths(study(work, path, asked.jobs, in_time, asked.minutes), work)
+        path.write_text("".join(json.dumps(row) + "\n" for row in rows))
     page = trace_release.PAGE.read_text(encoding="utf-8") if trace_release.PAGE.exists() else ""
     text = trace_release.section(asked.seed, head, rows, work)
     trace_release.PAGE.write_text(trace_release.written(page, asked.seed, text), encoding="utf-8")
     print(text)
+
+
+def with_truths(rows: Sequence[Row], work: Iterable[tuple[str, Case]]) -> list[Row]:
+    """The rows, those that missed what the catalogue has with what the truth gains."""
+    found, cases_of = list[Row](), {(part, case.name): case for part, case in work}
+    for row in rows:
+        case = cases_of[row["part"], row["name"]]
+        if not good(row) and "gain_of_truth" not in row and shows_by_truth(case):
+            row = row | {"gain_of_truth": gain_of_truth(case, **known(case))}
+        found.append(row)
+    return found
 
 
 def main() -> None:

@@ -11,40 +11,13 @@ from benchmarks.plants.cases import COURSE, Case, Run, force_course, runs
 from benchmarks.plants.effects import OTHER, OUTSIDE, SAME, Valve, fields_of, law
 from benchmarks.plants.integration import integrate
 from benchmarks.plants.recordings import recordings, save
+from benchmarks.plants.truth import true_values
 from recordings import read, read_truth
 from simulator import BASE, CATALOGUE, kernel
 
 SEED = 9
 NEUTRAL = {"saturated_sensor": -1.0}
 """The strength at which an effect does nothing, where it is not 0."""
-CATALOGUE_PARAMETERS = {
-    "asymmetric_coulomb": lambda f: {"a": f["asym_all"]},
-    "position_dependent_friction": lambda f: {"a": f["spot"], "x0": f["spot_x"], "w": f["spot_w"], "b": 0.0},
-    "position_speed_friction": lambda f: {
-        "a1": f["bell_1"], "a2": f["bell_2"], "a3": f["bell_3"], "x0": f["bell_x"], "w": f["bell_w"],
-        "u": f["bell_u"]},
-    "load_dependent_friction": lambda f: {"c": f["load"]},
-    "frictional_memory": lambda f: {"tau": f["late_lag"]},
-    "stribeck_exponent": lambda f: {"e": 2.0 - f["curve"]},
-    "nonlocal_presliding": lambda f: {"f": f["slip_f"], "d": f["slip_d"]},
-    "friction_drift": lambda f: {"r": f["drift"]},
-    "quadratic_drag": lambda f: {"c": f["drag"]},
-    "hardening_spring": lambda f: {"k3": f["cubic"]},
-    "flow_force": lambda f: {"f": f["flow"], "x0": f["flow_x"], "w": f["flow_w"]},
-    "periodic_force": lambda f: {
-        "a": f["hum"] * np.cos(f["hum_phase"]), "b": f["hum"] * np.sin(f["hum_phase"]), "f": f["hum_f"]},
-    "position_periodic_force": lambda f: {
-        "a": f["screw"] * np.cos(f["screw_phase"]), "b": f["screw"] * np.sin(f["screw_phase"]), "pitch": f["screw_l"]},
-    "force_offset_drift": lambda f: {"r": f["offset"]},
-    "force_gain": lambda f: {"g": f["gain"]},
-    "actuator_lag": lambda f: {"tau": f["lag"]},
-    "dead_time": lambda f: {"tau": f["delay"]},
-    "actuator_hysteresis": lambda f: {"h": f["loop"], "r": f["loop_r"]},
-    "backlash": lambda f: {"width": f["play"]},
-    "sensor_lag": lambda f: {"tau": f["out_lag"]},
-    "sensor_drift": lambda f: {"r": f["zero"]},
-}  # fmt: skip
-"""Parameters of the catalogue for the fields of a law that should do the same."""
 
 
 @pytest.fixture(scope="module")
@@ -86,26 +59,25 @@ def test_base_agrees_with_the_kernel(seed: int) -> None:
     valve = Valve.of(seed)
     force = force_course(valve, "staircase", 8.0, 0)
     mine = integrate(valve.physics(), force, COURSE)
-    assert np.abs(mine[:, 0] - modelled(valve, force, {}, 1e-5)).max() < 3e-8
+    assert np.abs(mine[:, 0] - modelled(force, valve.values, (), 1e-5)).max() < 3e-8
 
 
-def modelled(valve: Valve, force: np.ndarray, added: dict[str, dict[str, float]], step: float = 5e-5) -> np.ndarray:
-    """The position by the kernel, with effects of the catalogue added."""
-    model = kernel((*BASE, *added))
-    extra = {f"{effect}.{symbol}": value for effect, values in added.items() for symbol, value in values.items()}
-    start = model.start((force[0] - valve.values["spring.F0"]) / valve.values["spring.K"], 0.0, force[0])
+def modelled(force: np.ndarray, values: dict[str, float], effects: tuple[str, ...], step: float = 5e-5) -> np.ndarray:
+    """The position by the kernel, with effects of the catalogue beside the base."""
+    model = kernel((*BASE, *effects))
+    start = model.start((force[0] - values["spring.F0"]) / values["spring.K"], 0.0, force[0])
     t = np.arange(len(force)) / COURSE
-    return model.run(t, force, model.vector(valve.values | extra), start, h_max=step).outputs[:, 0]
+    return model.run(t, force, model.vector(values), start, h_max=step).outputs[:, 0]
 
 
-@pytest.mark.parametrize("effect", CATALOGUE_PARAMETERS)
+@pytest.mark.parametrize("effect", SAME)
 def test_same_law_agrees_with_the_catalogue(effect: str, valve: Valve, force: np.ndarray) -> None:
-    fields = law(effect)(0.3, valve)
-    mine = integrate(valve.physics(fields), force, COURSE)[:, 0]
-    difference = np.abs(mine - modelled(valve, force, {effect: CATALOGUE_PARAMETERS[effect](fields)}))
+    mine = integrate(valve.physics(law(effect)(0.3, valve)), force, COURSE)[:, 0]
+    difference = np.abs(mine - modelled(force, true_values({effect: 0.3}, valve), (effect,)))
     moved = np.abs(mine - integrate(valve.physics(), force, COURSE)[:, 0])
     assert moved.max() > 1e-6
-    assert np.sqrt(np.mean(difference**2)) < 0.01 * np.sqrt(np.mean(moved**2)) + 1e-8
+    near = 0.03 if effect == "dwell_stiction" else 0.01  # its rise is wiped out by another formula
+    assert np.sqrt(np.mean(difference**2)) < near * np.sqrt(np.mean(moved**2)) + 1e-8
 
 
 def test_every_effect_of_the_catalogue_has_a_law() -> None:

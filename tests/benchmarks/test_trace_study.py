@@ -19,6 +19,7 @@ from benchmarks.plants.cases import Case
 from benchmarks.plants.effects import SAME
 from benchmarks.plants.recordings import recordings
 from benchmarks.trace_report import ABSENT
+from benchmarks.trace_truth import shows_by_truth
 from identification import noise_std
 from identification import trace_settings as settings
 
@@ -120,6 +121,34 @@ def test_a_plant_with_an_integrator_of_its_own_is_traced(effects: tuple[str, ...
     assert (row["verdict"], row["added"]) == ("".join(effects) or "none", list(effects))
 
 
+@pytest.mark.slow
+def test_the_truth_of_what_was_missed_gains_what_the_recordings_show(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An effect of no strength gains nothing: its own parameters are hardly better than those that were fitted."""
+    monkeypatch.setattr(cases, "SECONDS", {"staircase": 8.0, "sine": 8.0, "multisine": 6.0})
+    work = [("single", Case(3, ("hardening_spring",), strength)) for strength in (0.0, 3.0)]
+    rows = study.study(work, tmp_path / "rows.jsonl", 1, lambda fitted, *, holdout: answer("none"))
+    nothing, some = (row["gain_of_truth"] for row in study.with_truths(rows, work))
+    assert abs(nothing) < settings.MIN_GAIN
+    assert some > 10 * settings.MIN_GAIN
+
+
+@pytest.mark.parametrize(
+    ("case", "shows"),
+    [
+        (Case(101, ("hardening_spring",)), True),
+        (Case(101, ("hardening_spring", "friction_drift")), True),
+        (Case(101, ("hardening_spring",), form="other"), False),
+        (Case(101, ("hardening_spring",), rig=True), False),
+        (Case(101, ("wavy_friction",)), False),
+        (Case(101), False),
+    ],
+)
+def test_only_laws_of_the_catalogue_have_a_truth_to_fit(case: Case, shows: bool) -> None:
+    assert shows_by_truth(case) is shows
+
+
 def test_a_release_is_drawn_by_its_seed_and_every_kind_has_its_turn() -> None:
     work, other = (trace_release.drawn(seed, study.PAIRS) for seed in (1, 2))
     assert work == trace_release.drawn(1, study.PAIRS)
@@ -144,6 +173,8 @@ def test_a_release_stops_in_time_and_its_page_tells_the_misses(tmp_path: Path) -
     assert "240 s of the clock was over in 1 of 1" in trace_release.section(
         5, "abc", [rows[0] | {"complete": False}], work
     )
+    missed = rows[0] | {"effects": ["backlash"], "gain_of_truth": 41.7}
+    assert "unlisted (the truth gains 42)" in trace_release.section(5, "abc", [missed], work)
     first = trace_release.written("", 4, "## Seed 4\n\nfirst\n")
     both = trace_release.written(first, 5, section)
     again = trace_release.written(both, 4, "## Seed 4\n\nsecond\n")
