@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 from identification.estimators.estimate import Estimate, lean
 from identification.tracing import settings
-from identification.tracing.models.comparison import fitted_whiteness
+from identification.tracing.models.comparison import is_white
 from identification.tracing.models.guesses import strengths
 from identification.tracing.models.model import Model
 from identification.tracing.models.promise import may_reach, newton_step
@@ -157,7 +157,7 @@ def refitted(base: Model, fit: CandidateFit, least: float = settings.MIN_GAIN) -
     """
     near, others = fit.base_path_refit, fit.chunk_fits
     promised = bool(others) and gain_of(base, near) * base.data.chunk_share > fit.gain
-    enough = near is not None and promised and fitted_whiteness(near).white
+    enough = near is not None and promised and is_white(near)
     best = near
     for end in () if enough else others:
         below = base.cost - max(least, gain_of(base, best))

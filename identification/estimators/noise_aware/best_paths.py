@@ -238,8 +238,21 @@ class BestPathsNoiseAware(MendedNoiseAware):
         self, theta: Array, paths: Sequence[Array], steps: int, vain: Callable[[Estimate], bool] | None = None
     ) -> Estimate | None:
         """The estimate after a descent along new paths, or those that another model left. None where it diverges."""
-        start = handed_over(self._moved_to(theta, [paths]))
+        start = handed_over(self._along_new_or(theta, paths))
         return self.descend(self.mended(start.pop()), steps, vain) if start else None
+
+    def _along_new_or(self, theta: Array, known: Sequence[Array]) -> Estimate | None:
+        """The estimate at theta along the best of new paths and of known ones. They are compared once they have come to
+        rest: known ones, of other parameters, are nearer to the measurements at first, and may stay where they slip
+        late.
+        """
+        rested = [*_lean(self.along_new(theta)), *_lean(self._moved_to(theta, [known]))]
+        best = self._best_paths(theta, lambda i: [one.paths[i] for one in rested]) if rested else None
+        mixed = None if best is None else self.along(theta, best, 1)
+        least = min(rested, key=lambda one: one.cost, default=None)
+        if least is None or (mixed is not None and mixed.cost < least.cost):
+            return mixed
+        return self.along(theta, least.paths, 0)
 
     def descended(self, now: Estimate, most: float = HOPELESS) -> Estimate:
         """The end of a descent from an estimate; most : loss that its first steps may leave."""
@@ -332,6 +345,11 @@ class BestPathsNoiseAware(MendedNoiseAware):
                 known.append(path)
                 misfits.append(stretch_costs(self.grids[i], line))  # the line itself takes a kilobyte a node
         return stretchwise(stretch, known, misfits) if known else None
+
+
+def _lean(estimate: Estimate | None) -> list[Estimate]:
+    """An estimate without its matrices, in a list; none without one."""
+    return [] if estimate is None else [lean(estimate)]
 
 
 def noise_aware_for(

@@ -14,7 +14,7 @@ import numpy as np
 from identification.estimators.estimate import Estimate, lean
 from identification.estimators.path_estimator import PathEstimator
 from identification.tracing import settings
-from identification.tracing.models.guesses import EffectGuesses
+from identification.tracing.models.guesses import EffectGuesses, strengths
 from identification.tracing.models.model import Model
 from identification.tracing.models.promise import may_reach
 from identification.tracing.models.usual_values import usual_values
@@ -22,6 +22,11 @@ from recordings import Array
 
 FIRST_STEPS = settings.STEPS // 3
 """Steps after which starts are compared: bad ones show by then."""
+
+SHARES = (1.0, 0.4)
+"""Shares of a guess at which fits start. Beside a play much wider than the plant's the valve slips elsewhere, and fits
+then end where it vanishes.
+"""
 
 
 def best_model_on_chunks(model: Model) -> Model | None:
@@ -39,7 +44,8 @@ def first_fits(
     """First fits of a model, or of it and one more effect at some values, to chunks of its grids, best first.
 
     They start from here, unless that is not wanted; with the mass, the damping and the friction curve set back to usual
-    ones; and from guesses that say what a model without the effect has bent. Empty where all diverge.
+    ones; and from guesses that say what a model without the effect has bent, and on the way to them. Empty where all
+    diverge.
     """
     effects = model.data.in_order(*model.effects, *effect)
     data, _ = model.data.on_chunks()
@@ -47,7 +53,10 @@ def first_fits(
     known = {k: v for e in effect for k, v in model.data.defaults(e).items()} | model.values | dict(values or {})
     theta = work.coordinates.theta(work.kernel.vector(known))
     usual = usual_values(work.coordinates, theta)[:1]
-    bent = [work.kernel.vector(known | dict(guess)) for guess in guesses if not model.values.keys().isdisjoint(guess)]
+    known_off = {n: p.neutral for e in effect for n, p in strengths(data, e).items() if p.neutral is not None}
+    off = known_off | model.values
+    bending = [guess for guess in guesses if not model.values.keys().isdisjoint(guess)]
+    bent = [work.kernel.vector(known | _between(off, guess, share)) for guess in bending for share in SHARES]
     own = _started(work, [theta, *usual] if from_here else usual)
     guessed = _started(work, [work.coordinates.theta(p) for p in bent])
     others = settings.AT_LEAST if data.damped is None else 1  # along new paths most starts lead to one end
@@ -78,6 +87,11 @@ def differ(effect: str, one: Model, other: Model) -> bool:
     names = one.data.catalogue[effect].parameter_names()
     a, b = (np.array([model.values[name] for name in names]) for model in (one, other))
     return bool((np.abs(a - b) > settings.SMALL_SHARE * np.maximum(np.abs(a), np.abs(b))).any())
+
+
+def _between(off: Mapping[str, float], guess: Mapping[str, float], share: float) -> dict[str, float]:
+    """Values on the way from a model without an effect to a guess; shapes are those of the guess."""
+    return {name: off.get(name, x) + share * (x - off.get(name, x)) for name, x in guess.items()}
 
 
 def _started(work: PathEstimator, starts: Sequence[Array]) -> list[Estimate]:

@@ -33,7 +33,7 @@ class DwellStiction(Effect):
     parameters = (
         Parameter("a", "1", "rise of friction after a long rest, share of the level", 0.3, 0.0, neutral=0.0),
         Parameter("gamma", "s", "time at rest that brings 63 % of the rise", scale=1.0, lower=0.0, positive=True),
-        Parameter("d", "m", "travel that wipes the rise out to 1/e", scale=5e-4, lower=0.0, positive=True),
+        Parameter("d", "m", "travel that wipes the rise out to 1/e", scale=5e-4, lower=0.0, upper=0.01, positive=True),
     )  # fmt: skip
     memory = (Memory("s", "1"),)
 

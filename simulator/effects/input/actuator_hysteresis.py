@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
 from simulator.effect import Effect, Expression, Memory, Parameter, Quantities, Site, Values
 from simulator.first_look import FirstLook, Missing, Trial, stacked
 from simulator.imitation import hidden_in_friction
@@ -15,6 +17,8 @@ ELEMENTS = 4
 
 WAYS = (0.4, 0.8, 1.6, 3.2, 6.4)
 """Half the changes of the drive that may complete a branch, in Coulomb frictions, for a first guess."""
+NARROW = 0.1
+"""The same of a narrow loop, as a share of the range over which the drive goes."""
 
 
 class ActuatorHysteresis(Effect):
@@ -45,10 +49,10 @@ class ActuatorHysteresis(Effect):
 
     def first_guess(self, recordings: Sequence[FirstLook], base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
         """How what is missing grows with the change of the force since its last reversals, and what is usual: a narrow
-        loop is over before the valve breaks away, and most of it looks like friction.
+        loop is over before the valve breaks away, and all of it looks like friction.
         """
-        h, r = self.parameters
-        usual = {self.parameter_name("r"): r.scale} | hidden_in_friction(self.parameter_name("h"), h.scale, base)
+        driven = max(float(np.ptp(look.u)) for look in recordings)
+        usual = self._hidden({"r": NARROW * driven, "h": base["lugre.fc"]}, base)
 
         def trial(r: float) -> Trial:
             return {"r": r}, {"h": lambda look: stacked(look.u, r, ELEMENTS)}
@@ -56,5 +60,10 @@ class ActuatorHysteresis(Effect):
         guess = Missing.of(recordings, base, presliding=True).best(trial(way * base["lugre.fc"]) for way in WAYS)
         if guess is None or guess.values["h"] <= 0:
             return [usual]
-        read = self.named(**guess.values) | hidden_in_friction(self.parameter_name("h"), guess.values["h"], base)
-        return [read, usual]
+        return [self._hidden(guess.values, base), usual]
+
+    def _hidden(self, values: Mapping[str, float], base: Mapping[str, float]) -> dict[str, float]:
+        """A loop and the friction beside it, which breaks away after the same displacement as what both looked like."""
+        friction = hidden_in_friction(self.parameter_name("h"), values["h"], base)
+        softer = friction["lugre.fc"] / base["lugre.fc"]
+        return self.named(**values) | friction | {"lugre.sigma0": softer * base["lugre.sigma0"]}

@@ -44,3 +44,19 @@ def test_a_start_at_the_true_values_explains_the_recording(sensor):
     assert start is not None
     assert start.loss < 1.3
     assert start.outliers < 5e-3
+
+
+def test_a_refit_leaves_paths_of_other_parameters_that_slip_late():
+    """Those of a model without the delay are nearer to the measurements than new ones, until both come to rest."""
+    effects, values = (*BASE, "dead_time"), STIFF | {"dead_time.tau": 0.06}
+    known = grids([experiment(r) for r in stem_test(100.0, ("sine:20",), values=values, effects=effects)])
+    coordinates = Coordinates.of(kernel(effects), {}, 700.0)
+    theta, undelayed = (coordinates.theta_of(values | some) for some in ({}, {"dead_time.tau": 1e-6}))
+    work = noise_aware_for(kernel(effects), coordinates, known, [theta], "damped")
+    new, other = work.start(theta), work.start(undelayed)
+    assert new is not None
+    assert other is not None
+    assert other.cost > new.cost + 1e5
+    end = work.refit(theta, other.paths, 0)
+    assert end is not None
+    assert end.loss < new.loss + 0.2
