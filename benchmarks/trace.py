@@ -48,7 +48,7 @@ from benchmarks.plants.recordings import recordings
 from benchmarks.plants.strengths import MULTIPLES, reached
 from benchmarks.trace_release import SLOW, good
 from benchmarks.trace_report import PARTS, Row, report, scored
-from benchmarks.trace_truth import gain_of_truth, shows_by_truth
+from benchmarks.trace_truth import gain_of_truth, has_truth
 from recordings import Recording
 
 VALVES = (101, 102, 103)
@@ -68,6 +68,7 @@ PAIRS = (
 SMOOTHING = (0.06, 0.12, 0.24)
 """Windows [s] over which the recorded force is smoothed for the true model."""
 Tracer = Callable[..., Any]
+Examiner = Callable[[str, Case, Tracer | None], Row]
 
 
 def cases(part: str, asked: argparse.Namespace) -> Iterator[Case]:
@@ -121,6 +122,14 @@ def examine(part: str, case: Case, tracer: Tracer | None = None) -> Row:
     return row
 
 
+def examine_with_truth(part: str, case: Case, tracer: Tracer | None = None) -> Row:
+    """The same, and where it missed what the catalogue has, what the truth gains."""
+    row = examine(part, case, tracer)
+    if not good(row) and has_truth(case):
+        row["gain_of_truth"] = gain_of_truth(case, **known(case))
+    return row
+
+
 def known(case: Case) -> dict[str, dict[str, float]]:
     """What a user would have to give, as an option of `trace`, for the effects of a case to be told from the base."""
     items = [HELD[item] for effect in case.effects for item in KNOWN.get(effect, ())]
@@ -166,11 +175,12 @@ def known_rows(path: Path) -> list[Row]:
 
 
 def study(
-    work: Iterable[tuple[str, Case]], path: Path, jobs: int, tracer: Tracer | None = None, minutes: float = np.inf
-) -> list[Row]:
+    work: Iterable[tuple[str, Case]], path: Path, jobs: int, tracer: Tracer | None = None, minutes: float = np.inf,
+    examiner: Examiner | None = None,
+) -> list[Row]:  # fmt: skip
     """Run all cases that the results file does not have, and add them to it one by one. Returns all its rows.
 
-    minutes : of processor time after which no other case is run.
+    minutes : of processor time after which no other case is run; examiner : by default `examine`.
     """
     rows, spent = known_rows(path), 0.0
     done = {(row["part"], row["name"]) for row in rows}
@@ -180,7 +190,7 @@ def study(
         file.seek(max(file.tell() - 1, 0))
         if file.read(1) not in ("", "\n"):  # a line was cut off
             file.write("\n")
-        for i, row in enumerate(results(left, jobs, tracer), 1):
+        for i, row in enumerate(results(left, jobs, tracer, examiner or examine), 1):
             file.write(json.dumps(row) + "\n")
             file.flush()
             rows.append(row)
@@ -192,14 +202,16 @@ def study(
     return rows
 
 
-def results(work: Sequence[tuple[str, Case]], jobs: int, tracer: Tracer | None) -> Iterator[Row]:
+def results(
+    work: Sequence[tuple[str, Case]], jobs: int, tracer: Tracer | None, examiner: Examiner
+) -> Iterator[Row]:  # fmt: skip
     """The rows of some cases, by one process or several."""
     if jobs < 2:
-        yield from (examine(part, case, tracer) for part, case in work)
+        yield from (examiner(part, case, tracer) for part, case in work)
         return
     spawn = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(jobs, spawn, max_tasks_per_child=1) as pool:  # their peaks of memory are of one case each
-        waiting = [pool.submit(examine, part, case, tracer) for part, case in work]
+        waiting = [pool.submit(examiner, part, case, tracer) for part, case in work]
         try:
             yield from (future.result() for future in waiting)
         finally:
@@ -253,29 +265,15 @@ def in_time(*given: Any, **options: Any) -> Any:
 
 
 def release(asked: argparse.Namespace) -> None:
-    """Run what is left of the table of a release, ask of its misses what the truth gains, and write its page."""
+    """Run what is left of the table of a release, and write its page."""
     head, work = commit(*trace_release.KEPT), trace_release.drawn(asked.seed, PAIRS)
     path = trace_release.results_of(asked.results.parent, asked.seed, head)
-    if asked.report:
-        rows = known_rows(path)
-    else:
-        rows = with_truths(study(work, path, asked.jobs, in_time, asked.minutes), work)
-        path.write_text("".join(json.dumps(row) + "\n" for row in rows))
+    told = examine_with_truth
+    rows = known_rows(path) if asked.report else study(work, path, asked.jobs, in_time, asked.minutes, told)
     page = trace_release.PAGE.read_text(encoding="utf-8") if trace_release.PAGE.exists() else ""
     text = trace_release.section(asked.seed, head, rows, work)
     trace_release.PAGE.write_text(trace_release.written(page, asked.seed, text), encoding="utf-8")
     print(text)
-
-
-def with_truths(rows: Sequence[Row], work: Iterable[tuple[str, Case]]) -> list[Row]:
-    """The rows, those that missed what the catalogue has with what the truth gains."""
-    found, cases_of = list[Row](), {(part, case.name): case for part, case in work}
-    for row in rows:
-        case = cases_of[row["part"], row["name"]]
-        if not good(row) and "gain_of_truth" not in row and shows_by_truth(case):
-            row = row | {"gain_of_truth": gain_of_truth(case, **known(case))}
-        found.append(row)
-    return found
 
 
 def main() -> None:

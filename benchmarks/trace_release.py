@@ -19,6 +19,7 @@ from benchmarks.machine import machine
 from benchmarks.plants.cases import Case
 from benchmarks.plants.effects import OUTSIDE, SAME
 from benchmarks.trace_report import Row, scored
+from identification.tracing import settings
 
 PAGE = Path("docs/studies/trace-release.md")
 KEPT = (str(PAGE), "benchmarks/plants/strengths.json")
@@ -30,14 +31,14 @@ BUDGET = 240.0
 """Seconds of the clock that a trace may take: on one core as much as `bristle trace` takes on two."""
 SLOW = ((100.0, "both"), (50.0, "both"), (100.0, "position"), (50.0, "position"))
 """Rates [Hz], and whether both channels or the position alone are that slow."""
-HEAD = """# A table of tracing from one commit
+HEAD = f"""# A table of tracing from one commit
 
 `python -m benchmarks.trace --release --seed S` draws valves that nothing was developed on, runs all cases from one
 commit and writes this page. It goes on where it stopped. In every row *n* says how many of the cases were run; their
 order is drawn, so that those that were run are a fair sample. *Right* is the verdict or its class, `none` without an
 effect, `unlisted` outside the catalogue. [The study](tracing.md) says how the plants are made. *The truth gains* says
 of a miss what the plant's own effects, fitted on from its own parameters, gain over the base model: with less than
-`MIN_GAIN` (60) no search could have accepted them.
+`MIN_GAIN` ({settings.MIN_GAIN:.0f}) they would not have been accepted, either.
 """
 
 Work = tuple[str, Case]
@@ -119,7 +120,7 @@ def misses(rows: Sequence[Row]) -> list[str]:
 
 def _remark(row: Row) -> str:
     said = [row["why"]] if row.get("why") else []
-    if "gain_of_truth" in row:
+    if np.isfinite(row.get("gain_of_truth", np.nan)):
         said.append(f"the truth gains {row['gain_of_truth']:.0f}")
     return f" ({', '.join(said)})" if said else ""
 
@@ -143,9 +144,9 @@ def section(seed: int, head: str, rows: Sequence[Row], work: Sequence[Work]) -> 
 
 def written(page: str, seed: int, text: str) -> str:
     """The page with the part of a seed in it, in the place of an earlier one of the same seed."""
-    head, *parts = (page or HEAD).split("\n## Seed ")
+    _, *parts = page.split("\n## Seed ")
     kept = [part for part in parts if not part.startswith(f"{seed}\n")]
-    return "\n## Seed ".join([head.rstrip() + "\n", *kept, text.removeprefix("## Seed ")])
+    return "\n## Seed ".join([HEAD.rstrip() + "\n", *kept, text.removeprefix("## Seed ")])
 
 
 def results_of(folder: Path, seed: int, head: str) -> Path:

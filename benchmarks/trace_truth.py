@@ -13,25 +13,33 @@ from benchmarks.plants.cases import Case
 from benchmarks.plants.effects import Valve
 from benchmarks.plants.recordings import recordings
 from benchmarks.plants.truth import PARAMETERS, true_values
-from identification.budget import Budget
+from identification.data.experiment import experiment
+from identification.estimators.estimate import lean
+from identification.given import plant_constants
 from identification.tracing import settings
-from identification.tracing.algorithm import select
+from identification.tracing.models.base import base_model
 from identification.tracing.models.model import Model
+from recordings import NegativeAnswer
+from simulator import CATALOGUE
 
 
-def shows_by_truth(case: Case) -> bool:
+def has_truth(case: Case) -> bool:
     """Whether a case has effects whose law the catalogue has, so that its truth can be fitted."""
     return case.form == "same" and not case.rig and bool(case.effects) and {*case.effects} <= {*PARAMETERS}
 
 
 def gain_of_truth(case: Case, given: Mapping[str, float] | None = None) -> float:
-    """By how much the cost of the base model falls with the effects of a case, fitted on from the truth. given : base
-    parameters that the trace knows.
+    """By how much the cost of the base model falls with the effects of a case, fitted on from the truth; NaN where one
+    of them cannot be fitted. given : base parameters that the trace knows.
     """
     fitted, held_out, strengths = recordings(case)
-    base = select(fitted, holdout=held_out, given=given, budget=Budget(1.0)).base  # it ends with the base model
+    experiments, others = ([experiment(r) for r in some] for some in (fitted, held_out))
+    try:
+        base = base_model(experiments, others, plant_constants(experiments) | dict(given or {}), CATALOGUE)
+    except NegativeAnswer:
+        return float("nan")
     ends = from_truth(base, case.effects, true_values(strengths, Valve.of(case.valve)))
-    return base.cost - min((model.cost for model in ends), default=base.cost)
+    return base.cost - min((model.cost for model in ends), default=float("nan"))
 
 
 def from_truth(base: Model, effects: tuple[str, ...], values: dict[str, float]) -> Iterator[Model]:
@@ -40,7 +48,7 @@ def from_truth(base: Model, effects: tuple[str, ...], values: dict[str, float]) 
     work = data.estimator(names, worth=settings.CHANCE_GAIN)
     end = work.fit(work.coordinates.theta_of(values), settings.STEPS)
     if end is not None:
-        yield Model(names, data, end).refitted()
+        yield Model(names, data, lean(end)).refitted()
     grown: Model | None = base
     for effect in effects:
         grown = None if grown is None else grown.with_effect(effect, values)

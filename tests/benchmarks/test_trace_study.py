@@ -19,7 +19,7 @@ from benchmarks.plants.cases import Case
 from benchmarks.plants.effects import SAME
 from benchmarks.plants.recordings import recordings
 from benchmarks.trace_report import ABSENT
-from benchmarks.trace_truth import shows_by_truth
+from benchmarks.trace_truth import has_truth
 from identification import noise_std
 from identification import trace_settings as settings
 
@@ -128,8 +128,8 @@ def test_the_truth_of_what_was_missed_gains_what_the_recordings_show(
     """An effect of no strength gains nothing: its own parameters are hardly better than those that were fitted."""
     monkeypatch.setattr(cases, "SECONDS", {"staircase": 8.0, "sine": 8.0, "multisine": 6.0})
     work = [("single", Case(3, ("hardening_spring",), strength)) for strength in (0.0, 3.0)]
-    rows = study.study(work, tmp_path / "rows.jsonl", 1, lambda fitted, *, holdout: answer("none"))
-    nothing, some = (row["gain_of_truth"] for row in study.with_truths(rows, work))
+    rows = study.study(work, tmp_path / "rows.jsonl", 1, _absent, examiner=study.examine_with_truth)
+    nothing, some = (row["gain_of_truth"] for row in rows)
     assert abs(nothing) < settings.MIN_GAIN
     assert some > 10 * settings.MIN_GAIN
 
@@ -146,7 +146,7 @@ def test_the_truth_of_what_was_missed_gains_what_the_recordings_show(
     ],
 )
 def test_only_laws_of_the_catalogue_have_a_truth_to_fit(case: Case, shows: bool) -> None:
-    assert shows_by_truth(case) is shows
+    assert has_truth(case) is shows
 
 
 def test_a_release_is_drawn_by_its_seed_and_every_kind_has_its_turn() -> None:

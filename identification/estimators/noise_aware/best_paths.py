@@ -238,20 +238,21 @@ class BestPathsNoiseAware(MendedNoiseAware):
         self, theta: Array, paths: Sequence[Array], steps: int, vain: Callable[[Estimate], bool] | None = None
     ) -> Estimate | None:
         """The estimate after a descent along new paths, or those that another model left. None where it diverges."""
-        start = handed_over(self._along_new_or(theta, paths))
+        start = handed_over(self._along_new_or_known(theta, paths))
         return self.descend(self.mended(start.pop()), steps, vain) if start else None
 
-    def _along_new_or(self, theta: Array, known: Sequence[Array]) -> Estimate | None:
-        """The estimate at theta along the best of new paths and of known ones. They are compared once they have come to
-        rest: known ones, of other parameters, are nearer to the measurements at first, and may stay where they slip
-        late.
+    def _along_new_or_known(self, theta: Array, known: Sequence[Array]) -> Estimate | None:
+        """The estimate at theta along the best of new paths and of known ones, stretch by stretch or as a whole. They
+        are compared once they have come to rest: known ones, of other parameters, are nearer to the measurements at
+        first, and may stay where they slip late.
         """
-        rested = [*_lean(self.along_new(theta)), *_lean(self._moved_to(theta, [known]))]
+        rested = [*_without_matrices(self.along_new(theta)), *_without_matrices(self.along(theta, known, NEW_PATH))]
         best = self._best_paths(theta, lambda i: [one.paths[i] for one in rested]) if rested else None
         mixed = None if best is None else self.along(theta, best, 1)
         least = min(rested, key=lambda one: one.cost, default=None)
         if least is None or (mixed is not None and mixed.cost < least.cost):
             return mixed
+        mixed = None  # its matrices take as much again as those of what follows
         return self.along(theta, least.paths, 0)
 
     def descended(self, now: Estimate, most: float = HOPELESS) -> Estimate:
@@ -347,7 +348,7 @@ class BestPathsNoiseAware(MendedNoiseAware):
         return stretchwise(stretch, known, misfits) if known else None
 
 
-def _lean(estimate: Estimate | None) -> list[Estimate]:
+def _without_matrices(estimate: Estimate | None) -> list[Estimate]:
     """An estimate without its matrices, in a list; none without one."""
     return [] if estimate is None else [lean(estimate)]
 

@@ -6,6 +6,7 @@ same effects are also started from usual values, and a candidate from where a mo
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -44,8 +45,8 @@ def first_fits(
     """First fits of a model, or of it and one more effect at some values, to chunks of its grids, best first.
 
     They start from here, unless that is not wanted; with the mass, the damping and the friction curve set back to usual
-    ones; and from guesses that say what a model without the effect has bent, and on the way to them. Empty where all
-    diverge.
+    ones; and from guesses that say what a model without the effect has bent, each from the better of its `SHARES`.
+    Empty where all diverge.
     """
     effects = model.data.in_order(*model.effects, *effect)
     data, _ = model.data.on_chunks()
@@ -53,12 +54,12 @@ def first_fits(
     known = {k: v for e in effect for k, v in model.data.defaults(e).items()} | model.values | dict(values or {})
     theta = work.coordinates.theta(work.kernel.vector(known))
     usual = usual_values(work.coordinates, theta)[:1]
-    known_off = {n: p.neutral for e in effect for n, p in strengths(data, e).items() if p.neutral is not None}
-    off = known_off | model.values
-    bending = [guess for guess in guesses if not model.values.keys().isdisjoint(guess)]
-    bent = [work.kernel.vector(known | _between(off, guess, share)) for guess in bending for share in SHARES]
     own = _started(work, [theta, *usual] if from_here else usual)
-    guessed = _started(work, [work.coordinates.theta(p) for p in bent])
+    off = {n: p.neutral or 0.0 for e in effect for n, p in strengths(data, e).items()} | model.values
+    bending = [guess for guess in guesses if not model.values.keys().isdisjoint(guess)]
+    tried = [[work.kernel.vector(known | _between(off, guess, share)) for share in SHARES] for guess in bending]
+    ends = [_started(work, [work.coordinates.theta(p) for p in some])[:1] for some in tried]
+    guessed = sorted(itertools.chain.from_iterable(ends), key=lambda fit: fit.cost)
     others = settings.AT_LEAST if data.damped is None else 1  # along new paths most starts lead to one end
     best = sorted([*own, *guessed], key=lambda fit: fit.cost)[:others]
     if guessed and all(fit is not guessed[0] for fit in best):  # plays and hysteresis come to rest slowly

@@ -22,7 +22,8 @@ class DwellStiction(Effect):
     """Friction level times 1 + a s, ds/dt = (1 - s)/gamma - abs(v) s/d: at rest (2.6) with m = 1, from any start.
 
     a is Fs,inf/Fs - 1. s is the share of the rise that is there: it goes on from where the last slip left it, which is
-    what (2.7) and (2.10) correct in (2.6), and motion wipes it out over a distance d, so that there are no events.
+    what (2.7) and (2.10) correct in (2.6), and motion wipes it out over a distance d, so that there are no events. That
+    is at most 10 mm, many times a contact: friction that rises while a valve moves up and down is drift.
     (2.7) itself, t/(t + gamma), is alike over a decade of rests.
     """
 

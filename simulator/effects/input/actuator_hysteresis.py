@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-
 from simulator.effect import Effect, Expression, Memory, Parameter, Quantities, Site, Values
 from simulator.first_look import FirstLook, Missing, Trial, stacked
 from simulator.imitation import hidden_in_friction
@@ -17,8 +15,6 @@ ELEMENTS = 4
 
 WAYS = (0.4, 0.8, 1.6, 3.2, 6.4)
 """Half the changes of the drive that may complete a branch, in Coulomb frictions, for a first guess."""
-NARROW = 0.1
-"""The same of a narrow loop, as a share of the range over which the drive goes."""
 
 
 class ActuatorHysteresis(Effect):
@@ -48,22 +44,26 @@ class ActuatorHysteresis(Effect):
         return q.u - p["h"] / p["r"] * behind
 
     def first_guess(self, recordings: Sequence[FirstLook], base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
-        """How what is missing grows with the change of the force since its last reversals, and what is usual: a narrow
-        loop is over before the valve breaks away, and all of it looks like friction.
+        """How what is missing grows with the change of the force since its last reversals, and a narrow loop, which
+        is over before the valve breaks away, so that all of it looks like friction.
         """
-        driven = max(float(np.ptp(look.u)) for look in recordings)
-        usual = self._hidden({"r": NARROW * driven, "h": base["lugre.fc"]}, base)
+        fc = base["lugre.fc"]
+        if fc <= 0 or base["lugre.fs"] <= 0:
+            return []
+        narrow = self._hidden({"r": WAYS[0] * fc, "h": fc}, base)
 
         def trial(r: float) -> Trial:
             return {"r": r}, {"h": lambda look: stacked(look.u, r, ELEMENTS)}
 
-        guess = Missing.of(recordings, base, presliding=True).best(trial(way * base["lugre.fc"]) for way in WAYS)
+        guess = Missing.of(recordings, base, presliding=True).best(trial(way * fc) for way in WAYS)
         if guess is None or guess.values["h"] <= 0:
-            return [usual]
-        return [self._hidden(guess.values, base), usual]
+            return [narrow]
+        return [self._hidden(guess.values, base), narrow]
 
     def _hidden(self, values: Mapping[str, float], base: Mapping[str, float]) -> dict[str, float]:
-        """A loop and the friction beside it, which breaks away after the same displacement as what both looked like."""
+        """A loop, at most as wide as it may be hidden, and the friction beside it, which breaks away after the same
+        displacement as what both looked like.
+        """
         friction = hidden_in_friction(self.parameter_name("h"), values["h"], base)
-        softer = friction["lugre.fc"] / base["lugre.fc"]
+        softer = friction["lugre.fs"] / base["lugre.fs"]
         return self.named(**values) | friction | {"lugre.sigma0": softer * base["lugre.sigma0"]}

@@ -61,11 +61,11 @@ class PositionBacklash(Effect):
         if width == 0.0:
             return []
         return [
-            self.named(width=share * width) | {
-                "lugre.fc": fc - share * width * K / 2, "lugre.fs": 1.4 * fc, "lugre.vs": 3e-3,
+            self.named(width=width) | {
+                "lugre.fc": fc - width * K / 2, "lugre.fs": 1.4 * fc, "lugre.vs": 3e-3,
                 "lugre.sigma0": softer * sigma0, "lugre.sigma1": usual_damping(softer * sigma0, base["mass.m"]),
             }
-            for share in (1.0, 0.4) for softer in (1.0, 0.1)
+            for softer in (1.0, 0.1)
         ]  # fmt: skip
 
 

@@ -56,6 +56,7 @@ def test_a_refit_leaves_paths_of_other_parameters_that_slip_late():
     new, other = work.start(theta), work.start(undelayed)
     assert new is not None
     assert other is not None
+    assert new.loss < 1.3
     assert other.cost > new.cost + 1e5
     end = work.refit(theta, other.paths, 0)
     assert end is not None
