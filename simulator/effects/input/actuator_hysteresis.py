@@ -44,26 +44,17 @@ class ActuatorHysteresis(Effect):
         return q.u - p["h"] / p["r"] * behind
 
     def first_guess(self, recordings: Sequence[FirstLook], base: Mapping[str, float]) -> Sequence[Mapping[str, float]]:
-        """How what is missing grows with the change of the force since its last reversals, and a narrow loop, which
-        is over before the valve breaks away, so that all of it looks like friction.
+        """How what is missing grows with the change of the force since its last reversals, and what is usual: a narrow
+        loop is over before the valve breaks away, and most of it looks like friction.
         """
-        fc = base["lugre.fc"]
-        if fc <= 0 or base["lugre.fs"] <= 0:
-            return []
-        narrow = self._hidden({"r": WAYS[0] * fc, "h": fc}, base)
+        h, r = self.parameters
+        usual = {self.parameter_name("r"): r.scale} | hidden_in_friction(self.parameter_name("h"), h.scale, base)
 
         def trial(r: float) -> Trial:
             return {"r": r}, {"h": lambda look: stacked(look.u, r, ELEMENTS)}
 
-        guess = Missing.of(recordings, base, presliding=True).best(trial(way * fc) for way in WAYS)
+        guess = Missing.of(recordings, base, presliding=True).best(trial(way * base["lugre.fc"]) for way in WAYS)
         if guess is None or guess.values["h"] <= 0:
-            return [narrow]
-        return [self._hidden(guess.values, base), narrow]
-
-    def _hidden(self, values: Mapping[str, float], base: Mapping[str, float]) -> dict[str, float]:
-        """A loop, at most as wide as it may be hidden, and the friction beside it, which breaks away after the same
-        displacement as what both looked like.
-        """
-        friction = hidden_in_friction(self.parameter_name("h"), values["h"], base)
-        softer = friction["lugre.fs"] / base["lugre.fs"]
-        return self.named(**values) | friction | {"lugre.sigma0": softer * base["lugre.sigma0"]}
+            return [usual]
+        read = self.named(**guess.values) | hidden_in_friction(self.parameter_name("h"), guess.values["h"], base)
+        return [read, usual]
