@@ -19,7 +19,7 @@ from benchmarks.machine import machine
 from benchmarks.plants.cases import Case
 from benchmarks.plants.effects import OUTSIDE, SAME
 from benchmarks.trace_report import Row, scored
-from identification.tracing import settings
+from identification import trace_settings as settings
 
 PAGE = Path("docs/studies/trace-release.md")
 KEPT = (str(PAGE), "benchmarks/plants/strengths.json")

@@ -7,20 +7,13 @@ little, its search failed.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 
 from benchmarks.plants.cases import Case
 from benchmarks.plants.effects import Valve
 from benchmarks.plants.recordings import recordings
 from benchmarks.plants.truth import PARAMETERS, true_values
-from identification.data.experiment import experiment
-from identification.estimators.estimate import lean
-from identification.given import plant_constants
-from identification.tracing import settings
-from identification.tracing.models.base import base_model
-from identification.tracing.models.model import Model
-from recordings import NegativeAnswer
-from simulator import CATALOGUE
+from identification import gain_of_values
 
 
 def has_truth(case: Case) -> bool:
@@ -29,28 +22,9 @@ def has_truth(case: Case) -> bool:
 
 
 def gain_of_truth(case: Case, given: Mapping[str, float] | None = None) -> float:
-    """By how much the cost of the base model falls with the effects of a case, fitted on from the truth; NaN where one
-    of them cannot be fitted. given : base parameters that the trace knows.
+    """By how much the cost of the base model falls with the effects of a case, fitted on from the truth; NaN where that
+    cannot be fitted. given : base parameters that the trace knows.
     """
     fitted, held_out, strengths = recordings(case)
-    experiments, others = ([experiment(r) for r in some] for some in (fitted, held_out))
-    try:
-        base = base_model(experiments, others, plant_constants(experiments) | dict(given or {}), CATALOGUE)
-    except NegativeAnswer:
-        return float("nan")
-    ends = from_truth(base, case.effects, true_values(strengths, Valve.of(case.valve)))
-    return base.cost - min((model.cost for model in ends), default=float("nan"))
-
-
-def from_truth(base: Model, effects: tuple[str, ...], values: dict[str, float]) -> Iterator[Model]:
-    """Models with some effects more, fitted on from values by name: on new paths, and along those of the base model."""
-    data, names = base.data, base.data.in_order(*base.effects, *effects)
-    work = data.estimator(names, worth=settings.CHANCE_GAIN)
-    end = work.fit(work.coordinates.theta_of(values), settings.STEPS)
-    if end is not None:
-        yield Model(names, data, lean(end)).refitted()
-    grown: Model | None = base
-    for effect in effects:
-        grown = None if grown is None else grown.with_effect(effect, values)
-    if grown is not None:
-        yield grown.refitted()
+    truth = true_values(strengths, Valve.of(case.valve))
+    return gain_of_values(fitted, case.effects, truth, holdout=held_out, given=given)

@@ -20,6 +20,7 @@ from identification.result import Trajectory
 from identification.sparse_regression.crosscheck import ComparedQuantity, Crosscheck, crosscheck
 from identification.tracing import settings as trace_settings
 from identification.tracing.judge import Candidate
+from identification.tracing.models.given_values import gain_of_values
 from identification.tracing_procedure import Trace, trace
 from identification.uncertainty.covariance import Uncertainty, uncertainty_of
 from identification.uncertainty.profile import Profile, profile
@@ -54,6 +55,7 @@ __all__ = [
     "experiment",
     "fit",
     "free_parameters",
+    "gain_of_values",
     "identify",
     "noise_std",
     "one_thread",
