@@ -176,11 +176,11 @@ def known_rows(path: Path) -> list[Row]:
 
 def study(
     work: Iterable[tuple[str, Case]], path: Path, jobs: int, tracer: Tracer | None = None, minutes: float = np.inf,
-    examiner: Examiner | None = None,
+    examiner: Examiner = examine,
 ) -> list[Row]:  # fmt: skip
     """Run all cases that the results file does not have, and add them to it one by one. Returns all its rows.
 
-    minutes : of processor time after which no other case is run; examiner : by default `examine`.
+    minutes : of processor time after which no other case is run; examiner : of one case.
     """
     rows, spent = known_rows(path), 0.0
     done = {(row["part"], row["name"]) for row in rows}
@@ -190,7 +190,7 @@ def study(
         file.seek(max(file.tell() - 1, 0))
         if file.read(1) not in ("", "\n"):  # a line was cut off
             file.write("\n")
-        for i, row in enumerate(results(left, jobs, tracer, examiner or examine), 1):
+        for i, row in enumerate(results(left, jobs, tracer, examiner), 1):
             file.write(json.dumps(row) + "\n")
             file.flush()
             rows.append(row)
@@ -268,8 +268,10 @@ def release(asked: argparse.Namespace) -> None:
     """Run what is left of the table of a release, and write its page."""
     head, work = commit(*trace_release.KEPT), trace_release.drawn(asked.seed, PAIRS)
     path = trace_release.results_of(asked.results.parent, asked.seed, head)
-    told = examine_with_truth
-    rows = known_rows(path) if asked.report else study(work, path, asked.jobs, in_time, asked.minutes, told)
+    if asked.report:
+        rows = known_rows(path)
+    else:
+        rows = study(work, path, asked.jobs, in_time, asked.minutes, examine_with_truth)
     page = trace_release.PAGE.read_text(encoding="utf-8") if trace_release.PAGE.exists() else ""
     text = trace_release.section(asked.seed, head, rows, work)
     trace_release.PAGE.write_text(trace_release.written(page, asked.seed, text), encoding="utf-8")
