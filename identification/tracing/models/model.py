@@ -122,16 +122,18 @@ class Model:
     @functools.cached_property
     def held_out_within_error(self) -> Estimate | None:
         """The estimate on the held-out grids with the parameters moved as far as their error after the fit allows: what
-        that explains is no lack of the model. What the move is against the fit is part of the loss.
+        that explains is no lack of the model. What the move is against the fit is part of the loss, but where the
+        motion is imposed: there the fitted grids are judged anew (`comparison.py`), since errors that share a part know
+        the parameters less than the fit says.
         """
-        if self.held_out is None or self.data.imposed:
-            return self.held_out
+        if self.held_out is None:
+            return None
         learned = (self.estimate.theta, self.estimate.normal.matrix)
         work = replace(self.data, fitted=self.data.held_out).estimator(self.effects, learned=learned, judging=True)
         end = work.refit(self.held_out.theta, self.held_out.paths, settings.STEPS)
         if end is None:
             return self.held_out
-        strain = work.coordinates.told(end.theta).cost / end.samples / UNIT_LOSS
+        strain = 0.0 if self.data.imposed else work.coordinates.told(end.theta).cost / end.samples / UNIT_LOSS
         return min(self.held_out, lean(replace(end, loss=end.loss + strain)), key=lambda one: one.loss)
 
     def error_may_explain(self, excess: float) -> bool:
