@@ -4,6 +4,7 @@
     python -m benchmarks.trace --parts single --ids backlash,dead_time --valves 101 --strengths 6      a look
     python -m benchmarks.trace --parts controls --controls 20 --jobs 2
     python -m benchmarks.trace --parts controls --controls 20 --rig       the same, as a rig would record it
+    python -m benchmarks.trace --release --seed 1 --rig                   of a release the complete rigs alone
     python -m benchmarks.trace --report                   the tables of what has been run
     python -m benchmarks.trace --release --seed 7 --minutes 30            a release's table: benchmarks/trace_release.py
     python -m benchmarks.trace --ablation --valves 7001                   what each number does: trace_ablation.py
@@ -230,7 +231,7 @@ def options(words: Sequence[str] | None = None) -> argparse.Namespace:
     parser.add_argument("--controls", type=int, default=200, help="number of sets without an effect")
     parser.add_argument("--results", type=Path, default=RESULTS, help="file to add to and to go on from")
     parser.add_argument("--jobs", type=int, default=1, help="number of processes")
-    parser.add_argument("--rig", action="store_true", help="recordings of a rig that imposes the motion")
+    parser.add_argument("--rig", action="store_true", help="recordings of a rig that imposes the motion, alone")
     parser.add_argument("--ablation", action="store_true", help="each number doubled, halved, or its rule off")
     made = trace_ablation.CHANGES
     parser.add_argument("--changes", type=_names(made), default=made, help="of a number in an ablation, like off")
@@ -267,6 +268,7 @@ def in_time(*given: Any, **options: Any) -> Any:
 def release(asked: argparse.Namespace) -> None:
     """Run what is left of the table of a release, and write its page."""
     head, work = commit(*trace_release.KEPT), trace_release.drawn(asked.seed, PAIRS)
+    work = [one for one in work if one[1].rig or not asked.rig]
     path = trace_release.results_of(asked.results.parent, asked.seed, head)
     if asked.report:
         rows = known_rows(path)

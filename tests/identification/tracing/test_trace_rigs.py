@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 from traced_valves import imposed, recorded
 
+from benchmarks.plants.cases import Case
+from benchmarks.plants.recordings import recordings
 from identification import trace
 from recordings import Array, Recording, Signal
 from simulator import Excitation, Sensors, random_valve, simulate
@@ -35,6 +37,21 @@ def test_a_complete_rig_lacks_nothing_and_its_valve_comes_out_right():
     assert found.verdict == "none"
     for name, share in (("spring.K", 1e-3), ("lugre.fc", 2e-3), ("lugre.fs", 5e-3), ("lugre.sigma0", 5e-3)):
         assert found.values[name] == pytest.approx(truth[name], rel=share)
+
+
+@pytest.mark.parametrize("valve", [204481, 392765])
+def test_a_rig_at_100_hz_lacks_nothing_by_one_model_for_all_recordings(valve: int):
+    """The noise of the motion drags the stiffness of the first down by half. The base model of the second has two
+    minima, of a slow and of a fast Stribeck velocity.
+    """
+    fitted, held_out, _ = recordings(Case(valve, rate=100.0, rig=True))
+    assert trace(fitted, holdout=held_out).verdict == "none"
+
+
+@pytest.mark.slow
+def test_no_effect_is_named_for_what_a_rig_explains_within_the_error_of_its_parameters():
+    fitted, held_out, _ = recordings(Case(815663, rate=250.0, noise=2.0, rig=True))
+    assert trace(fitted, holdout=held_out).verdict == "none"
 
 
 @pytest.mark.slow
