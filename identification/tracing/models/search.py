@@ -18,7 +18,7 @@ from identification.tracing import settings
 from identification.tracing.models.guesses import EffectGuesses, strengths
 from identification.tracing.models.model import Model
 from identification.tracing.models.promise import may_reach
-from identification.tracing.models.usual_values import usual_values, with_slow_stribeck
+from identification.tracing.models.usual_values import usual_values
 from recordings import Array
 
 FIRST_STEPS = settings.STEPS // 3
@@ -54,8 +54,6 @@ def first_fits(
     known = {k: v for e in effect for k, v in model.data.defaults(e).items()} | model.values | dict(values or {})
     theta = work.coordinates.theta(work.kernel.vector(known))
     usual = usual_values(work.coordinates, theta)[:1]
-    if data.imposed:
-        usual.append(with_slow_stribeck(work.coordinates, usual[0]))
     own = _started(work, [theta, *usual] if from_here else usual)
     off = {n: p.neutral or 0.0 for e in effect for n, p in strengths(data, e).items()} | model.values
     bending = [guess for guess in guesses if not model.values.keys().isdisjoint(guess)]

@@ -7,8 +7,6 @@ import numpy as np
 from identification.estimators.coordinates import Coordinates
 from recordings import Array
 
-SLOW, FAST = 1.5e-3, 1e-2
-"""Usual Stribeck velocities, from the least to the largest [m/s]."""
 RISING = 0.8
 """Slope at which a rising friction curve goes from fs to fc, in (fc - fs)/vs."""
 
@@ -26,15 +24,8 @@ def usual_values(coordinates: Coordinates, theta: Array) -> list[Array]:
         value = value | {"lugre.fc": value["lugre.fs"], "lugre.sigma2": viscous}
     fc, critical = value["lugre.fc"], 2 * np.sqrt(value["lugre.sigma0"])
     curve = {"lugre.fs": float(np.clip(value["lugre.fs"], 1.1 * fc, 1.5 * fc)),
-             "lugre.vs": float(np.clip(value["lugre.vs"], SLOW, FAST))}  # fmt: skip
+             "lugre.vs": float(np.clip(value["lugre.vs"], 1.5e-3, 1e-2))}  # fmt: skip
     masses = dict.fromkeys((3.0, value["mass.m"]))
     return [
         coordinates.theta_of(value | curve | {"mass.m": m, "lugre.sigma1": 0.3 * critical * np.sqrt(m)}) for m in masses
     ]
-
-
-def with_slow_stribeck(coordinates: Coordinates, theta: Array) -> Array:
-    """The same start with the least usual Stribeck velocity. Where the force is predicted, friction that has fallen
-    before a slip is seen and friction that falls with the speed of a stroke are two minima of the cost.
-    """
-    return coordinates.theta_of(coordinates.values(theta) | {"lugre.vs": SLOW})

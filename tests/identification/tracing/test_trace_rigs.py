@@ -39,18 +39,17 @@ def test_a_complete_rig_lacks_nothing_and_its_valve_comes_out_right():
         assert found.values[name] == pytest.approx(truth[name], rel=share)
 
 
-@pytest.mark.parametrize("valve", [204481, 392765])
-def test_a_rig_at_100_hz_lacks_nothing_by_one_model_for_all_recordings(valve: int):
-    """The noise of the motion drags the stiffness of the first down by half. The base model of the second has two
-    minima, of a slow and of a fast Stribeck velocity.
-    """
-    fitted, held_out, _ = recordings(Case(valve, rate=100.0, rig=True))
-    assert trace(fitted, holdout=held_out).verdict == "none"
+def test_a_rig_whose_motion_is_noisy_lacks_nothing_if_one_model_explains_all_recordings():
+    fitted, held_out, _ = recordings(Case(204481, rate=100.0, rig=True))
+    found, truth = trace(fitted, holdout=held_out), random_valve(204481)[0]
+    assert found.verdict == "none"
+    assert found.values["lugre.sigma0"] < 0.7 * truth["lugre.sigma0"]  # the noise makes the bristles softer
 
 
 @pytest.mark.slow
-def test_no_effect_is_named_for_what_a_rig_explains_within_the_error_of_its_parameters():
-    fitted, held_out, _ = recordings(Case(815663, rate=250.0, noise=2.0, rig=True))
+@pytest.mark.parametrize(("valve", "rate", "noise"), [(694402, 250.0, 2.0), (682164, 500.0, 0.5)])
+def test_what_a_rig_explains_within_the_error_of_its_parameters_needs_no_effect(valve: int, rate: float, noise: float):
+    fitted, held_out, _ = recordings(Case(valve, rate=rate, noise=noise, rig=True))
     assert trace(fitted, holdout=held_out).verdict == "none"
 
 
