@@ -231,7 +231,7 @@ def options(words: Sequence[str] | None = None) -> argparse.Namespace:
     parser.add_argument("--controls", type=int, default=200, help="number of sets without an effect")
     parser.add_argument("--results", type=Path, default=RESULTS, help="file to add to and to go on from")
     parser.add_argument("--jobs", type=int, default=1, help="number of processes")
-    parser.add_argument("--rig", action="store_true", help="recordings of a rig that imposes the motion, alone")
+    parser.add_argument("--rig", action="store_true", help="recordings of a rig that imposes the motion; of a release its rigs")
     parser.add_argument("--ablation", action="store_true", help="each number doubled, halved, or its rule off")
     made = trace_ablation.CHANGES
     parser.add_argument("--changes", type=_names(made), default=made, help="of a number in an ablation, like off")
@@ -269,13 +269,17 @@ def release(asked: argparse.Namespace) -> None:
     """Run what is left of the table of a release, and write its page."""
     head, work = commit(*trace_release.KEPT), trace_release.drawn(asked.seed, PAIRS)
     work = [one for one in work if one[1].rig or not asked.rig]
+    named = {(part, case.name) for part, case in work}
     path = trace_release.results_of(asked.results.parent, asked.seed, head)
     if asked.report:
         rows = known_rows(path)
     else:
         rows = study(work, path, asked.jobs, in_time, asked.minutes, examine_with_truth)
+    text = trace_release.section(asked.seed, head, [row for row in rows if (row["part"], row["name"]) in named], work)
+    if asked.rig:  # a part of the table is no table
+        print(text)
+        return
     page = trace_release.PAGE.read_text(encoding="utf-8") if trace_release.PAGE.exists() else ""
-    text = trace_release.section(asked.seed, head, rows, work)
     trace_release.PAGE.write_text(trace_release.written(page, asked.seed, text), encoding="utf-8")
     print(text)
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from identification.estimators.estimate import Estimate
 from identification.tracing import settings
-from identification.tracing.models.comparison import Comparison, compare, fitted_whiteness
+from identification.tracing.models.comparison import Comparison, compare
 from identification.tracing.models.model import Model
 from identification.tracing.refine import CandidateFit, refitted
 from identification.tracing.screen import Score
@@ -42,30 +42,20 @@ NO_TIME = "the budget of time was over before it was fitted"
 def judge(base: Model, fit: CandidateFit) -> Candidate:
     """A candidate refitted to the whole recordings and judged on those held out."""
     effect, refit = fit.effect, refitted(base, fit)
-    before = _held_out_at_best(base)
-    if refit is None or refit.held_out is None or before is None:
+    if refit is None or refit.held_out is None or base.held_out is None:
         return Candidate(effect, fit.gain, fit.score.values, why=NO_SOLUTION)
     fitted = compare(base.estimate, refit.estimate, base.data.fitted)
-    held = compare(before, refit.held_out, base.data.held_out)
+    held = compare(base.held_out, refit.held_out, base.data.held_out)
     values = {name: value for name, value in refit.values.items() if name in fit.score.values}
     shows, significant = fitted.gain > _min_gain(base, base.estimate), _is_significant(base, held)
     clear = fitted.gain > settings.CLEAR_GAIN and held.p_value < settings.LEVEL and not base.data.imposed
-    explains = held.gain > _min_gain(base, before) - settings.MIN_GAIN and (significant or clear)
+    explains = held.gain > _min_gain(base, base.held_out) - settings.MIN_GAIN and (significant or clear)
     why = (
         "gains too little on the fitted recordings" if not shows
         else f"explains held-out data (t = {held.t:.1f})" if explains
         else f"does not explain held-out data (t = {held.t:.1f})"
     )  # fmt: skip
     return Candidate(effect, fitted.gain, values, refit, held, shows and explains, why, doubtful=not significant)
-
-
-def _held_out_at_best(base: Model) -> Estimate | None:
-    """The estimate on the held-out recordings that a candidate has to be better than. Where the motion is imposed,
-    errors that share a part know the parameters less than the fit says: what a base model that is white on the fitted
-    recordings explains once its parameters move within their error, no effect is needed for. A candidate has to
-    predict them.
-    """
-    return base.held_out_within_error if base.data.imposed and fitted_whiteness(base).white else base.held_out
 
 
 def not_refitted(fit: CandidateFit) -> Candidate:

@@ -122,25 +122,33 @@ class Model:
     @functools.cached_property
     def held_out_within_error(self) -> Estimate | None:
         """The estimate on the held-out grids with the parameters moved as far as their error after the fit allows: what
-        that explains is no lack of the model. What the move is against the fit is part of the loss, but where the
-        motion is imposed: there the fitted grids are judged anew (`comparison.py`), since errors that share a part know
-        the parameters less than the fit says.
+        that explains is no lack of the model. What the move is against the fit is part of the loss.
         """
-        if self.held_out is None:
-            return None
+        if self.held_out is None or self.data.imposed:
+            return self.held_out
         learned = (self.estimate.theta, self.estimate.normal.matrix)
         work = replace(self.data, fitted=self.data.held_out).estimator(self.effects, learned=learned, judging=True)
         end = work.refit(self.held_out.theta, self.held_out.paths, settings.STEPS)
         if end is None:
             return self.held_out
-        strain = 0.0 if self.data.imposed else work.coordinates.told(end.theta).cost / end.samples / UNIT_LOSS
+        strain = work.coordinates.told(end.theta).cost / end.samples / UNIT_LOSS
         return min(self.held_out, lean(replace(end, loss=end.loss + strain)), key=lambda one: one.loss)
+
+    @functools.cached_property
+    def fitted_to_all(self) -> Model | None:
+        """Where the motion is imposed: the same effects fitted on to the fitted and the held-out grids at once, with the
+        estimate on each. None without a solution.
+        """
+        together = replace(self.data, fitted=(*self.data.fitted, *self.data.held_out)).estimator(self.effects)
+        end = together.fit(self.estimate.theta, settings.STEPS)
+        fitted = None if end is None else self.data.estimator(self.effects).start(end.theta)
+        return None if fitted is None else Model(self.effects, self.data, lean(fitted))
 
     def error_may_explain(self, excess: float) -> bool:
         """Whether parameters moved within their error may lower the loss on the held-out grids by so much. In damped
-        order other paths may do so as well.
+        order other paths may do so as well, and where the motion is imposed a further fit is cheap.
         """
-        if self.held_out is None or self.data.damped is not None:
+        if self.held_out is None or self.data.damped is not None or self.data.imposed:
             return self.held_out is not None
         known, fitted = self.held_out.normal, self.estimate.normal.matrix
         promise = newton_step(replace(known, matrix=known.matrix + fitted))[1]
