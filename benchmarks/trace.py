@@ -231,7 +231,7 @@ def options(words: Sequence[str] | None = None) -> argparse.Namespace:
     parser.add_argument("--controls", type=int, default=200, help="number of sets without an effect")
     parser.add_argument("--results", type=Path, default=RESULTS, help="file to add to and to go on from")
     parser.add_argument("--jobs", type=int, default=1, help="number of processes")
-    parser.add_argument("--rig", action="store_true", help="recordings of a rig that imposes the motion; of a release its rigs")
+    parser.add_argument("--rig", action="store_true", help="recordings of a rig, of a release its complete rigs")
     parser.add_argument("--ablation", action="store_true", help="each number doubled, halved, or its rule off")
     made = trace_ablation.CHANGES
     parser.add_argument("--changes", type=_names(made), default=made, help="of a number in an ablation, like off")

@@ -10,7 +10,13 @@ import numpy as np
 from identification.data.experiment import Experiment
 from identification.tracing import settings
 from identification.tracing.judge import Candidate
-from identification.tracing.models.comparison import Whiteness, fitted_whiteness, held_out_whiteness, is_white
+from identification.tracing.models.comparison import (
+    Whiteness,
+    fitted_whiteness,
+    held_out_whiteness,
+    held_out_whiteness_as_fitted,
+    is_white,
+)
 from identification.tracing.models.model import Model
 
 BASE_MODEL = "the rest of the fit of the base model"
@@ -68,11 +74,12 @@ def concluded(
 
 def _deserves_name(base: Model, model: Model, effects: int) -> bool:
     """Whether so many effects explain enough of what the base model does not."""
-    before, after = held_out_whiteness(base), held_out_whiteness(model)
     fitted = fitted_whiteness(base), fitted_whiteness(model)
-    if base.data.imposed:
+    if base.data.imposed:  # a further fit to what is held out as well may show that nothing is missing, but no effect
+        before, after = held_out_whiteness_as_fitted(base), held_out_whiteness_as_fitted(model)
         share = settings.EXPLAINED_IMPOSED
         return _explained(before, after, share) and _explained(*fitted, share) and after.loss < np.inf
+    before, after = held_out_whiteness(base), held_out_whiteness(model)
     most = settings.MAX_LOSS_ONE if effects == 1 else settings.MAX_LOSS_SEVERAL
     enough = _explained(before, after, settings.EXPLAINED) and _explained(*fitted, settings.EXPLAINED_FITTED)
     return enough and after.excess < most - settings.COMPLETE_LOSS

@@ -163,12 +163,17 @@ def fitted_whiteness(model: Model) -> Whiteness:
 
 def held_out_whiteness(model: Model) -> Whiteness:
     """The test on the held-out grids; failed where the model has no solution on them."""
-    as_fitted = _held_out_whiteness(model, model.held_out)
+    as_fitted = held_out_whiteness_as_fitted(model)
     if as_fitted.white or not fitted_whiteness(model).white:  # what misses its own data does not know its error
         return as_fitted
     if model.data.imposed:
         return _whiteness_of_all(model) or as_fitted
     return _held_out_whiteness(model, model.held_out_within_error)
+
+
+def held_out_whiteness_as_fitted(model: Model) -> Whiteness:
+    """The test on the held-out grids with the parameters of the fit as they are."""
+    return _held_out_whiteness(model, model.held_out)
 
 
 def _whiteness_of_all(model: Model) -> Whiteness | None:
@@ -179,7 +184,7 @@ def _whiteness_of_all(model: Model) -> Whiteness | None:
     one = model.fitted_to_all
     if one is None or not fitted_whiteness(one).white:
         return None
-    held_out = _held_out_whiteness(one, one.held_out)
+    held_out = held_out_whiteness_as_fitted(one)
     return held_out if held_out.white else None
 
 
@@ -211,5 +216,5 @@ def is_white(model: Model) -> bool:
     """
     if not fitted_whiteness(model).white:
         return False
-    as_fitted = _held_out_whiteness(model, model.held_out)
+    as_fitted = held_out_whiteness_as_fitted(model)
     return as_fitted.white or (model.error_may_explain(as_fitted.excess) and held_out_whiteness(model).white)

@@ -136,8 +136,8 @@ class Model:
 
     @functools.cached_property
     def fitted_to_all(self) -> Model | None:
-        """Where the motion is imposed: the same effects fitted on to the fitted and the held-out grids at once, with the
-        estimate on each. None without a solution.
+        """Where the motion is imposed: the same effects fitted on to the fitted and the held-out grids at once. None
+        without a solution.
         """
         together = replace(self.data, fitted=(*self.data.fitted, *self.data.held_out)).estimator(self.effects)
         end = together.fit(self.estimate.theta, settings.STEPS)
