@@ -14,8 +14,8 @@ from identification.tracing.models.comparison import (
     Whiteness,
     fitted_whiteness,
     held_out_whiteness,
-    held_out_whiteness_as_fitted,
     is_white,
+    whiteness_of_all,
 )
 from identification.tracing.models.model import Model
 
@@ -68,18 +68,19 @@ def concluded(
     some, before, after = tuple(candidates), held_out_whiteness(base), held_out_whiteness(model)
     if added and _deserves_name(base, model, len(added)):
         return Selection(base, model, some, added, same_class, added[0], before, after)
-    verdict = "none" if not added and is_white(base) else "unlisted"
-    return Selection(base, base, some, (), (), verdict, before, before)
+    complete = None if added else before if is_white(base) else whiteness_of_all(base)
+    if complete is not None:
+        return Selection(base, base, some, (), (), "none", complete, complete)
+    return Selection(base, base, some, (), (), "unlisted", before, before)
 
 
 def _deserves_name(base: Model, model: Model, effects: int) -> bool:
     """Whether so many effects explain enough of what the base model does not."""
+    before, after = held_out_whiteness(base), held_out_whiteness(model)
     fitted = fitted_whiteness(base), fitted_whiteness(model)
-    if base.data.imposed:  # a further fit to what is held out as well may show that nothing is missing, but no effect
-        before, after = held_out_whiteness_as_fitted(base), held_out_whiteness_as_fitted(model)
+    if base.data.imposed:
         share = settings.EXPLAINED_IMPOSED
         return _explained(before, after, share) and _explained(*fitted, share) and after.loss < np.inf
-    before, after = held_out_whiteness(base), held_out_whiteness(model)
     most = settings.MAX_LOSS_ONE if effects == 1 else settings.MAX_LOSS_SEVERAL
     enough = _explained(before, after, settings.EXPLAINED) and _explained(*fitted, settings.EXPLAINED_FITTED)
     return enough and after.excess < most - settings.COMPLETE_LOSS

@@ -163,29 +163,10 @@ def fitted_whiteness(model: Model) -> Whiteness:
 
 def held_out_whiteness(model: Model) -> Whiteness:
     """The test on the held-out grids; failed where the model has no solution on them."""
-    as_fitted = held_out_whiteness_as_fitted(model)
+    as_fitted = _held_out_whiteness(model, model.held_out)
     if as_fitted.white or not fitted_whiteness(model).white:  # what misses its own data does not know its error
         return as_fitted
-    if model.data.imposed:
-        return _whiteness_of_all(model) or as_fitted
     return _held_out_whiteness(model, model.held_out_within_error)
-
-
-def held_out_whiteness_as_fitted(model: Model) -> Whiteness:
-    """The test on the held-out grids with the parameters of the fit as they are."""
-    return _held_out_whiteness(model, model.held_out)
-
-
-def _whiteness_of_all(model: Model) -> Whiteness | None:
-    """The test on the held-out grids of a predicted force, where one set of parameters leaves nothing but noise on them
-    and on the fitted ones; None elsewhere. Noise of the motion moves parameters by more than the error that the fit
-    gives them, so how far they move says nothing here.
-    """
-    one = model.fitted_to_all
-    if one is None or not fitted_whiteness(one).white:
-        return None
-    held_out = held_out_whiteness_as_fitted(one)
-    return held_out if held_out.white else None
 
 
 def _held_out_whiteness(model: Model, estimate: Estimate | None) -> Whiteness:
@@ -216,5 +197,14 @@ def is_white(model: Model) -> bool:
     """
     if not fitted_whiteness(model).white:
         return False
-    as_fitted = held_out_whiteness_as_fitted(model)
+    as_fitted = _held_out_whiteness(model, model.held_out)
     return as_fitted.white or (model.error_may_explain(as_fitted.excess) and held_out_whiteness(model).white)
+
+
+def whiteness_of_all(model: Model) -> Whiteness | None:
+    """The test on the held-out grids of a predicted force where one further fit to all grids leaves nothing but noise
+    on the fitted and on the held-out ones; None elsewhere. Noise of the motion moves parameters by more than the error
+    that the fit gives them, so what the fit misses on the held-out grids may be that alone.
+    """
+    one = model.fitted_to_all if model.data.imposed and fitted_whiteness(model).white else None
+    return held_out_whiteness(one) if one is not None and is_white(one) else None

@@ -146,9 +146,9 @@ class Model:
 
     def error_may_explain(self, excess: float) -> bool:
         """Whether parameters moved within their error may lower the loss on the held-out grids by so much. In damped
-        order other paths may do so as well, and where the motion is imposed a further fit is cheap.
+        order other paths may do so as well.
         """
-        if self.held_out is None or self.data.damped is not None or self.data.imposed:
+        if self.held_out is None or self.data.damped is not None:
             return self.held_out is not None
         known, fitted = self.held_out.normal, self.estimate.normal.matrix
         promise = newton_step(replace(known, matrix=known.matrix + fitted))[1]
