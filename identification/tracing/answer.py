@@ -20,7 +20,10 @@ def sentences(
 ) -> list[str]:
     """The answer in words, one sentence each. closed : share of the gap to the noise floor that was closed."""
     effects, out = found.base.data.catalogue, list[str]()
-    if found.verdict == "none":
+    if found.complete_if_fitted_to_all:
+        out.append("Nothing is missing: fitted to all recordings, the model leaves noise of the size that they have.")
+        out.append("The noise of the motion moves its parameters by more than their errors say.")
+    elif found.verdict == "none":
         out.append("Nothing is missing: what the model leaves is noise of the size the recordings have.")
     elif BASE_MODEL in found.not_tried:
         out.append("The time was over before the model without added effects was fitted: what it lacks is not known.")

@@ -60,6 +60,11 @@ class Selection:
         """Whether the held-out recordings alone hold more than noise beside the final model."""
         return fitted_whiteness(self.final).white and not self.after.white
 
+    @property
+    def complete_if_fitted_to_all(self) -> bool:
+        """Whether nothing is missing, but only with parameters that are fitted to the held-out recordings, too."""
+        return self.verdict == "none" and not is_white(self.base)
+
 
 def concluded(
     base: Model, model: Model, added: tuple[str, ...], candidates: Sequence[Candidate], same_class: tuple[str, ...]

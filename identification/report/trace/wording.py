@@ -60,6 +60,8 @@ def chosen(trace: TraceResult) -> Candidate | None:
 
 def _lead(trace: TraceResult) -> str:
     names = [effect_name(effect) for effect in trace.effects_added]
+    if trace.selection.complete_if_fitted_to_all:
+        return "Nothing is missing: fitted to all recordings, the model's errors are no larger than noise."
     if trace.verdict == "none":
         return f"Nothing is missing: on {_judges(trace)}, the model's errors are no larger than noise."
     if not names and trace.selection.only_held_out:

@@ -43,6 +43,7 @@ def test_a_rig_whose_motion_is_noisy_lacks_nothing_if_one_model_explains_all_rec
     fitted, held_out, _ = recordings(Case(204481, rate=100.0, rig=True))
     found, truth = trace(fitted, holdout=held_out), random_valve(204481)[0]
     assert found.verdict == "none"
+    assert "fitted to all recordings" in found.sentences()[0]
     assert found.values["lugre.sigma0"] < 0.7 * truth["lugre.sigma0"]  # the noise makes the bristles softer
 
 
