@@ -10,6 +10,7 @@ from identification.budget import Budget
 from identification.data.close_motion import closely_imposed
 from identification.data.experiment import experiment
 from identification.data.grid import with_smooth_force
+from identification.data.uses import check_used_once
 from identification.estimators.fit import Estimator, fit
 from identification.estimators.order import Order
 from identification.given import plant_constants
@@ -86,6 +87,7 @@ def identify(
         With the outcome's sentence, when no values came out.
     """
     trials = checked_trials(bootstrap)
+    check_used_once(recordings, holdout)
     experiments = recorded = [experiment(r, causality, hold=hold) for r in recordings]
     held = plant_constants(experiments) | dict(given or {})
     time = Budget(budget)

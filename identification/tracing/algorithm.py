@@ -29,6 +29,7 @@ import numpy as np
 
 from identification.budget import Budget
 from identification.data.experiment import Experiment, experiment
+from identification.data.uses import check_used_once
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.feasibility import check_given, obstacle
 from identification.given import plant_constants
@@ -71,6 +72,7 @@ def select(
     """Trace what a base model lacks. Raises BadInput for recordings that cannot be used, NegativeAnswer when the base
     model cannot be fitted at all.
     """
+    check_used_once(recordings, holdout, report_on)
     parts, budget = _parts(recordings, holdout, report_on, hold), budget or Budget()
     known, progress = plant_constants(parts.fitted) | dict(given or {}), budget.told(progress)
     _check(parts.fitted, known, catalogue)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import count
 
 import numpy as np
@@ -18,7 +19,7 @@ from identification.tracing.answer import sentences
 from identification.tracing.candidates import candidates_of_round
 from identification.tracing.judge import NO_TIME
 from identification.tracing.verdict import BASE_MODEL
-from recordings import BadParameter
+from recordings import BadInput, BadParameter, bundled
 
 
 def ticking(calls: int) -> Iterator[float]:
@@ -31,6 +32,21 @@ def budget_of(calls: int) -> Budget:
     """A budget that is over after so many looks at the time."""
     looks = ticking(calls)
     return Budget(100.0, clock=lambda: next(looks))
+
+
+@pytest.mark.parametrize(
+    ("uses", "said"),
+    [
+        ({"holdout": ["sine"]}, "it is fitted and held out; what is fitted does not judge"),
+        ({"report_on": ["sine"]}, "it is fitted and reported on"),
+        ({"holdout": ["mixed"], "report_on": ["mixed"]}, "it is held out and reported on"),
+    ],
+)
+def test_one_measurement_has_one_use_whatever_its_name(uses: dict[str, list[str]], said: str):
+    fitted = [bundled("step"), replace(bundled("sine"), title="of another day")]
+    with pytest.raises(BadInput, match=said) as refused:
+        trace(fitted, **{use: [bundled(name) for name in names] for use, names in uses.items()})
+    assert refused.value.parameter in uses
 
 
 def test_with_no_time_left_the_base_model_is_the_answer():
