@@ -31,7 +31,7 @@ EFFECTS = (None, *(e for e in CATALOGUE.ids if e not in BASE))
 OFF: dict[str, Any] = {
     "REPEATS": 1, "STIFFNESS_GROWTH": math.inf, "AT_LEAST": 1, "GAIN_SHARE": 0.0, "FAR_SHARE": 0.0, "CHANCE_GAIN": 0.0,
     "LEFT_OUT_BLOCKS": 10**9, "MIN_GAIN": 0.0, "SMALL_SHARE": 0.0,
-    "EXPLAINED": 0.0, "EXPLAINED_FITTED": 0.0, "EXPLAINED_IMPOSED": 0.0, "MAX_LOSS_ONE": math.inf,
+    "EXPLAINED": 0.0, "EXPLAINED_FITTED": 0.0, "MAX_LOSS_ONE": math.inf,
     "MAX_LOSS_SEVERAL": math.inf, "CLEAR_GAIN": 0.0, "CLEAR_GAIN_UNRESOLVED": 0.0,
 }  # fmt: skip
 """Values at which the rule of a number is off: it gives nothing up, allows everything, or is never met."""

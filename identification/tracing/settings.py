@@ -83,10 +83,8 @@ EXPLAINED: Final = 0.8
 """Share of the excess loss on the held-out recordings that effects explain at least for one to be named; likewise of
 the gain on chunks of an effect that leaves nothing, for another to be refitted beside it. Tuned."""
 EXPLAINED_FITTED: Final = 0.5
-"""The same on the fitted recordings. Tuned."""
-EXPLAINED_IMPOSED: Final = 0.25
-"""Both shares where the force is predicted from the motion: what a rig's force holds beside a model never comes near
-its noise, and no free run amplifies it; the rest is reported beside the name. Tuned."""
+"""The same on the fitted recordings; on both where the force is predicted from the motion: what a rig's force holds
+beside a model hardly comes near its noise, and no free run amplifies it. Tuned."""
 MAX_LOSS_ONE: Final = 1.25
 """Held-out loss up to which a single effect is named: a share of much may still be much. Tuned."""
 MAX_LOSS_SEVERAL: Final = 1.1

@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from typing import Protocol
 
 from identification.tracing import settings
+from identification.tracing.models.comparison import compare
 from identification.tracing.models.model import Model
 from simulator import CATALOGUE, Catalogue
 
@@ -34,15 +35,17 @@ def swapped(
     catalogue: Catalogue = CATALOGUE,
 ) -> tuple[Model, tuple[str, ...], tuple[str, ...]]:
     """The model and its effects with every effect swapped for the simplest that costs at most `margin` more than the
-    best, and the effects that cannot be told from the first of them. rivals : by effect.
+    best, of those that do not explain what is held out less, and the effects that cannot be told from the first of
+    them. rivals : by effect.
     """
     classes = []
     for effect in added:
         others = {r.effect: r.values for r in rivals.get(effect, ()) if r.effect not in added}
         models = {effect: model}
         for other, values in others.items():
-            found = model.swapped(effect, other, values, min(m.cost for m in models.values()) + margin)
-            if found is not None:
+            most = min(m.cost for m in models.values()) + margin
+            found = model.swapped(effect, other, values, most)
+            if found is not None and found.cost < most and not _explains_less(found, model):
                 models[other] = found
         least = min(m.cost for m in models.values())
         alike = [e for e, m in models.items() if m.cost < least + margin]
@@ -50,6 +53,14 @@ def swapped(
         model, added = models[chosen], tuple(chosen if e == effect else e for e in added)
         classes.append(tuple(e for e in alike if e != chosen))
     return model, added, classes[0]
+
+
+def _explains_less(model: Model, other: Model) -> bool:
+    """Whether a model explains the held-out recordings significantly less than another: it only fits better."""
+    if model.held_out is None or other.held_out is None:
+        return other.held_out is not None
+    lost = compare(model.held_out, other.held_out, other.data.held_out)
+    return lost.gain > settings.MIN_GAIN and lost.p_value < settings.LEVEL
 
 
 def n_free_parameters(effect: str, catalogue: Catalogue) -> int:

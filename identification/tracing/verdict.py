@@ -84,7 +84,7 @@ def _deserves_name(base: Model, model: Model, effects: int) -> bool:
     before, after = held_out_whiteness(base), held_out_whiteness(model)
     fitted = fitted_whiteness(base), fitted_whiteness(model)
     if base.data.imposed:
-        share = settings.EXPLAINED_IMPOSED
+        share = settings.EXPLAINED_FITTED
         return _explained(before, after, share) and _explained(*fitted, share) and after.loss < np.inf
     most = settings.MAX_LOSS_ONE if effects == 1 else settings.MAX_LOSS_SEVERAL
     enough = _explained(before, after, settings.EXPLAINED) and _explained(*fitted, settings.EXPLAINED_FITTED)

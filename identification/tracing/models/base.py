@@ -14,7 +14,7 @@ from identification.estimators.estimate import lean
 from identification.estimators.fit import fit
 from identification.estimators.fitted import Fit, Outcome, held
 from identification.estimators.imposed_motion.fit import fit_imposed_motion
-from identification.estimators.imposed_motion.grid import imposed_grids, showing
+from identification.estimators.imposed_motion.grid import imposed_grids, missed_square, showing
 from identification.estimators.order import Order, swing
 from identification.tracing import settings
 from identification.tracing.models.comparison import is_white
@@ -65,21 +65,30 @@ def _force_predicting(
         float(np.std(u)) or 1.0, catalogue, showing(experiments, catalogue), imposed=True,
     )  # fmt: skip
     model = _weighted(data, valve, first.p)
-    model = _weighted(data, valve, model.coordinates.p(model.estimate.theta))  # the errors depend on the model
+    model = _weighted(data, valve, _p(model))  # the errors depend on the model
+    model = _weighted(data, valve, _p(model), missing=True)  # and what it misses does
+    model = _weighted(data, valve, _p(model), missing=True)
     return min(model, best_model_on_chunks(model) or model, key=lambda m: m.cost)  # candidates have those starts, too
 
 
-def _weighted(data: TrialData, valve: Kernel, p: Array) -> Model:
-    """The base model fitted from parameters p, with the errors that predicted forces have by them."""
-    fitted, others = (
-        tuple(imposed_grids(some, valve, p)) for some in (data.experiments, data.held_out_experiments)
-    )  # fmt: skip
-    data = replace(data, fitted=fitted, held_out=others)
+def _weighted(data: TrialData, valve: Kernel, p: Array, *, missing: bool = False) -> Model:
+    """The base model fitted from parameters p, with the errors that predicted forces have by them. missing : whether
+    these count as one part of what is left, beside what the model misses with p throughout.
+    """
+    fitted, held_out = (imposed_grids(some, valve, p) for some in (data.experiments, data.held_out_experiments))
+    missed = missed_square(fitted, valve, p) if missing else 0.0
+    fitted, held_out = ([grid.beside(missed) for grid in grids] for grids in (fitted, held_out))
+    data = replace(data, fitted=tuple(fitted), held_out=tuple(held_out))
     work = data.estimator(BASE)
     found = work.fit(work.coordinates.theta(p), settings.STEPS)
     if found is None:
         raise NegativeAnswer(Outcome.DIVERGED.value)
     return Model(BASE, data, lean(found))
+
+
+def _p(model: Model) -> Array:
+    """The parameter vector of a model."""
+    return model.coordinates.p(model.estimate.theta)
 
 
 def _going_on(first: Fit, data: TrialData) -> Model:

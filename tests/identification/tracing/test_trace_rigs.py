@@ -11,6 +11,7 @@ from traced_valves import imposed, recorded
 
 from benchmarks.plants.cases import Case
 from benchmarks.plants.recordings import recordings
+from benchmarks.trace_ablation import Short
 from identification import trace
 from recordings import Array, Recording, Signal
 from simulator import Excitation, Sensors, random_valve, simulate
@@ -40,11 +41,23 @@ def test_a_complete_rig_lacks_nothing_and_its_valve_comes_out_right():
 
 
 def test_a_rig_whose_motion_is_noisy_lacks_nothing_if_one_model_explains_all_recordings():
-    fitted, held_out, _ = recordings(Case(204481, rate=100.0, rig=True))
-    found, truth = trace(fitted, holdout=held_out), random_valve(204481)[0]
+    fitted, held_out, _ = recordings(Case(248148, rate=250.0, rig=True))
+    found, truth = trace(fitted, holdout=held_out), random_valve(248148)[0]
     assert found.verdict == "none"
     assert "fitted to all recordings" in found.sentences()[0]
-    assert found.values["lugre.sigma0"] < 0.7 * truth["lugre.sigma0"]  # the noise makes the bristles softer
+    assert 0.8 < found.values["lugre.sigma0"] / truth["lugre.sigma0"] < 0.95  # the noise makes the bristles softer
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [807806, 935220])
+def test_noise_of_the_motion_is_no_effect(seed: int):
+    fitted, held_out, _ = recordings(Case(seed, rig=True))
+    assert trace(fitted, holdout=held_out).verdict == "none"
+
+
+def test_an_effect_that_a_rig_cannot_show_gets_no_other_name():
+    *fitted, held_out = Short(51001, "backlash", rig=True).recordings()
+    assert trace(fitted, holdout=[held_out]).verdict == "unlisted"
 
 
 @pytest.mark.slow

@@ -6,11 +6,25 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from traced_valves import traced
 
 from identification.tracing.classes import one_accepted
 from identification.tracing.swap import swapped
+
+T = np.linspace(0.0, 10.0, 1001)
+"""Times of the held-out recording [s]."""
+
+
+def left(size: float, first: float = 0.0) -> SimpleNamespace:
+    """An estimate on the held-out recording whose innovations have a standard deviation of so many units. first : the
+    first innovation.
+    """
+    innovations = np.random.default_rng(1).normal(0.0, size, (len(T), 2))
+    innovations[0] = first or innovations[0]
+    line = SimpleNamespace(scored=(innovations, np.ones_like(innovations)))
+    return SimpleNamespace(linearised=(line,), tuning=np.inf)
 
 
 @dataclass
@@ -19,6 +33,8 @@ class Fitted:
 
     cost: float
     others: Mapping[tuple[str, str], Fitted | None] = field(default_factory=dict)
+    held_out: SimpleNamespace | None = field(default_factory=lambda: left(1.0))
+    data: SimpleNamespace = field(default_factory=lambda: SimpleNamespace(held_out=(SimpleNamespace(t=T),)))
 
     def swapped(self, effect: str, other: str, _: Mapping[str, float], below: float) -> Fitted | None:
         return self.others[effect, other]
@@ -47,6 +63,20 @@ def test_the_simplest_of_those_that_explain_alike_stays(cost, added, alike):
     assert names == added
     assert same == alike
     assert model is (spring if "hardening_spring" in added else bump)
+
+
+@pytest.mark.parametrize(
+    ("held_out", "stays"),
+    [(left(1.5), False), (left(1.0), True), (left(1.01), True), (left(1.0, first=30.0), True), (None, False)],
+    ids=["explains less", "as well", "by less than counts", "less in one place", "has no solution there"],
+)
+def test_what_only_fits_better_is_not_taken(held_out, stays):
+    spring = Fitted(-1000.0, {("friction_drift", "dwell_stiction"): None}, held_out)
+    bump = Fitted(0.0, {("flow_force", "hardening_spring"): spring, ("friction_drift", "dwell_stiction"): None})
+    tried = {"flow_force": rivals("hardening_spring"), "friction_drift": rivals("dwell_stiction")}
+    model, names, _ = swapped(bump, ADDED, tried, margin=60.0)
+    assert (model is spring) == stays
+    assert ("hardening_spring" in names) == stays
 
 
 def test_an_effect_found_beside_the_first_one_stands_first_where_it_alone_is_left():
