@@ -45,11 +45,8 @@ def candidates_of_round(model: Model, budget: Budget, progress: Progress = silen
 
 def nothing_to_find(model: Model) -> bool:
     """Whether no effect can be worth a fit beside those that a model has, whatever its score. In full order variances
-    make up for some of what is left, so what the position leaves does not bound a gain there. Where the force is
-    predicted, errors of the motion leave what an effect explains by chance, so nothing is missing beside noise.
+    make up for some of what is left, so what the position leaves does not bound a gain there.
     """
-    if model.data.imposed:
-        return is_white(model)
     if model.data.damped is None or most_to_gain(model.estimate) > model.clear_gain:
         return False
     return _leaves_nothing(model)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from identification.estimators.estimate import Estimate
 from identification.tracing import settings
-from identification.tracing.models.comparison import Comparison, compare
+from identification.tracing.models.comparison import Comparison, compare, is_white
 from identification.tracing.models.model import Model
 from identification.tracing.refine import CandidateFit, refitted
 from identification.tracing.screen import Score
@@ -50,12 +50,15 @@ def judge(base: Model, fit: CandidateFit) -> Candidate:
     shows, significant = fitted.gain > _min_gain(base, base.estimate), _is_significant(base, held)
     clear = fitted.gain > settings.CLEAR_GAIN and held.p_value < settings.LEVEL and not base.data.imposed
     explains = held.gain > _min_gain(base, base.held_out) - settings.MIN_GAIN and (significant or clear)
+    needless = base.data.imposed and is_white(base)  # errors of the motion hold what an effect explains by chance
     why = (
-        "gains too little on the fitted recordings" if not shows
+        "nothing but noise is left without it" if needless
+        else "gains too little on the fitted recordings" if not shows
         else f"explains held-out data (t = {held.t:.1f})" if explains
         else f"does not explain held-out data (t = {held.t:.1f})"
     )  # fmt: skip
-    return Candidate(effect, fitted.gain, values, refit, held, shows and explains, why, doubtful=not significant)
+    accepted = shows and explains and not needless
+    return Candidate(effect, fitted.gain, values, refit, held, accepted, why, doubtful=not significant)
 
 
 def not_refitted(fit: CandidateFit) -> Candidate:
