@@ -108,11 +108,11 @@ class ExtendedKalman:
         """The innovations of the filter; None where the model has no solution."""
         return KalmanSmoother().line(kernel, coordinates, grid, p, path, freedom)
 
-    def toward(self, line: Innovations, move: Array | None = None) -> Array:
+    def toward(self, line: Innovations, move: Array | None = None, share: float = 1.0) -> Array:
         """The way to what each sample and those before it say."""
         mean, _, S, E, _, J, K, _, _ = line.smoother
         move = np.zeros(J.shape[2]) if move is None else move
-        return np.asarray(mean + S @ move + np.einsum("kci,kc->ki", K, E - J @ move))
+        return np.asarray(share * mean + S @ move + np.einsum("kci,kc->ki", K, share * E - J @ move))
 
 
 PREDICTORS: dict[str, Predictor] = {"innovations": InnovationForm(), "filter": ExtendedKalman()}

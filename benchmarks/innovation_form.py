@@ -53,10 +53,10 @@ class InnovationForm:
     are the medians of an extended Kalman filter's along the present path, which knows the noise of the force; the
     variance of the errors is their own."""
 
-    def toward(self, line: Innovations, move: Array | None = None) -> Array:
+    def toward(self, line: Innovations, move: Array | None = None, share: float = 1.0) -> Array:
         """The way to the predictor's corrected means."""
         A, S = line.smoother
-        return np.asarray(A if move is None else A + S @ move)
+        return np.asarray(share * A if move is None else share * A + S @ move)
 
     def line(
         self, kernel: Kernel, coordinates: Coordinates, grid: Grid, p: Array, path: Array, freedom: PathFreedom

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -47,7 +48,7 @@ class Innovations:
     by (n, 2, m) : their derivatives by the free coordinates, empty where they are not kept; scored : innovations and
     variances by which an estimate is compared; smoother : what the way back along a filtered path needs
     (`linearised_model.correction`), empty where there is none or it is not kept; totals : their sums, where they came
-    along with them.
+    along with them; library : compiled code that goes the way back, if any.
     """
 
     innovations: Array
@@ -56,6 +57,7 @@ class Innovations:
     scored: tuple[Array, Array]
     smoother: tuple[Array, ...] = ()
     totals: Totals | None = None
+    library: ctypes.CDLL | None = None
 
 
 def costs(innovations: Array, variances: Array, tuning: float = TUNING) -> Array:

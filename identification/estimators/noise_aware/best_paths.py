@@ -290,7 +290,7 @@ class BestPathsNoiseAware(MendedNoiseAware):
         stretch = stretches(self.grids[i])
         best, least, better = path, stretch_costs(self.grids[i], line), np.ones(stretch[-1] + 1, bool)
         for _ in range(steps):
-            step = self.freedom.share * self.predictor.toward(line)
+            step = self.predictor.toward(line, share=self.freedom.share)
             path = np.where(better[stretch][:, None], path + step, best + BACK * (path - best))
             further = self.held.line(i, p, path)
             if further is None:

@@ -1,6 +1,7 @@
-"""A pass of the smoother's filter in C: shots, filter and normal equations of a grid in one go (`pass.c`).
+"""A pass of the smoother's filter in C: shots, filter and normal equations of a grid in one go (`pass.c`), and the way
+back along it.
 
-It answers what `linearised_model.linearise` answers without a C compiler.
+They answer what `linearise` and `smoothed` of `linearised_model.py` answer without a C compiler.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ import ctypes
 import functools
 import itertools
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import resources
 
@@ -48,7 +50,9 @@ GIVEN = _structure(
     "h_max curvature noise_y noise_force intensity_scale runaway tuning outlier",
     "n honest",
 )
-FILLED = _structure("A P S E V J K H F by scored variances gradient matrix totals")
+SMOOTHER = ("A", "P", "S", "E", "V", "J", "K", "H", "F")
+"""What the way back needs of a pass."""
+FILLED = _structure(" ".join((*SMOOTHER, "by scored variances gradient matrix totals")))
 
 
 @functools.cache
@@ -96,9 +100,22 @@ def run(
         return None
     loss_y, loss_u, logs, positions, far = out["totals"].tolist()
     totals = Totals(Normal(loss_y + loss_u, out["gradient"], out["matrix"]), logs, loss_y, int(positions), int(far))
-    smoother = tuple(out[name] for name in ("A", "P", "S", "E", "V", "J", "K", "H", "F"))
+    smoother = tuple(out[name] for name in SMOOTHER)
     measured = out["E"][:, :2], out["V"][:, :2]
-    return Innovations(*measured, out["by"], (out["scored"], out["variances"]), smoother, totals)
+    return Innovations(*measured, out["by"], (out["scored"], out["variances"]), smoother, totals, library)
+
+
+def way_back(
+    library: ctypes.CDLL, smoother: tuple[Array, ...], move: Array | None, share: float, *, adjoints: bool
+) -> tuple[Array, Array | None]:  # fmt: skip
+    """`linearised_model.smoothed`, along what a pass of the same library has kept."""
+    mean = smoother[0]
+    out, gradient = np.empty_like(mean), np.empty_like(mean) if adjoints else None
+    move = None if move is None else np.ascontiguousarray(move, float)
+    kept = FILLED(**_addresses(dict(zip(SMOOTHER, smoother, strict=True))))
+    moved, *ends = map(ctypes.c_void_p, _addresses({"move": move, "out": out, "adjoints": gradient}).values())
+    library.way_back(ctypes.byref(kept), ctypes.c_long(len(mean)), moved, ctypes.c_double(share), *ends)
+    return out, gradient
 
 
 def _together(shapes: dict[str, tuple[int, ...]]) -> tuple[dict[str, Array], dict[str, int | None]]:
@@ -115,5 +132,6 @@ def _together(shapes: dict[str, tuple[int, ...]]) -> tuple[dict[str, Array], dic
     return arrays, addresses
 
 
-def _addresses(arrays: dict[str, Array]) -> dict[str, int | None]:
-    return {name: array.__array_interface__["data"][0] if array.size else None for name, array in arrays.items()}
+def _addresses(arrays: Mapping[str, Array | None]) -> dict[str, int | None]:
+    known = {name: array for name, array in arrays.items() if array is not None and array.size}
+    return dict.fromkeys(arrays) | {name: array.__array_interface__["data"][0] for name, array in known.items()}

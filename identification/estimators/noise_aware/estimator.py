@@ -137,7 +137,7 @@ class NoiseAware:
         model diverges.
         """
         for left in reversed(range(steps)):
-            path = path + self.freedom.share * self.predictor.toward(line)
+            path = path + self.predictor.toward(line, share=self.freedom.share)
             further = (self.held if left else self).line(i, p, path)
             if further is None:
                 return None
@@ -237,13 +237,9 @@ class NoiseAware:
 
     def moved(self, now: Estimate, step: Array) -> list[Array]:
         """The paths moved along with a step of the parameters."""
-        share = self.freedom.share
-
-        def moved(i: int) -> Array:
-            line, way = now.linearised[i], self.predictor.toward(now.linearised[i], step)
-            return now.paths[i] + (way - (1 - share) * self.predictor.toward(line) if step.any() else share * way)
-
-        return each(moved, range(len(self.grids)))
+        move, share = step if step.any() else None, self.freedom.share
+        lines = now.linearised
+        return each(lambda i: now.paths[i] + self.predictor.toward(lines[i], move, share), range(len(self.grids)))
 
     def _estimate(self, theta: Array, paths: tuple[Array, ...], lines: tuple[Innovations, ...]) -> Estimate | None:
         total = prior(self.names, theta).plus(self.coordinates.told(theta))

@@ -21,7 +21,7 @@ from identification.data.force import recursions_text
 from identification.data.grid import Grid
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.estimate import Innovations
-from identification.estimators.noise_aware.compiled_pass import PathNoise, compiled_pass, run
+from identification.estimators.noise_aware.compiled_pass import PathNoise, compiled_pass, run, way_back
 from recordings import Array
 from simulator import Kernel, native_module
 
@@ -68,11 +68,11 @@ def loops() -> ModuleType:
     return native_module("smoother", recursions_text()[0] + text.partition("# The recursions\n")[2])
 
 
-def correction(line: Innovations, move: Array | None = None) -> Array:
+def correction(line: Innovations, move: Array | None = None, share: float = 1.0) -> Array:
     """Where the smoothed path lies (n, n_states) beside that of the linearisation, coordinates moved by (m,) or left
-    where they are.
+    where they are. share : of the way on which they are left there, where not all of it is gone.
     """
-    return _smoothed(line, move)[0]
+    return smoothed(line, move, share)[0]
 
 
 def pull_at_force(line: Innovations, t: Array, m: float) -> Array:
@@ -81,7 +81,8 @@ def pull_at_force(line: Innovations, t: Array, m: float) -> Array:
     """
     if not line.smoother:
         return np.zeros(len(t))
-    return np.asarray(_smoothed(line)[1][:, 1] * np.gradient(t) / m, float)
+    pull = smoothed(line, adjoints=True)[1]
+    return np.zeros(len(t)) if pull is None else np.asarray(pull[:, 1] * np.gradient(t) / m, float)
 
 
 def by_chance(line: Innovations, rng: np.random.Generator) -> Innovations:
@@ -93,15 +94,17 @@ def by_chance(line: Innovations, rng: np.random.Generator) -> Innovations:
     return replace(line, smoother=(mean, P, S, noise, V, *others))
 
 
-def _smoothed(line: Innovations, move: Array | None = None) -> tuple[Array, Array]:
-    """Where the smoothed path lies beside that of the linearisation, and the gradient by the predicted states, both
-    (n, n_states).
-    """
+def smoothed(
+    line: Innovations, move: Array | None = None, share: float = 1.0, *, adjoints: bool = False
+) -> tuple[Array, Array | None]:
+    """The `correction` and, if asked for, the gradient of half the squares by the predicted states, (n, n_states)."""
+    if line.library is not None:
+        return way_back(line.library, line.smoother, move, share, adjoints=adjoints)
     mean, P, S, E, V, J, K, H, F = line.smoother
-    move = np.zeros(J.shape[2]) if move is None else move
-    out, adjoints = np.empty_like(mean), np.empty_like(mean)
-    loops().smoothed(mean, P, S, E, V, J, K, H, F, np.ascontiguousarray(move), out, adjoints)
-    return out, adjoints
+    move = np.zeros(J.shape[2]) if move is None else np.ascontiguousarray(move, float)
+    out, gradient = np.empty_like(mean), np.empty_like(mean)
+    loops().smoothed(share * mean, P, S, share * E, V, J, K, H, F, move, out, gradient)
+    return out, gradient if adjoints else None
 
 
 def first_path(kernel: Kernel, grid: Grid, p: Array, h_max: float = SUB_STEP) -> Array | None:

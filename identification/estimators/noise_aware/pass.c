@@ -248,3 +248,33 @@ int filter_pass(const Given *g, const Filled *out) {
   hand_over(&sums, g, out);
   return 1;
 }
+
+/* The way back: a path beside that of the linearisation, out (n, NS), as `smoothed` of `recursions.py` has it, with the
+   coordinates moved by `move` (M), null where they stay, and with `share` of the way on which they stay; and where
+   adjoints (n, NS) is not null, the gradient of half the sum of squares by the predicted states. */
+void way_back(const Filled *from, long n, const double *move, double share, double *out, double *adjoints) {
+  double adjoint[NS] = {0};
+  for (long k = n - 1; k >= 0; --k) {
+    double before[NS] = {0};
+    for (int j = 0; j < NS && k + 1 < n; ++j)
+      for (int i = 0; i < NS; ++i) before[i] += from->F[(k * NS + j) * NS + i] * adjoint[j];
+    copy(before, adjoint, NS);
+    for (int c = 2; c >= 0; --c) {
+      const long at = 3 * k + c;
+      if (from->V[at] == INFINITY) continue;
+      double e = share * from->E[at];
+      for (int j = 0; j < M && move; ++j) e -= from->J[at * M + j] * move[j];
+      double strength = -e / from->V[at];
+      for (int i = 0; i < NS; ++i) strength -= from->K[at * NS + i] * adjoint[i];
+      if (c == 2) adjoint[1] += strength;
+      else for (int i = 0; i < NS; ++i) adjoint[i] += from->H[(2 * k + c) * NS + i] * strength;
+    }
+    double *to = out + k * NS;
+    for (int i = 0; i < NS; ++i) to[i] = share * from->A[k * NS + i];
+    for (int i = 0; i < NS && move; ++i)
+      for (int j = 0; j < M; ++j) to[i] += from->S[(k * NS + i) * M + j] * move[j];
+    for (int j = 0; j < NS; ++j)
+      for (int i = 0; i < NS; ++i) to[i] -= from->P[(k * NS + j) * NS + i] * adjoint[j];
+    if (adjoints) copy(adjoint, adjoints + k * NS, NS);
+  }
+}

@@ -20,9 +20,9 @@ class Predictor(Protocol):
     ) -> Innovations | None:
         """The innovations of a grid along a path (n, n_states) at parameters p; None where the model has none."""
 
-    def toward(self, line: Innovations, move: Array | None = None) -> Array:
+    def toward(self, line: Innovations, move: Array | None = None, share: float = 1.0) -> Array:
         """The way (n, n_states) to the path about which it is linearised next, with the coordinates moved by (m,), or
-        left where they are.
+        left where they are. share : of the way on which they are left there, where not all of it is gone.
         """
 
 
@@ -35,9 +35,9 @@ class KalmanSmoother:
         """The innovations of the filter; None where the model has no solution."""
         return linearise(kernel, coordinates, grid, p, path, freedom)
 
-    def toward(self, line: Innovations, move: Array | None = None) -> Array:
+    def toward(self, line: Innovations, move: Array | None = None, share: float = 1.0) -> Array:
         """The way (n, n_states) to the smoothed path, with the coordinates moved by (m,), or left where they are."""
-        return correction(line, move)
+        return correction(line, move, share)
 
 
 KALMAN_SMOOTHER = KalmanSmoother()

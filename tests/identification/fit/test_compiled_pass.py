@@ -20,6 +20,7 @@ from identification.estimators.noise_aware.linearised_model import (
     first_path,
     linearise,
     linearise_in_parts,
+    smoothed,
 )
 from recordings import Array
 from simulator import BASE, Excitation, Kernel, Sensors, kernel, random_valve, simulate
@@ -117,6 +118,29 @@ def test_with_nothing_free_it_leads_to_the_same_path(passed):
     assert held.by.shape == (*found.innovations.shape, 0)
     for one, other in zip((*held.scored, correction(held)), (*found.scored, correction(found)), strict=True):
         assert_allclose(one, other, rtol=1e-10, atol=1e-10 * np.abs(other[np.isfinite(other)]).max())
+
+
+@pytest.mark.parametrize("added", EFFECTS.values(), ids=EFFECTS)
+@pytest.mark.parametrize("share", [1.0, 0.6])
+@pytest.mark.parametrize("moved", [False, True], ids=["left", "moved"])
+def test_the_way_back_is_the_same(added, share, moved):
+    arguments = case(with_error(*added), grid())
+    line = linearise(*arguments, FREEDOM)
+    move = 1e-3 * np.random.default_rng(0).standard_normal(line.by.shape[2]) if moved else None
+    found, expected = (smoothed(one, move, share, adjoints=True) for one in (line, replace(line, library=None)))
+    for one, other in zip(found, expected, strict=True):
+        size = np.maximum(np.abs(other).max(axis=0), 1e-12)
+        assert_allclose(one / size, other / size, rtol=0, atol=1e-9)
+    assert smoothed(line, move, share)[1] is None
+
+
+def test_a_share_of_the_way_counts_where_the_parameters_stay():
+    line = linearise(*case(with_error("backlash"), grid()), FREEDOM)
+    move = 1e-3 * np.random.default_rng(0).standard_normal(line.by.shape[2])
+    whole, stays = correction(line, move), correction(line)
+    for share in (0.0, 0.6):
+        expected = whole - (1 - share) * stays
+        assert_allclose(correction(line, move, share), expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())
 
 
 def test_nothing_was_measured_at_nodes_between_samples():
