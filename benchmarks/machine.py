@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import datetime
 import os
 import platform
 import subprocess
+from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
 
@@ -20,12 +22,21 @@ def machine(*libraries: str) -> str:
     return f"{model}, {os.cpu_count()} cores, Python {platform.python_version()}, {versions}"
 
 
-def commit(*kept: str) -> str:
-    """The commit that is measured; a tree with changes is said to be one. kept : files that measuring itself writes."""
+def today() -> str:
+    """The date of a measurement, UTC."""
+    return datetime.datetime.now(datetime.UTC).date().isoformat()
+
+
+def commit(measured: Sequence[str] = (), kept: Sequence[str] = ()) -> str:
+    """The commit that is measured; a tree with changes is said to be one.
+
+    measured : folders and files that say what comes out, by default all: the last commit that changed any of them;
+    kept : those among them that measuring itself writes.
+    """
 
     def git(*words: str) -> str:
         return subprocess.run(["git", *words], capture_output=True, text=True, check=True).stdout.strip()
 
-    return git("rev-parse", "HEAD") + (
-        " with changes" if git("status", "--porcelain", "-uno", "--", ":/", *(f":!/{name}" for name in kept)) else ""
-    )
+    paths = *(f":/{name}" for name in measured or ("",)), *(f":!/{name}" for name in kept)
+    changed = git("status", "--porcelain", "-uno", "--", *paths)
+    return git("log", "-1", "--format=%H", "--", *paths) + (" with changes" if changed else "")

@@ -33,15 +33,17 @@ import time
 import traceback
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 import numpy as np
 from scipy.signal import savgol_filter
 
 from benchmarks import trace_ablation, trace_release
-from benchmarks.machine import commit, machine
+from benchmarks.machine import commit, machine, today
 from benchmarks.plants.cases import COURSE, Case, force_course
 from benchmarks.plants.effects import HELD, KNOWN, OUTSIDE, SAME, Valve, fields_of
 from benchmarks.plants.integration import integrate
@@ -50,6 +52,7 @@ from benchmarks.plants.strengths import MULTIPLES, reached
 from benchmarks.trace_release import SLOW, good
 from benchmarks.trace_report import PARTS, Row, report, scored
 from benchmarks.trace_truth import gain_of_truth, has_truth
+from identification.estimators import KalmanSmoother
 from recordings import Recording
 
 VALVES = (101, 102, 103)
@@ -105,9 +108,10 @@ def examine(part: str, case: Case, tracer: Tracer | None = None) -> Row:
         from identification import trace as tracer
     fitted, held_out, strengths = recordings(case)
     row: Row = {"part": part, "name": case.name, **asdict(case), "strengths": strengths, "reached": reached(case)}
-    clock, processor = time.perf_counter(), time.process_time()
+    clock, processor, nodes = time.perf_counter(), time.process_time(), list[int]()
     try:
-        found = tracer(fitted, holdout=held_out, **known(case))
+        with nodes_of_passes(nodes):
+            found = tracer(fitted, holdout=held_out, **known(case))
         row |= {
             "verdict": found.verdict, "complete": found.complete,
             "added": list(found.effects_added), "same_class": list(found.same_class),
@@ -119,13 +123,28 @@ def examine(part: str, case: Case, tracer: Tracer | None = None) -> Row:
                 "where": traceback.format_exc()[-600:]}  # fmt: skip
     row |= {"seconds": time.perf_counter() - clock, "processor": time.process_time() - processor,
             "true": true_error(case, held_out[0], strengths), "samples": sum(map(len, fitted)),
+            "passes": sum(nodes) / sum(map(len, fitted)),
             "peak_MB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024}  # fmt: skip
     return row
 
 
-def examine_with_truth(part: str, case: Case, tracer: Tracer | None = None) -> Row:
-    """The same, and where it missed what the catalogue has, what the truth gains."""
-    row = examine(part, case, tracer)
+@contextmanager
+def nodes_of_passes(nodes: list[int]) -> Iterator[None]:
+    """Inside, the number of nodes of every pass of the noise-aware estimator is noted."""
+    line = KalmanSmoother.line
+
+    def noted(self: KalmanSmoother, kernel: Any, coordinates: Any, grid: Any, p: Any, path: Any, freedom: Any) -> Any:
+        nodes.append(len(path))
+        return line(self, kernel, coordinates, grid, p, path, freedom)
+
+    with mock.patch.object(KalmanSmoother, "line", noted):
+        yield
+
+
+def examine_for_release(part: str, case: Case, tracer: Tracer | None = None) -> Row:
+    """The same without what was tried, and where it missed what the catalogue has, with what the truth gains."""
+    row = examine(part, case, tracer) | {"where_run": f"{today()}, {machine('casadi', 'numba', 'numpy', 'scipy')}"}
+    row.pop("tried", None)
     if not good(row) and has_truth(case):
         row["gain_of_truth"] = gain_of_truth(case, **known(case))
     return row
@@ -267,14 +286,15 @@ def in_time(*given: Any, **options: Any) -> Any:
 
 def release(asked: argparse.Namespace) -> None:
     """Run what is left of the table of a release, and write its page."""
-    head, work = commit(*trace_release.KEPT), trace_release.drawn(asked.seed, PAIRS)
+    head = commit(trace_release.MEASURED, trace_release.KEPT)
+    work = trace_release.drawn(asked.seed, PAIRS)
     work = [one for one in work if one[1].rig or not asked.rig]
     named = {(part, case.name) for part, case in work}
-    path = trace_release.results_of(asked.results.parent, asked.seed, head)
+    path = trace_release.results_of(asked.seed, head)
     if asked.report:
         rows = known_rows(path)
     else:
-        rows = study(work, path, asked.jobs, in_time, asked.minutes, examine_with_truth)
+        rows = study(work, path, asked.jobs, in_time, asked.minutes, examine_for_release)
     text = trace_release.section(asked.seed, head, [row for row in rows if (row["part"], row["name"]) in named], work)
     if asked.rig:  # a part of the table is no table
         print(text)

@@ -2,12 +2,12 @@
 
 `python -m benchmarks.trace --release --seed S` runs what is left of it, `--minutes M` until so much processor time was
 spent. Cases are in an order drawn by the seed in which every kind has its turn, so that a table that was not finished
-is a fair sample of the whole. A further commit or seed begins a table of its own; the page keeps those of other seeds.
+is a fair sample of the whole. The finished cases are in `benchmarks/releases`, so that a table goes on in any clone. A
+further seed, or a commit that changes what is measured, begins a table of its own; the page keeps those of other seeds.
 """
 
 from __future__ import annotations
 
-import datetime
 import itertools
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
@@ -15,15 +15,18 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.machine import machine
 from benchmarks.plants.cases import Case
 from benchmarks.plants.effects import OUTSIDE, SAME
 from benchmarks.trace_report import Row, scored
 from identification import trace_settings as settings
 
 PAGE = Path("docs/studies/trace-release.md")
-KEPT = (str(PAGE), "benchmarks/plants/strengths.json")
-"""Files that a release itself writes: its page, and the strengths that it had to find."""
+ROWS = Path("benchmarks/releases")
+"""The finished cases, a file for every seed and commit."""
+MEASURED = ("identification", "recordings", "simulator", "benchmarks", "constraints.txt")
+"""What says how a case comes out."""
+KEPT = (str(ROWS), "benchmarks/plants/strengths.json")
+"""What a release itself writes of it: the cases, and the strengths that it had to find."""
 STRENGTHS = (1.5, 3.0, 6.0, 12.0)
 VALVES, CONTROLS, OUTSIDERS, RIGS = 3, 200, 20, 20
 """Valves of every effect and strength; sets without an effect, and with one that no catalogue has; complete rigs."""
@@ -127,13 +130,14 @@ def _remark(row: Row) -> str:
 
 def section(seed: int, head: str, rows: Sequence[Row], work: Sequence[Work]) -> str:
     """The part of the page that one seed has."""
-    today, host = datetime.datetime.now(datetime.UTC).date(), machine("casadi", "numba", "numpy", "scipy")
-    about = f"Commit {head}, {today}; {host}."
+    about = f"Commit {head}; {'; '.join(dict.fromkeys(row['where_run'] for row in rows)) or 'nothing was run'}."
     if rows:
-        processor, peak = [row["processor"] for row in rows], max(row["peak_MB"] for row in rows)
+        processor, passes = ([row[item] for row in rows] for item in ("processor", "passes"))
+        peak = max(row["peak_MB"] for row in rows)
         about += (
             f" Processor time of a case: median {np.median(processor):.0f} s, nine in ten"
-            f" {np.quantile(processor, 0.9):.0f} s, most {max(processor):.0f} s; memory up to {peak:.0f} MB."
+            f" {np.quantile(processor, 0.9):.0f} s, most {max(processor):.0f} s; passes over all samples: median"
+            f" {np.median(passes):.0f}, most {max(passes):.0f}; memory up to {peak:.0f} MB."
         )
         late = sum(not row.get("complete", True) for row in rows)
         about += f" The budget of {BUDGET:.0f} s of the clock was over in {late} of {len(rows)}." if late else ""
@@ -149,6 +153,6 @@ def written(page: str, seed: int, text: str) -> str:
     return "\n## Seed ".join([HEAD.rstrip() + "\n", *kept, text.removeprefix("## Seed ")])
 
 
-def results_of(folder: Path, seed: int, head: str) -> Path:
+def results_of(seed: int, head: str) -> Path:
     """Where the finished cases of a seed and a commit are kept."""
-    return folder / f"trace-release-{seed}-{head[:12].replace(' ', '-')}.jsonl"
+    return ROWS / f"{seed}-{head[:12]}{'-with-changes' if ' ' in head else ''}.jsonl"

@@ -122,6 +122,7 @@ def errors(rows: Sequence[Row]) -> None:
 def costs(rows: Sequence[Row]) -> None:
     """Times and memory."""
     print(f"\na trace, {np.median([row['samples'] for row in rows]):.0f} samples fitted: median, 90 %, longest")
-    for key, what in (("seconds", "clock [s]"), ("processor", "processor [s]"), ("peak_MB", "peak memory [MB]")):
+    for key, what in (("seconds", "clock [s]"), ("processor", "processor [s]"), ("passes", "passes over all samples"),
+                      ("peak_MB", "peak memory [MB]")):  # fmt: skip
         values = [row[key] for row in rows]
         print(f"  {what}: {np.median(values):.1f}, {np.quantile(values, 0.9):.1f}, {max(values):.1f}")

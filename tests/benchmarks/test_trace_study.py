@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import subprocess
 from pathlib import Path
@@ -22,6 +23,7 @@ from benchmarks.trace_report import ABSENT
 from benchmarks.trace_truth import has_truth
 from identification import noise_std
 from identification import trace_settings as settings
+from simulator import BASE
 
 
 @pytest.fixture(autouse=True)
@@ -128,7 +130,7 @@ def test_the_truth_of_what_was_missed_gains_what_the_recordings_show(
     """An effect of no strength gains nothing: its own parameters are hardly better than those that were fitted."""
     monkeypatch.setattr(cases, "SECONDS", {"staircase": 8.0, "sine": 8.0, "multisine": 6.0})
     work = [("single", Case(3, ("hardening_spring",), strength)) for strength in (0.0, 3.0)]
-    rows = study.study(work, tmp_path / "rows.jsonl", 1, _absent, examiner=study.examine_with_truth)
+    rows = study.study(work, tmp_path / "rows.jsonl", 1, _absent, examiner=study.examine_for_release)
     nothing, some = (row["gain_of_truth"] for row in rows)
     assert abs(nothing) < settings.MIN_GAIN
     assert some > 10 * settings.MIN_GAIN
@@ -166,7 +168,10 @@ def test_a_release_stops_in_time_and_its_page_tells_the_misses(tmp_path: Path) -
     work = [(part, case) for part, case in trace_release.drawn(5, study.PAIRS) if part == "controls"][:3]
     rows = study.study(work, tmp_path / "rows.jsonl", 1, lambda fitted, *, holdout: answer("unlisted"), minutes=0.0)
     assert [row["name"] for row in rows] == [work[0][1].name]
+    rows[0] |= {"where_run": "day 1, a machine"}
     section = trace_release.section(5, "abc", rows, work)
+    assert "Commit abc; day 1, a machine. Processor time" in section
+    assert "passes over all samples: median 0, most 0" in section
     assert "| 1 of " in section
     assert f"- controls {work[0][1].name}: unlisted" in section
     assert "budget" not in section
@@ -231,6 +236,15 @@ def test_every_part_has_its_cases() -> None:
     assert len({*names}) == len(names)
 
 
+def test_passes_of_the_estimator_are_counted_by_their_nodes() -> None:
+    by, theta = importlib.import_module("benchmarks.pass").estimator(BASE, damped=False, seconds=2.0)
+    nodes: list[int] = []
+    with study.nodes_of_passes(nodes):
+        assert by.start(theta, steps=2) is not None
+    assert by.start(theta, steps=2) is not None
+    assert nodes == 3 * [len(by.grids[0].t)]
+
+
 def test_what_has_to_be_known_is_given() -> None:
     seen = {}
 
@@ -283,8 +297,12 @@ def test_what_measuring_itself_writes_is_no_change_of_the_tree(tmp_path: Path, m
     author = ("-c", "user.name=test", "-c", "user.email=test@localhost")
     for words in (("init", "-q"), ("add", "."), (*author, "commit", "-q", "-m", "first")):
         subprocess.run(["git", *words], check=True)
+    first = commit()
     (tmp_path / "page.md").write_text("second\n")
-    assert commit().endswith("with changes")
-    assert not commit("page.md").endswith("with changes")
+    assert commit() == f"{first} with changes"
+    assert commit(kept=["page.md"]) == commit(["method.py"]) == first
+    subprocess.run(["git", *author, "commit", "-qam", "the page"], check=True)
+    assert commit() != first
+    assert commit(kept=["page.md"]) == commit(["method.py"]) == first
     (tmp_path / "method.py").write_text("second\n")
-    assert commit("page.md").endswith("with changes")
+    assert commit(kept=["page.md"]).endswith("with changes")
