@@ -16,8 +16,13 @@ USES = {"fitted": None, "held out": "holdout", "reported on": "report_on"}
 def check_used_once(
     recordings: Sequence[Recording], holdout: Sequence[Recording] = (), report_on: Sequence[Recording] = ()
 ) -> None:
-    """Raise BadInput where one measurement has two uses, by whatever name."""
-    groups = zip(USES, (recordings, holdout, report_on), strict=True)
+    """Raise BadInput where one measurement has two uses, or is given twice for one, by whatever name."""
+    groups = tuple(zip(USES, (recordings, holdout, report_on), strict=True))
+    for use, some in groups:
+        for one, other in combinations(some, 2):
+            if _same(one, other):
+                remedy = "it would count twice: give every recording once"
+                raise BadInput(other.label, f"it is {use} twice", remedy, parameter=USES[use])
     for (first, some), (second, others) in combinations(groups, 2):
         for one, other in product(some, others):
             if _same(one, other):

@@ -11,7 +11,7 @@ import pytest
 from stiff_valves import stem_test
 from traced_valves import recorded, traced, traced_imposed
 
-from identification import Outcome, trace
+from identification import Outcome, identify, trace
 from identification.budget import Budget
 from identification.tracing import settings
 from identification.tracing.algorithm import forward_selection, select
@@ -47,6 +47,15 @@ def test_one_measurement_has_one_use_whatever_its_name(uses: dict[str, list[str]
     with pytest.raises(BadInput, match=said) as refused:
         trace(fitted, **{use: [bundled(name) for name in names] for use, names in uses.items()})
     assert refused.value.parameter in uses
+
+
+def test_one_measurement_counts_once():
+    once = bundled("step")
+    for uses in ({"holdout": [once, once]}, {"report_on": [once, once]}):
+        with pytest.raises(BadInput, match="twice; it would count twice"):
+            trace([bundled("sine")], **uses)
+    with pytest.raises(BadInput, match="it is fitted twice"):
+        identify([once, bundled("sine"), replace(once, title="of another day")])
 
 
 def test_with_no_time_left_the_base_model_is_the_answer():
