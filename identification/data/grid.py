@@ -25,7 +25,7 @@ WIDEST_NODES = 5e-3
 class Grid:
     """A segment on the nodes of its path. t (n,) [s]; y (n,) [m] and u (n,) [N] measured, NaN at nodes between
     samples; force : what the recording alone says of it; noise_y [m]; motion (n, 3): smoothed x [m] and v [m/s], and v
-    behind a dead zone at the level of the noise; lead : of a part, what comes before it, up to its first node.
+    behind a dead zone at the level of the noise; lead : of a part, what comes before it.
     """
 
     t: Array
@@ -34,7 +34,7 @@ class Grid:
     force: Force
     noise_y: float
     motion: Array
-    lead: Grid | None = None
+    lead: Lead | None = None
 
     @classmethod
     def of(cls, segment: Segment, noise_y: float, noise_u: float) -> Grid:
@@ -51,6 +51,11 @@ class Grid:
         seen = np.isfinite(self.u)
         found = smoother_force(self.t[seen], self.u[seen], self.force)
         return self.force.u if found is None else np.interp(self.t, self.t[seen], found)
+
+    @functools.cached_property
+    def latest_path(self) -> dict[str, tuple[object, bytes, Array | None]]:
+        """The latest path along the smoothed motion, with its kernel and parameters: all parts begin on it."""
+        return {}
 
     def with_local_smoothing(self) -> Grid:
         """The same grid with position and velocity of its motion smoothed as the force is: over a second where little
@@ -72,7 +77,7 @@ class Grid:
         f, s = self.force, slice(first, last)
         force = Force(f.u[s], f.slope[s], f.std[s], f.intensity[first : last - 1], f.noise, f.likelihood)
         t, motion = np.ascontiguousarray(self.t[s]), np.ascontiguousarray(self.motion[s])
-        lead = self.part(0, first + 1) if first else self.lead
+        lead = Lead(self, first) if first else self.lead
         return Grid(t, self.y[s], self.u[s], force, self.noise_y, motion, lead)
 
     def divided(self, between: int) -> Grid:
@@ -94,6 +99,19 @@ class Grid:
         )  # fmt: skip
         motion = np.column_stack([np.interp(t, self.t, column) for column in self.motion.T])
         return Grid(t, spread(self.y), spread(self.u), force, self.noise_y, motion, self.lead)
+
+
+@dataclass(frozen=True)
+class Lead:
+    """What comes before a part of a grid. whole : the grid; first : its node at which the part begins."""
+
+    whole: Grid
+    first: int
+
+    @functools.cached_property
+    def grid(self) -> Grid:
+        """The nodes up to the first one of the part."""
+        return self.whole.part(0, self.first + 1)
 
 
 def grids(experiments: Sequence[Experiment]) -> list[Grid]:

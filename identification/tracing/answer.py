@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from identification.sparse_regression.crosscheck import Crosscheck
+from identification.tracing import settings
 from identification.tracing.crosscheck import SecondOpinion
 from identification.tracing.judge import Candidate
 from identification.tracing.residual import ResidualDescription
-from identification.tracing.settings import COMPLETE_LOSS
 from identification.tracing.verdict import BASE_MODEL, Selection
 
 
@@ -68,7 +68,7 @@ def _nearest(found: Selection) -> list[str]:
     effect, loss = next(accepted, ("", np.inf))
     if before.excess <= 0 or loss >= before.loss:
         return []
-    share = 1 - max(loss - COMPLETE_LOSS, 0.0) / before.excess
+    share = 1 - max(loss - settings.COMPLETE_LOSS, 0.0) / before.excess
     sentence = found.base.data.catalogue[effect].sentence
     return [
         f"{effect} comes nearest ({sentence}): it explains {100 * share:.0f} % of what the "

@@ -41,7 +41,7 @@ NO_TIME = "the budget of time was over before it was fitted"
 
 def judge(base: Model, fit: CandidateFit) -> Candidate:
     """A candidate refitted to the whole recordings and judged on those held out."""
-    effect, refit = fit.effect, refitted(base, fit)
+    effect, refit = fit.effect, refitted(base, fit, settings.MIN_GAIN)
     if refit is None or refit.held_out is None or base.held_out is None:
         return Candidate(effect, fit.gain, fit.score.values, why=NO_SOLUTION)
     fitted = compare(base.estimate, refit.estimate, base.data.fitted)

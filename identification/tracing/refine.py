@@ -150,7 +150,7 @@ def _enough_on_chunks(base: Model, best_gain: float, complete: bool) -> float:
     return max(_near(base, best_gain, little, complete), little)
 
 
-def refitted(base: Model, fit: CandidateFit, least: float = settings.MIN_GAIN) -> Model | None:
+def refitted(base: Model, fit: CandidateFit, least: float) -> Model | None:
     """The best refit of a candidate to the whole recordings: on chunks a worse end may look better. Each goes on while
     it may gain more than the others, and more than `least`. The one on the base model's paths is enough where it gains
     what chunks promise for the whole and leaves nothing.

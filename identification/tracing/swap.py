@@ -31,14 +31,13 @@ def swapped(
     model: Model,
     added: tuple[str, ...],
     rivals: Mapping[str, Sequence[Rival]],
-    margin: float = settings.MIN_GAIN,
     catalogue: Catalogue = CATALOGUE,
 ) -> tuple[Model, tuple[str, ...], tuple[str, ...]]:
-    """The model and its effects with every effect swapped for the simplest that costs at most `margin` more than the
+    """The model and its effects with every effect swapped for the simplest that costs at most `MIN_GAIN` more than the
     best, of those that do not explain what is held out less, and the effects that cannot be told from the first of
     them. rivals : by effect.
     """
-    classes = []
+    classes, margin = [], settings.MIN_GAIN
     for effect in added:
         others = {r.effect: r.values for r in rivals.get(effect, ()) if r.effect not in added}
         models = {effect: model}

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.data.force import recursions_text
-from identification.data.grid import Grid
+from identification.data.grid import Grid, Lead
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.estimate import Innovations
 from identification.estimators.noise_aware.compiled_pass import PathNoise, compiled_pass, run, way_back
@@ -122,9 +122,9 @@ def first_path(kernel: Kernel, grid: Grid, p: Array, h_max: float = SUB_STEP) ->
     deflection = max(value["lugre.fc"], value["lugre.fs"]) / value["lugre.sigma0"]  # a valve may rest near break-away
     held = grid.force.u[0] - value["spring.K"] * path[0, 0] - value["spring.F0"]
     path[0, kernel.states.index("lugre.z")] = np.clip(held / value["lugre.sigma0"], -deflection, deflection)
-    before = None if grid.lead is None else first_path(kernel, grid.lead, p, LEAD)
+    before = None if grid.lead is None else _path_before(kernel, grid.lead, p)
     if before is not None:
-        path[0, 2:-2] = before[-1, 2:-2]
+        path[0, 2:-2] = before[2:-2]
     read = ran_along(kernel, grid.t, grid.force.u, p, path, h_max)
     if read is None:
         return None
@@ -133,6 +133,18 @@ def first_path(kernel: Kernel, grid: Grid, p: Array, h_max: float = SUB_STEP) ->
         path[:, 0] += late
         read = ran_along(kernel, grid.t, grid.force.u, p, path, h_max)
     return None if read is None else path
+
+
+def _path_before(kernel: Kernel, lead: Lead, p: Array) -> Array | None:
+    """The state (n_states,) on a first path at the end of a lead; None where that has no solution. The path is made
+    once for all parts of a grid.
+    """
+    known, key = lead.whole.latest_path, p.tobytes()
+    of, at, path = known.get("path", (None, b"", None))
+    if of is not kernel or at != key:
+        path = first_path(kernel, lead.whole, p, LEAD)
+        known["path"] = kernel, key, path
+    return None if path is None else np.asarray(path[lead.first], float)
 
 
 def ran_along(

@@ -27,7 +27,7 @@ def set_back_path(kernel: Kernel, grid: Grid, p: Array, h_max: float, first: Arr
     """The path (n, n_states) of a run of the model under the smoothed force that is set back to the smoothed motion,
     from a first path. None without a solution.
     """
-    since = None if grid.lead is None else _since_last_rest(kernel, grid.lead, p, first[0], h_max)
+    since = None if grid.lead is None else _since_last_rest(kernel, grid.lead.grid, p, first[0], h_max)
     path = first.copy()
     path[:, -2] = grid.force.u
     known = Rests.of(kernel, grid, p)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.stats import norm, ttest_1samp
@@ -64,7 +64,7 @@ class Whiteness:
     p_value: float
     loss: float
     outliers: float
-    complete: float = settings.COMPLETE_LOSS
+    complete: float = field(default_factory=lambda: settings.COMPLETE_LOSS)
 
     @property
     def excess(self) -> float:

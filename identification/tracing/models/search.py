@@ -21,9 +21,6 @@ from identification.tracing.models.promise import may_reach
 from identification.tracing.models.usual_values import usual_values
 from recordings import Array
 
-FIRST_STEPS = settings.STEPS // 3
-"""Steps after which starts are compared: bad ones show by then."""
-
 SHARES = (1.0, 0.4)
 """Shares of a guess at which fits start. Beside a play much wider than the plant's the valve slips elsewhere, and fits
 then end where it vanishes.
@@ -77,7 +74,7 @@ def continued(fits: Sequence[Model], least: float = np.inf, *, clearly: bool = F
             ends.append(fit)
             continue
         work = fit.data.estimator(fit.effects, coarse=True, worth=settings.CHANCE_GAIN)
-        taken = FIRST_STEPS if fit.data.damped is None else 0
+        taken = _first_steps() if fit.data.damped is None else 0
         end = work.further(fit.estimate, settings.STEPS - taken, lambda now: not may_reach(now, least))
         ends.append(replace(fit, estimate=lean(end)))
     return sorted(ends, key=lambda end: end.cost)
@@ -97,5 +94,10 @@ def _between(off: Mapping[str, float], guess: Mapping[str, float], share: float)
 
 def _started(work: PathEstimator, starts: Sequence[Array]) -> list[Estimate]:
     """First fits from some starting values, best first."""
-    fits = [work.first(start, FIRST_STEPS) for start in starts]
+    fits = [work.first(start, _first_steps()) for start in starts]
     return sorted((fit for fit in fits if fit is not None), key=lambda fit: fit.cost)
+
+
+def _first_steps() -> int:
+    """Steps after which starts are compared: bad ones show by then."""
+    return settings.STEPS // 3

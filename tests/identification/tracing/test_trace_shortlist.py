@@ -58,8 +58,8 @@ def test_what_leaves_nothing_on_the_base_models_paths_is_not_refitted_on_others(
     for near, enough in ((whole, True), (short, False)):
         promised = gain_of(base, near) * base.data.chunk_share
         less, more = (CandidateFit(spring, (whole,), factor * promised, near) for factor in (0.9, 1.1))
-        assert (refitted(base, less) is near) == enough
-        assert gain_of(base, refitted(base, more)) >= gain_of(base, near)
+        assert (refitted(base, less, MIN_GAIN) is near) == enough
+        assert gain_of(base, refitted(base, more, MIN_GAIN)) >= gain_of(base, near)
 
 
 def test_what_promises_nothing_is_not_begun_on_the_base_models_paths(monkeypatch):

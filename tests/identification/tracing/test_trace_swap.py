@@ -59,7 +59,7 @@ def test_the_simplest_of_those_that_explain_alike_stays(cost, added, alike):
     spring = Fitted(cost, {("friction_drift", "dwell_stiction"): None})
     bump = Fitted(0.0, {("flow_force", "hardening_spring"): spring, ("friction_drift", "dwell_stiction"): None})
     tried = {"flow_force": rivals("hardening_spring", "friction_drift"), "friction_drift": rivals("dwell_stiction")}
-    model, names, same = swapped(bump, ADDED, tried, margin=60.0)
+    model, names, same = swapped(bump, ADDED, tried)
     assert names == added
     assert same == alike
     assert model is (spring if "hardening_spring" in added else bump)
@@ -74,7 +74,7 @@ def test_what_only_fits_better_is_not_taken(held_out, stays):
     spring = Fitted(-1000.0, {("friction_drift", "dwell_stiction"): None}, held_out)
     bump = Fitted(0.0, {("flow_force", "hardening_spring"): spring, ("friction_drift", "dwell_stiction"): None})
     tried = {"flow_force": rivals("hardening_spring"), "friction_drift": rivals("dwell_stiction")}
-    model, names, _ = swapped(bump, ADDED, tried, margin=60.0)
+    model, names, _ = swapped(bump, ADDED, tried)
     assert (model is spring) == stays
     assert ("hardening_spring" in names) == stays
 
