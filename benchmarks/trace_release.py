@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.plants.cases import Case
-from benchmarks.plants.effects import OUTSIDE, SAME
+from benchmarks.plants.effects import OTHER, OUTSIDE, SAME
 from benchmarks.trace_report import Row, scored
 from identification import trace_settings as settings
 
@@ -78,7 +78,7 @@ def _all(rng: np.random.Generator, pairs: Sequence[tuple[str, str]]) -> Iterator
 
     valves = [valve() for _ in range(VALVES)]
     yield from (("single", Case(v, (e,), s)) for v in valves for e in SAME for s in STRENGTHS)
-    yield from (("single", Case(valves[0], (e,), 6.0, "other")) for e in SAME)
+    yield from (("single", Case(valves[0], (e,), 6.0, "other")) for e in SAME if e in OTHER)
     yield from (("slow", Case(valves[1], (e,), 6.0, "same", *slow)) for e in SAME for slow in SLOW)
     yield from (("pairs", Case(v, pair, 6.0)) for v in valves[:2] for pair in pairs)
     outside = itertools.cycle(OUTSIDE)
@@ -131,19 +131,25 @@ def _remark(row: Row) -> str:
 def section(seed: int, head: str, rows: Sequence[Row], work: Sequence[Work]) -> str:
     """The part of the page that one seed has."""
     about = f"Commit {head}; {'; '.join(dict.fromkeys(row['where_run'] for row in rows)) or 'nothing was run'}."
+    for what, some in (("A trace", [r for r in rows if not r["rig"]]), ("One of a rig", [r for r in rows if r["rig"]])):
+        about += _costs(what, some) if some else ""
     if rows:
-        processor, passes = ([row[item] for row in rows] for item in ("processor", "passes"))
-        peak = max(row["peak_MB"] for row in rows)
-        about += (
-            f" Processor time of a case: median {np.median(processor):.0f} s, nine in ten"
-            f" {np.quantile(processor, 0.9):.0f} s, most {max(processor):.0f} s; passes over all samples: median"
-            f" {np.median(passes):.0f}, most {max(passes):.0f}; memory up to {peak:.0f} MB."
-        )
         late = sum(not row.get("complete", True) for row in rows)
         about += f" The budget of {BUDGET:.0f} s of the clock was over in {late} of {len(rows)}." if late else ""
     missed = misses(rows)
     listed = ["The misses:", "", *missed] if missed else ["No misses."]
     return "\n".join([f"## Seed {seed}", "", about, "", *table(rows, work), "", *listed, ""])
+
+
+def _costs(what: str, rows: Sequence[Row]) -> str:
+    """What some traces took."""
+    seconds, passes = ([row[item] for row in rows] for item in ("processor", "passes"))
+    late = np.quantile(seconds, 0.9)
+    return (
+        f" {what} took {np.median(seconds):.0f} s of processor time (median; nine in ten {late:.0f}, most"
+        f" {max(seconds):.0f}), {np.median(passes):.0f} passes over all samples (most {max(passes):.0f}) and up to"
+        f" {max(row['peak_MB'] for row in rows):.0f} MB."
+    )
 
 
 def written(page: str, seed: int, text: str) -> str:

@@ -17,7 +17,7 @@ from benchmarks import trace_ablation, trace_release
 from benchmarks.machine import commit
 from benchmarks.plants import cases, strengths
 from benchmarks.plants.cases import Case
-from benchmarks.plants.effects import SAME
+from benchmarks.plants.effects import OTHER, SAME
 from benchmarks.plants.recordings import recordings
 from benchmarks.trace_report import ABSENT
 from benchmarks.trace_truth import has_truth
@@ -162,6 +162,8 @@ def test_a_release_is_drawn_by_its_seed_and_every_kind_has_its_turn() -> None:
     assert len(same) == len(SAME) * len(trace_release.STRENGTHS) * trace_release.VALVES
     outside = {case.effects for part, case in work if part == "outside"}
     assert len(outside) >= 9
+    others = [case for _, case in work if case.form == "other"]
+    assert {case.effects for case in others} == {(effect,) for effect in OTHER}
 
 
 def test_a_release_stops_in_time_and_its_page_tells_the_misses(tmp_path: Path) -> None:
@@ -170,8 +172,10 @@ def test_a_release_stops_in_time_and_its_page_tells_the_misses(tmp_path: Path) -
     assert [row["name"] for row in rows] == [work[0][1].name]
     rows[0] |= {"where_run": "day 1, a machine"}
     section = trace_release.section(5, "abc", rows, work)
-    assert "Commit abc; day 1, a machine. Processor time" in section
-    assert "passes over all samples: median 0, most 0" in section
+    what, other = ("One of a rig", "A trace") if rows[0]["rig"] else ("A trace", "One of a rig")
+    assert f"Commit abc; day 1, a machine. {what} took 0 s of processor time" in section
+    assert ", 0 passes over all samples (most 0) and up to " in section
+    assert f"{other} took" not in section
     assert "| 1 of " in section
     assert f"- controls {work[0][1].name}: unlisted" in section
     assert "budget" not in section

@@ -3,15 +3,41 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
+from scipy.stats import norm
 from stiff_models import model_of
 from stiff_valves import STIFF
 
 from identification.data.grid import Grid
-from identification.estimators.estimate import Estimate
+from identification.estimators.estimate import TUNING, UNIT_LOSS, Estimate
+from identification.estimators.least_squares import cauchy
 from identification.tracing import settings
-from identification.tracing.models.comparison import fitted_whiteness, held_out_whiteness, is_white, whiteness_beside
+from identification.tracing.models.comparison import (
+    LOSS_SPREAD,
+    SQUARE_SPREAD,
+    fitted_whiteness,
+    held_out_whiteness,
+    is_white,
+    whiteness,
+    whiteness_beside,
+)
+
+
+def test_losses_of_unit_noise_scatter_as_the_tests_assume():
+    noise = np.random.default_rng(0).standard_normal(1_000_000)
+    assert np.std(cauchy(noise, TUNING) / UNIT_LOSS) == pytest.approx(LOSS_SPREAD, rel=5e-3)
+    assert np.std(noise**2) == pytest.approx(SQUARE_SPREAD, rel=5e-3)
+
+
+@pytest.mark.parametrize(("share", "white"), [(0.9, True), (1.1, False)])
+def test_a_mean_loss_is_held_against_that_scatter(share, white):
+    most = float(norm.isf(settings.STRICT_LEVEL)) * LOSS_SPREAD / np.sqrt(400)
+    assert (
+        whiteness(SimpleNamespace(samples=400, loss=settings.COMPLETE_LOSS + share * most, outliers=0.0)).white == white
+    )
 
 
 def test_the_true_model_is_complete():

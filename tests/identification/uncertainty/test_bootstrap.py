@@ -7,9 +7,10 @@ import functools
 import numpy as np
 import pytest
 from seeded_valves import recorded
+from stiff_valves import STIFF, stem_test
 
 from bristle.cli.app import run
-from identification import Identification, experiment, fit, identify
+from identification import Identification, experiment, fit, identify, uncertainty_of
 from identification.uncertainty.bootstrap import bootstrap_of
 from recordings import BadInput
 from simulator import random_valve
@@ -40,6 +41,18 @@ def test_intervals_of_replicates_hold_the_fit_and_differ_from_the_plain_ones():
     plain, scattered = found(0), found(TRIALS)
     assert scattered.uncertainty.spread != plain.uncertainty.spread
     assert all(s > 0 for s in scattered.uncertainty.spread.values())
+
+
+def test_the_force_may_be_noisy():
+    """Replicates of a noise-aware fit: spring and Coulomb friction free, the rest held."""
+    soft = {"lugre.sigma0": 1e5, "lugre.sigma1": 300.0}
+    given = {name: value for name, value in (STIFF | soft).items() if name not in ("spring.K", "lugre.fc")}
+    [short] = stem_test(250.0, ("sine:4",), values=soft)
+    found = identify([short], given=given, estimator="noise-aware", bootstrap=12, check=False)
+    assert found.fit.estimator == "noise-aware"
+    scatter, plain = found.uncertainty.spread, uncertainty_of(found.fit).spread
+    for name in ("spring.K", "lugre.fc"):
+        assert 0.4 < scatter[name] / plain[name] < 2.0
 
 
 def test_too_few_trials_are_refused(capsys: pytest.CaptureFixture[str]):
