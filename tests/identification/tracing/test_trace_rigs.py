@@ -75,15 +75,17 @@ def test_a_complete_rig_with_stiff_bristles_lacks_nothing_either(seed: int, samp
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("size", [1e-12, 1e-9])
-def test_times_that_are_moved_give_the_same_answer(size: float):
-    made = [imposed(r) for r in recorded("hardening_spring", {"hardening_spring.k3": 3e6})[:3]]
+@pytest.mark.parametrize(("rig", "size"), [(True, 1e-12), (True, 1e-9), (False, 1e-9)])
+def test_times_that_are_moved_give_the_same_answer(rig: bool, size: float):
+    made = recorded("hardening_spring", {"hardening_spring.k3": 3e6})[:3]
+    made = [imposed(r) for r in made] if rig else list(made)
     rng = np.random.default_rng(1)
     plain, moved = (
         trace(some[:2], holdout=some[2:]) for some in (made, [_moved(r, rng.normal(0.0, size, len(r))) for r in made])
     )
     assert moved.effects_added == plain.effects_added == ("hardening_spring",)
-    for name in ("hardening_spring.k3", "spring.K", "lugre.fc", "lugre.fs"):
+    # by position static friction depends on how paths slip, which any change decides anew
+    for name in ("hardening_spring.k3", "spring.K", "lugre.fc", *(["lugre.fs"] if rig else [])):
         assert moved.values[name] == pytest.approx(plain.values[name], rel=0.02)
 
 
