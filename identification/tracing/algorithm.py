@@ -1,14 +1,16 @@
 """Tracing: which effect a model of mass, spring and LuGre friction lacks, by forward selection.
 
     base model      fit the base effects to the recordings                                        models/base.py
-    repeat, up to three times:
+    repeat, up to three times, while something may be found:
         guess       read starting values of every effect off the recordings                       models/guesses.py
         screen      score every effect of the catalogue at its guess (Rao's score test)           screen.py
-        shortlist   fit the best on the model's paths and on chunks, the most promising first     shortlist.py
+        paths       refit those with the best scores on the model's own paths                     shortlist.py
+        shortlist   fit those that promise enough to chunks, the most promising first             shortlist.py
         refit       refit those that gain most to the whole recordings                            refine.py
-        judge       compare them with the model on held-out recordings; accept the simplest       judge.py, classes.py
-        order       begin again in full order, where the best of them suits it                    candidates.py
-        prune       drop effects that the others make needless                                    here
+        judge       compare each refit with the model on held-out recordings                      judge.py
+        accept      take the simplest of those that explain these as well as the best             classes.py
+        order       begin again in full order, where the best refit asks for it                   candidates.py
+        prune       drop effects that the others make needless                                    algorithm.py
         null test   ask whether as much is gained where nothing is missing                        null_bootstrap.py
     swap            try others in the place of each of several effects                            swap.py
     verdict         name the effect, if hardly anything is missing with it                        verdict.py

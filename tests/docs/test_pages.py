@@ -39,7 +39,7 @@ DEAR = {
 }  # fmt: skip
 """Pages whose fits, traces and simulations take many seconds; other tests make shorter ones by default."""
 
-TEXTS = {"console", "python", "c", "toml", "csv", "json", "yaml"}
+TEXTS = {"console", "python", "c", "toml", "csv", "json", "yaml", "text"}
 LANGUAGES = TEXTS | {"{toctree}", "{eval-rst}", "{image}", "{literalinclude}"}
 RUN = {
     str(page.relative_to(ROOT)): page
