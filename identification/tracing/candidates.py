@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 
 from identification.budget import Budget
+from identification.tracing import settings
 from identification.tracing.classes import ranked
 from identification.tracing.judge import NO_TIME, Candidate, judge, not_fitted, not_refitted
 from identification.tracing.models.comparison import is_white, most_to_gain
 from identification.tracing.models.model import Model
-from identification.tracing.models.promise import PROMISE_FACTOR
 from identification.tracing.refine import CandidateFit, gain_of, worth_refitting
 from identification.tracing.screen import Score, screen
 from identification.tracing.shortlist import shortlisted_fits
@@ -56,7 +56,9 @@ def _worth_a_fit(model: Model, scores: list[Score]) -> list[Score]:
     """The scores that are worth a fit: beside effects that leave nothing only what may gain so much that it is beyond
     doubt, for they never have quite the form of what is there, and others that fit the rest gain hundreds.
     """
-    return [s for s in scores if PROMISE_FACTOR * s.gain > model.clear_gain] if _leaves_nothing(model) else scores
+    if not _leaves_nothing(model):
+        return scores
+    return [s for s in scores if settings.PROMISE_FACTOR * s.gain > model.clear_gain]
 
 
 def _leaves_nothing(model: Model) -> bool:

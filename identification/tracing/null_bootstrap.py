@@ -21,7 +21,6 @@ from identification.tracing import settings
 from identification.tracing.models.base import polished
 from identification.tracing.models.comparison import is_white
 from identification.tracing.models.model import REPLICATE_SEED, Model
-from identification.tracing.models.promise import PROMISE_FACTOR
 from identification.tracing.models.replicates import replicate_of
 from identification.tracing.models.search import best_model_on_chunks, continued, first_fits
 from identification.tracing.models.trial_data import TrialData
@@ -108,7 +107,7 @@ def _largest_gain(found: Model, score: Score, budget: Budget, hopeless: Callable
     most, white = 0.0, is_white(found)
     on_chunks = None if white else best_model_on_chunks(found)
     for s in _one_after_the_other(found, score):
-        if hopeless(most) or budget.over or (s is not score and PROMISE_FACTOR * s.gain < most):
+        if hopeless(most) or budget.over or (s is not score and settings.PROMISE_FACTOR * s.gain < most):
             break
         best_gain = most / settings.GAIN_SHARE  # beside which less is hopeless
         small = best_gain * found.data.chunk_share

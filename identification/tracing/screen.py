@@ -21,8 +21,6 @@ from recordings import Progress, silent, tracked
 
 VISIBLE = 1e-12
 """Curvature by a coordinate, relative to the largest, below which it is nothing but rounding."""
-MAX_STRENGTH = 3.0
-"""Strength, in scales from neutral, that a score sets at most: first-order predictions overshoot."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +86,7 @@ def _score(model: Model, effect: str, shape: Mapping[str, float], size: Mapping[
     values = {name: value for name, value in trial.values.items() if name in own}
     for i in np.flatnonzero(added):
         parameter = known[names[i]]
-        step = float(np.clip(move[i], -MAX_STRENGTH, MAX_STRENGTH))
+        step = float(np.clip(move[i], -settings.MAX_STRENGTH, settings.MAX_STRENGTH))
         if parameter.lower == parameter.neutral and step <= 0 and not size:
             gain, step = 0.0, SMALL
         values[names[i]] = float(np.clip(values[names[i]] + step * parameter.scale, parameter.lower, parameter.upper))

@@ -9,7 +9,6 @@ from identification.budget import Budget
 from identification.tracing import settings
 from identification.tracing.models.comparison import fitted_whiteness, is_white
 from identification.tracing.models.model import Model
-from identification.tracing.models.promise import PROMISE_FACTOR
 from identification.tracing.models.search import best_model_on_chunks
 from identification.tracing.refine import CandidateFit, fit_on_chunks, gain_of, refit_on_base_paths
 from identification.tracing.screen import Score
@@ -65,12 +64,12 @@ def _refits_on_base_paths(
     """
     refits, complete, best_gain, beside = dict[str, Model | None](), None, 0.0, 0.0
     for s in budget.within(few, "refits on the base model's paths", progress, _effect):
-        if PROMISE_FACTOR * s.gain < settings.GAIN_SHARE * beside:
+        if settings.PROMISE_FACTOR * s.gain < settings.GAIN_SHARE * beside:
             break
         refits[s.effect] = refit = refit_on_base_paths(base, s, beside)
         gain, earlier = gain_of(base, refit), best_gain
         if gain > best_gain:  # scores that promised the best too little promise others too little
-            best_gain, beside = gain, min(gain, PROMISE_FACTOR * s.gain)
+            best_gain, beside = gain, min(gain, settings.PROMISE_FACTOR * s.gain)
         if refit is None or gain < max(settings.CLEAR_GAIN, earlier):
             continue
         if is_imitated(base, s) or not fitted_whiteness(refit).white:

@@ -16,7 +16,7 @@ from identification.estimators.noise_aware.linearised_model import by_chance, pu
 from identification.estimators.noise_aware.resolution import resolved_by_nodes
 from identification.estimators.noise_aware.search import UNEXPLAINED
 from identification.tracing import settings
-from identification.tracing.models.promise import PROMISE_FACTOR, may_reach, newton_step
+from identification.tracing.models.promise import may_reach, newton_step
 from identification.tracing.models.replicates import replicate_of
 from identification.tracing.models.trial_data import TrialData
 from recordings import Array
@@ -152,7 +152,7 @@ class Model:
             return self.held_out is not None
         known, fitted = self.held_out.normal, self.estimate.normal.matrix
         promise = newton_step(replace(known, matrix=known.matrix + fitted))[1]
-        return PROMISE_FACTOR * promise > excess * self.held_out.samples * UNIT_LOSS
+        return settings.PROMISE_FACTOR * promise > excess * self.held_out.samples * UNIT_LOSS
 
     def on_replicates(self, *, held_out: bool) -> Iterator[tuple[Estimate, tuple[Grid, ...]]]:
         """The same parameters on recordings that they could have given, fitted or held out, with their grids: one after

@@ -7,10 +7,9 @@ from numpy.typing import NDArray
 
 from identification.estimators.estimate import Estimate
 from identification.estimators.least_squares import Normal
+from identification.tracing import settings
 from recordings import Array
 
-PROMISE_FACTOR = 4.0
-"""How many times as much as the next step promises a descent may still gain, while a shape is not right yet."""
 SINGULAR = 1e-9
 """Relative singular value below which two parameters are taken for one."""
 
@@ -28,4 +27,4 @@ def newton_step(normal: Normal, chosen: NDArray[np.bool_] | None = None) -> tupl
 
 def may_reach(now: Estimate, cost: float) -> bool:
     """Whether a descent may still come below a cost."""
-    return now.cost - PROMISE_FACTOR * newton_step(now.normal)[1] < cost
+    return now.cost - settings.PROMISE_FACTOR * newton_step(now.normal)[1] < cost
