@@ -135,8 +135,8 @@ def trace(
     holdout : recording, path or ``bundled:NAME``, or several of them
         Recordings that only judge; without any, the last quarter of each recording does.
     report_on : recording, path or ``bundled:NAME``, or several of them
-        Recordings for the errors before and after, which neither fit nor judge; without any, the last 30 % of what is
-        held out.
+        Recordings for the errors before and after, which neither fit nor judge; without any, the last quarter of what
+        is held out.
     budget : float, optional
         Seconds after which the answer is the best so far; ``found.complete`` says whether all was tried.
 

@@ -17,7 +17,7 @@ def command(
     ] = None,
     report_on: Annotated[
         list[str] | None,
-        typer.Option(help="Recording for the errors before and after; without any, the last 30 % of what judges."),
+        typer.Option(help="Recording for the errors before and after; without any, the last quarter of what judges."),
     ] = None,
     budget: Annotated[float, typer.Option(help="Answer with the best so far after so many seconds.")] = 120.0,
     report: Annotated[Path | None, typer.Option(help="Write a self-contained HTML page here.")] = None,
