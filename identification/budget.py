@@ -53,21 +53,18 @@ class Budget:
             self.not_tried.append(what)
         return not self.over
 
-    def within(self, items: Sequence[T], stage: str, progress: Progress, name: Callable[[T], str]) -> Iterator[T]:
-        """The items one by one, with progress, as long as there is time; the others are not tried. name : of one."""
+    def within(
+        self, items: Sequence[T], stage: str, progress: Progress, name: Callable[[T], str], gains: Sequence[float]
+    ) -> Iterator[T]:
+        """The items one by one, with progress, as long as there is time; the others are not tried. name : of one;
+        gains : of those before, which grow meanwhile; progress says the largest.
+        """
         for done, item in enumerate(items):
             if self.allows(name(item)):
-                progress(f"{stage}: {name(item)}", done, len(items))
+                best = f", best gain {max(gains):.0f}" if any(gain > 0 for gain in gains) else ""
+                progress(f"{stage}: {name(item)}{best}", done, len(items))
                 yield item
         progress(stage, len(items), len(items))
-
-    def told(self, progress: Progress) -> Progress:
-        """Progress that says how much time is left."""
-        if self.seconds == float("inf"):
-            return progress
-        return lambda stage, done, total: progress(
-            f"{max(self.seconds - self.spent, 0.0):.0f} s left, {stage}", done, total
-        )
 
 
 _IN_FORCE: ContextVar[Budget | None] = ContextVar("budget in force", default=None)

@@ -94,7 +94,7 @@ def identify(
     with time.in_force():
         found = fit(
             experiments, effects=effects, given=held, estimator=estimator, catalogue=catalogue, order=order,
-            priors=priors, constraints=constraints, progress=time.told(progress),
+            priors=priors, constraints=constraints, progress=progress,
         )  # fmt: skip
     if not found.outcome.usable:
         raise NegativeAnswer(found.outcome.value)

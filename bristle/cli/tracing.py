@@ -14,6 +14,9 @@ if TYPE_CHECKING:
     from identification import Trace
 
 SHOWN = 8
+"""Candidates of a table."""
+BUDGET_S = 120.0
+"""Time of a trace unless another is asked for [s]."""
 
 
 def candidate_table(found: Trace) -> Table:

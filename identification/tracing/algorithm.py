@@ -76,7 +76,7 @@ def select(
     """
     check_used_once(recordings, holdout, report_on)
     parts, budget = _parts(recordings, holdout, report_on, hold), budget or Budget()
-    known, progress = plant_constants(parts.fitted) | dict(given or {}), budget.told(progress)
+    known = plant_constants(parts.fitted) | dict(given or {})
     _check(parts.fitted, known, catalogue)
     progress("base model", 0, 1)
     base = base_model(parts.fitted, parts.held_out, known, catalogue, _of("base model", progress))

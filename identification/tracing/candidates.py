@@ -78,9 +78,11 @@ def _judged(
         complete = any(_is_complete(c) for c in (*known.values(), *found.values()))
         return [fit for effect, fit in worth_refitting(model, fits, complete=complete).items() if effect not in known]
 
-    for fit in budget.within(worth(), "refits and hold-out", progress, lambda fit: fit.effect):
+    gains = [c.gain for c in known.values() if c.refit is not None]
+    for fit in budget.within(worth(), "refits and hold-out", progress, lambda fit: fit.effect, gains):
         if any(fit.effect == one.effect for one in worth()):
-            found[fit.effect] = judge(model, fit)
+            found[fit.effect] = new = judge(model, fit)
+            gains += [] if new.refit is None else [new.gain]
     return found
 
 

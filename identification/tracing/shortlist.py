@@ -32,13 +32,14 @@ def shortlisted_fits(
     base_on_chunks = best_model_on_chunks(base) if any(groups) else None
     usual = scores[: settings.CANDIDATES]
     known = [s for s in few if s.effect in refits and all(s not in group for group in groups)]
-    fits, best_gain = [CandidateFit(s, (), s.gain) for s in known], 0.0
+    fits, gains = [CandidateFit(s, (), s.gain) for s in known], list[float]()
     for i, group in enumerate(groups):
-        for s in budget.within(group, "fits to chunks", progress, _effect):
+        for s in budget.within(group, "fits to chunks", progress, _effect, gains):
             from_here = s in usual or is_imitated(base, s)
             nothing_left = enough is not None or complete()
+            best_gain = max((0.0, *gains))
             fits.append(fit_on_chunks(base, base_on_chunks, s, from_here, best_gain, complete=nothing_left))
-            best_gain = max(best_gain, fits[-1].gain if fits[-1].chunk_fits else 0.0)
+            gains.append(fits[-1].gain if fits[-1].chunk_fits else 0.0)
         late = [CandidateFit(s, (), s.gain) for s in group if all(fit.score is not s for fit in fits)]
         so_far = [replace(fit, base_path_refit=refits.get(fit.effect)) for fit in (*fits, *late)]
         yield so_far, [s for later in groups[i + 1 :] for s in later]
@@ -62,20 +63,21 @@ def _refits_on_base_paths(
     Others are then of interest only if they explain about as much: what it should not have explained shows in the next
     round. Effects that the base model imitates well also imitate each other, and none of them ends the search.
     """
-    refits, complete, best_gain, beside = dict[str, Model | None](), None, 0.0, 0.0
-    for s in budget.within(few, "refits on the base model's paths", progress, _effect):
+    refits, complete, gains, beside = dict[str, Model | None](), None, list[float](), 0.0
+    for s in budget.within(few, "refits on the base model's paths", progress, _effect, gains):
         if settings.PROMISE_FACTOR * s.gain < settings.GAIN_SHARE * beside:
             break
         refits[s.effect] = refit = refit_on_base_paths(base, s, beside)
-        gain, earlier = gain_of(base, refit), best_gain
-        if gain > best_gain:  # scores that promised the best too little promise others too little
-            best_gain, beside = gain, min(gain, settings.PROMISE_FACTOR * s.gain)
+        gain, earlier = gain_of(base, refit), max((0.0, *gains))
+        gains.append(gain)
+        if gain > earlier:  # scores that promised the best too little promise others too little
+            beside = min(gain, settings.PROMISE_FACTOR * s.gain)
         if refit is None or gain < max(settings.CLEAR_GAIN, earlier):
             continue
         if is_imitated(base, s) or not fitted_whiteness(refit).white:
             continue
         refits[s.effect] = refit = refit if is_white(refit) else refit.refitted()
-        best_gain = max(best_gain, gain_of(base, refit))
+        gains.append(gain_of(base, refit))
         complete = refit if is_white(refit) else complete
     return refits, complete
 

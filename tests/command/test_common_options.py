@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
+import os
+import re
+import subprocess
+import sys
 import time
 
 import pytest
@@ -150,6 +155,40 @@ def test_work_that_lasts_says_its_stages_in_lines(capsys, monkeypatch):
         "fitting: starting values: 3 of 5 (2 s)",
         "fitting: refitting: 1 of 5 (5 s)",
     ]
+
+
+def test_a_line_says_what_is_left_of_the_budget(capsys, monkeypatch):
+    passed = [0.0]
+    monkeypatch.setattr(time, "monotonic", lambda: passed[0])
+    lines = _StageLines("tracing", 2.0, 2.0, budget=120.0)
+    for passed[0] in (23.4, 150.0):
+        lines.report(f"round 1: score test at {passed[0]:.0f}", 2, 8)
+    assert capsys.readouterr().err.splitlines() == [
+        "tracing: round 1: score test at 23: 2 of 8 (23 s, 97 s left)",
+        "tracing: round 1: score test at 150: 2 of 8 (150 s, 0 s left)",
+    ]
+
+
+def test_on_a_terminal_the_time_that_is_left_goes_on_while_a_stage_lasts():
+    pty = pytest.importorskip("pty")
+    program = """
+import time
+from bristle.cli.output.working import working
+with working("tracing", budget=9.0) as progress:
+    progress("a long fit", 0, 0)
+    time.sleep(2.5)
+"""
+    ours, theirs = pty.openpty()
+    with subprocess.Popen([sys.executable, "-c", program], env=os.environ | {"TERM": "xterm"}, stderr=theirs) as work:
+        os.close(theirs)
+        shown = b""
+        with contextlib.suppress(OSError):  # the end of a terminal
+            while some := os.read(ours, 4096):
+                shown += some
+    os.close(ours)
+    assert work.returncode == 0
+    assert {b"8 s left", b"7 s left"} <= set(re.findall(rb"\d s left", shown))
+    assert b"a long fit" in shown
 
 
 def test_quick_work_says_nothing(capsys):

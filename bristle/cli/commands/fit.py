@@ -99,12 +99,13 @@ def command(
         return
     held = without_effects(without or ()) | assignments(given or [], "--given")
     wanted = profiled(profile or (), held)
-    with working("fitting", staged=True) as progress:
+    seconds = float("inf") if budget is None else budget
+    with working("fitting", staged=True, budget=seconds) as progress:
         found = br.fit(
             recordings, holdout=holdout or (), given=held, causality=cast("Causality | None", causality), area=area,
             hold=hold, estimator=cast("Estimator", estimator), order=cast("Order", order), priors=priors(prior or ()),
             constraints=constraint or (), bootstrap=bootstrap, crosscheck=crosscheck,
-            budget=float("inf") if budget is None else budget, progress=progress,
+            budget=seconds, progress=progress,
         )  # fmt: skip
     answer(found.model.model_dump(mode="json"))
     console = stdout()

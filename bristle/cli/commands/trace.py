@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from bristle.cli.tracing import BUDGET_S
+
 
 def command(
     recordings: Annotated[list[str], typer.Argument(help="Recordings (.h5), traced together; bundled:NAME works too.")],
@@ -19,7 +21,7 @@ def command(
         list[str] | None,
         typer.Option(help="Recording for the errors before and after; without any, the last quarter of what judges."),
     ] = None,
-    budget: Annotated[float, typer.Option(help="Answer with the best so far after so many seconds.")] = 120.0,
+    budget: Annotated[float, typer.Option(help="Answer with the best so far after so many seconds.")] = BUDGET_S,
     report: Annotated[Path | None, typer.Option(help="Write a self-contained HTML page here.")] = None,
     given: Annotated[list[str] | None, typer.Option(help="Hold a parameter: spring.F0=310 (SI units).")] = None,
     without: Annotated[list[str] | None, typer.Option(help="Leave out: 'spring' for a plant without one.")] = None,
@@ -39,7 +41,7 @@ def command(
     for path in (out, model_out, report):
         writable(path)
     held = assignments(given or [], "--given")
-    with working("tracing", staged=True) as progress:
+    with working("tracing", staged=True, budget=budget) as progress:
         found = br.trace(
             recordings,
             holdout=holdout or (),

@@ -25,20 +25,21 @@ FIRST_PAUSE_S, LONGEST_S = 5.0, 60.0
 
 
 @contextmanager
-def working(what: str, *, staged: bool = False) -> Iterator[Progress]:
+def working(what: str, *, staged: bool = False, budget: float = math.inf) -> Iterator[Progress]:
     """Meanwhile the user sees what is done; gives the `Progress` to tell it the stages.
 
     staged : whether the work tells its stages. Then no line comes before the first, so that input that cannot be used
-    is refused in one line.
+    is refused in one line. budget : time that the work may take, of which is shown how much is left [s].
     """
     chosen = manner()
     if chosen.quiet:
         yield silent
     elif sys.stderr.isatty() and not chosen.verbose:
-        with _on_terminal(what) as report:
+        with _on_terminal(what, budget) as report:
             yield report
     else:
-        lines = _StageLines(what, 0.0, 0.0) if chosen.verbose else _StageLines(what, SOON_S, BETWEEN_S, staged)
+        after_s, between_s = (0.0, 0.0) if chosen.verbose else (SOON_S, BETWEEN_S)
+        lines = _StageLines(what, after_s, between_s, staged and not chosen.verbose, budget)
         with _kept(lines):
             yield lines.report
 
@@ -52,13 +53,29 @@ def stage_words(stage: str, done: int, total: int) -> str:
     return f"{stage}: {done} of {total}" if total else stage
 
 
+def time_words(passed: float, budget: float) -> str:
+    """How long it has taken, and how much of a budget is left [s].
+
+    >>> time_words(23.4, 120.0), time_words(23.4, math.inf)
+    ('23 s, 97 s left', '23 s')
+    """
+    return f"{passed:.0f} s" if budget == math.inf else f"{passed:.0f} s, {max(budget - passed, 0.0):.0f} s left"
+
+
 @contextmanager
-def _on_terminal(what: str) -> Iterator[Progress]:
+def _on_terminal(what: str, budget: float) -> Iterator[Progress]:
     from rich.console import Console
     from rich.progress import Progress as Bar
-    from rich.progress import SpinnerColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import ProgressColumn, SpinnerColumn, Task, TextColumn
+    from rich.text import Text
 
-    columns = (SpinnerColumn(), TextColumn("{task.description}", markup=False), TimeElapsedColumn())
+    class Time(ProgressColumn):
+        """Computed whenever the line is drawn, so it goes on while a stage lasts."""
+
+        def render(self, task: Task) -> Text:
+            return Text(time_words(task.elapsed or 0.0, budget))
+
+    columns = (SpinnerColumn(), TextColumn("{task.description}", markup=False), Time())
     with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(what)
 
@@ -82,11 +99,13 @@ def _kept(lines: _StageLines) -> Iterator[None]:
 
 class _StageLines:
     """Lines about stages. after_s : when the first may come; between_s : at least so long between two [s];
-    staged : none before the first stage.
+    staged : none before the first stage; budget : of `working`.
     """
 
-    def __init__(self, what: str, after_s: float, between_s: float, staged: bool = False) -> None:
-        self._silent = staged
+    def __init__(
+        self, what: str, after_s: float, between_s: float, staged: bool = False, budget: float = math.inf
+    ) -> None:
+        self._silent, self._budget = staged, budget
         self._what, self._after_s, self._between_s = what, after_s, between_s
         self._began = time.monotonic()
         self._said_s: float | None = None
@@ -114,6 +133,6 @@ class _StageLines:
         since = math.inf if self._said_s is None else passed - self._said_s
         if self._silent or passed < self._after_s or since < (self._between_s if self._news else self._pause_s):
             return
-        print(f"{self._words} ({passed:.0f} s)", file=sys.stderr, flush=True)
+        print(f"{self._words} ({time_words(passed, self._budget)})", file=sys.stderr, flush=True)
         self._pause_s = self._pause_s if self._news else min(2 * self._pause_s, LONGEST_S)
         self._said_s, self._news = passed, False

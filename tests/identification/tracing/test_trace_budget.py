@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import count
@@ -9,7 +10,7 @@ from itertools import count
 import numpy as np
 import pytest
 from stiff_valves import stem_test
-from traced_valves import recorded, traced, traced_imposed
+from traced_valves import imposed, recorded, traced, traced_imposed
 
 from identification import Outcome, identify, trace
 from identification.budget import Budget
@@ -20,6 +21,7 @@ from identification.tracing.candidates import candidates_of_round
 from identification.tracing.judge import NO_TIME
 from identification.tracing.verdict import BASE_MODEL
 from recordings import BadInput, BadParameter, bundled
+from simulator import BASE, CATALOGUE, Catalogue
 
 
 def ticking(calls: int) -> Iterator[float]:
@@ -109,3 +111,18 @@ def test_less_than_a_second_is_no_budget():
         trace(recorded()[:1], budget=0.0)
     with pytest.raises(BadParameter, match="budget"):
         Budget(float("nan"))
+
+
+def test_progress_says_the_round_the_candidate_and_the_best_gain_so_far():
+    first, second, held = (imposed(r) for r in recorded("hardening_spring", {"hardening_spring.k3": 3e6})[:3])
+    tried = ("hardening_spring", "quadratic_drag", "position_dependent_friction", "position_periodic_force")
+    few, stages = Catalogue(tuple(CATALOGUE[effect] for effect in (*BASE, *tried))), list[str]()
+    found = trace([first, second], holdout=[held], catalogue=few, progress=lambda stage, *_: stages.append(stage))
+    gains = {c.effect: c.gain for c in found.candidates if c.refit is not None}
+    assert len(gains) > 1
+    said = [re.fullmatch(r"round 1: refits and hold-out: (\w+)(?:, best gain (\d+))?", stage) for stage in stages]
+    judged, best = zip(*((one[1], one[2]) for one in said if one), strict=True)
+    assert best[0] is None
+    so_far = [max(gains.get(effect, 0.0) for effect in judged[:i]) for i in range(1, len(judged))]
+    assert [int(one) for one in best[1:]] == [round(gain) for gain in so_far]
+    assert any(re.fullmatch(r"round 1: fits to chunks: \w+, best gain \d+", stage) for stage in stages)
