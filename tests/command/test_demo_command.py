@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import re
 import signal
@@ -14,10 +15,13 @@ import urllib.request
 from functools import partial
 
 import pytest
+from rich.console import Console
 
+from bristle.cli.demo.trace import trace_stage
 from bristle.cli.demo.watch import watch_stage
+from bristle.cli.tracing import BUDGET_S
 from identification import trace
-from recordings import bundled_path, read, read_truth
+from recordings import NegativeAnswer, bundled_path, read, read_truth
 from simulator import BASE, CATALOGUE, Catalogue, ValveModel
 
 PAGE = re.compile(r"http://127\.0\.0\.1:(\d+)/")
@@ -46,7 +50,7 @@ def refuses(port: int) -> bool:
     ids=["few", "all"],
 )
 def test_it_fits_records_traces_and_watches_and_leaves_nothing_running(console, tmp_path, monkeypatch, tried):
-    """Whole but that few effects are tried: the rest of the catalogue takes half a minute more.
+    """Whole but that few effects are tried: the whole catalogue takes minutes more.
 
     With few of them it is kept, looked at, and interrupted.
     """
@@ -106,6 +110,19 @@ class Kept:
         with urllib.request.urlopen(f"http://127.0.0.1:{port}/alive", timeout=60.0) as answer:
             self.answered.append(answer.status)
         os.kill(os.getpid(), signal.SIGINT)
+
+
+def test_its_trace_has_a_budget_of_time(tmp_path, monkeypatch):
+    asked = {}
+
+    def ask(recordings, **options):
+        asked.update(options)
+        raise NegativeAnswer("asked")
+
+    monkeypatch.setattr("bristle.cli.demo.trace.trace", ask)
+    with pytest.raises(NegativeAnswer, match="asked"):
+        trace_stage([bundled_path(name) for name in ("step", "sine", "mixed")], tmp_path, Console())
+    assert BUDGET_S <= asked["budget"] < math.inf
 
 
 def test_interrupted_it_ends_with_130_and_takes_the_served_valve_with_it(tmp_path):

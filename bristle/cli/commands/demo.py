@@ -15,7 +15,8 @@ def command(
     """Fit a bundled valve; record another over Modbus, trace what its model lacks, watch it, and find a fault.
 
     The second valve is simulated, in a process of its own on loopback, with an effect that the model does not have.
-    Takes about a minute. A live page shows how it is watched; it ends with the demo unless --keep is given.
+    Takes three to four minutes on two cores, longer on a busy machine; most of it is the trace, which has ten at most.
+    A live page shows how it is watched; it ends with the demo unless --keep is given.
 
     Example: bristle demo --out demo-output --keep
     """

@@ -7,10 +7,13 @@ from pathlib import Path
 
 from rich.console import Console
 
+from bristle.cli import tracing
 from bristle.cli.output.working import working
-from bristle.cli.tracing import candidate_table
 from identification import Trace, trace
 from recordings import NegativeAnswer, read
+
+BUDGET_S = 5 * tracing.BUDGET_S
+"""Time of the trace [s]: it takes four minutes of processor time, and on a busy core 120 s end before a name."""
 
 
 def trace_stage(recorded: Sequence[Path], out: Path, console: Console) -> Path:
@@ -20,9 +23,9 @@ def trace_stage(recorded: Sequence[Path], out: Path, console: Console) -> Path:
     """
     *fitted, held = map(read, recorded)
     console.print("Tracing: the model of spring and friction is fitted, and what it leaves is tested for every effect.")
-    with working("tracing", staged=True) as progress:
-        found = trace(fitted, holdout=[held], progress=progress)
-    console.print(candidate_table(found), soft_wrap=False)
+    with working("tracing", staged=True, budget=BUDGET_S) as progress:
+        found = trace(fitted, holdout=[held], budget=BUDGET_S, progress=progress)
+    console.print(tracing.candidate_table(found), soft_wrap=False)
     for sentence in found.sentences():
         console.print(sentence)
     found.write(out / "trace.json")
