@@ -138,7 +138,8 @@ def trace(
         Recordings for the errors before and after, which neither fit nor judge; without any, the last quarter of what
         is held out.
     budget : float, optional
-        Seconds after which the answer is the best so far; ``found.complete`` says whether all was tried.
+        Seconds after which the answer is the best so far; ``found.complete`` says whether all was tried. Without one it
+        takes as long as it takes; `bristle trace` has 120.
 
     Returns
     -------

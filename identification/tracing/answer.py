@@ -43,11 +43,17 @@ def sentences(
         out.append(f"{opinion.sentence}.")
     if residual is not None:
         out.append(f"Left: {residual.description}; {residual.where}.")
-    if found.added and np.isfinite(closed):
-        out.append(f"{100 * closed:.0f} % of the gap between the error and the noise floor is closed {_where(found)}.")
+    out += _reported(found, closed)
     if found.not_tried:
         out.append(f"The budget of time was over before all was tried; left out: {', '.join(found.not_tried)}.")
     return out
+
+
+def _reported(found: Selection, closed: float) -> list[str]:
+    """On which data the errors are reported, in words, and where an effect was added how much smaller they are."""
+    if found.added and np.isfinite(closed):
+        return [f"{100 * closed:.0f} % of the gap between the error and the noise floor is closed {_where(found)}."]
+    return [f"The error called 'report' is that {_where(found)}."] if found.report_experiments else []
 
 
 def _where(found: Selection) -> str:

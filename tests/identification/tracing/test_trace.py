@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -27,6 +28,8 @@ def test_a_complete_model_lacks_nothing():
     assert found.effects_added == ()
     assert found.selection.after.white
     assert not any(c.accepted for c in found.candidates)
+    said = " ".join(found.sentences())
+    assert re.search(r"The error called 'report' is that on [\d.]+ s of data that neither fitted nor chose", said)
 
 
 ON_RECORDINGS = {
@@ -143,6 +146,10 @@ def test_the_files_follow_the_contract(tmp_path: Path, capsys: pytest.CaptureFix
         "base", "residual", "candidates", "verdict", "effects_added", "unlisted", "error", "residual_after",
         "crosscheck", "complete", "not_tried", "seconds",
     }  # fmt: skip
+    page = (Path(__file__).parents[3] / "docs" / "files.md").read_text(encoding="utf-8")
+    table = page.split("### `trace.json`")[1].split("\n###")[0]
+    keys = re.findall(r"^\| ([^|]*) \|", table, re.M)
+    assert {key for cell in keys for key in re.findall(r"`(\w+)`", cell)} == set(content)
     assert content["complete"]
     assert content["not_tried"] == []
     assert content["effects_added"] == ["hardening_spring"]
