@@ -24,6 +24,7 @@ from identification.tracing.models.given_values import gain_of_values
 from identification.tracing_procedure import Trace, trace
 from identification.uncertainty.covariance import Uncertainty, uncertainty_of
 from identification.uncertainty.profile import Profile, profile
+from identification.uncertainty.repeats import Repeats
 
 __all__ = [
     "FREE_FRICTION_MODELS",
@@ -42,6 +43,7 @@ __all__ = [
     "Order",
     "Outcome",
     "Profile",
+    "Repeats",
     "Segment",
     "Trace",
     "Trajectory",

@@ -22,7 +22,7 @@ class Identification(FitResult):
     fit : see `Fit`; uncertainty : of its parameters; model : the valve as `model.json` has it, ``model.write(path)``;
     trajectories, holdout : free runs against the fitted recordings and those held out; crosscheck : against sparse
     regression, None where that was not asked for; advice : what to record to know weak parameters
-    better, in sentences.
+    better, in sentences; repeats : of one test, None where the recordings were not said to be.
 
     >>> import bristle as br
     >>> found = br.fit(br.simulate("mixed:10", position_noise=2e-6, seed=3), crosscheck=False)

@@ -8,10 +8,12 @@ from typing import Literal
 from identification.advice import advice
 from identification.budget import Budget
 from identification.data.close_motion import closely_imposed
-from identification.data.experiment import experiment
+from identification.data.experiment import Experiment, experiment
 from identification.data.grid import with_smooth_force
 from identification.data.uses import check_used_once
 from identification.estimators.fit import Estimator, fit
+from identification.estimators.fitted import Fit
+from identification.estimators.fitted import held as held_by
 from identification.estimators.order import Order
 from identification.given import plant_constants
 from identification.identified import Identification
@@ -19,6 +21,7 @@ from identification.result import anchored_error, free_runs, valve_model
 from identification.sparse_regression.crosscheck import crosscheck
 from identification.uncertainty.bootstrap import bootstrap_of, checked_trials, with_bootstrap
 from identification.uncertainty.covariance import uncertainty_of
+from identification.uncertainty.repeats import check_repeats, repeats_of
 from recordings import NegativeAnswer, Progress, Recording, silent
 from simulator import BASE, CATALOGUE, Catalogue, Causality
 
@@ -37,6 +40,7 @@ def identify(
     priors: Mapping[str, tuple[float, float]] | None = None,
     constraints: Sequence[str] = (),
     bootstrap: int = 0,
+    repeats: bool = False,
     budget: float = float("inf"),
     catalogue: Catalogue = CATALOGUE,
     progress: Progress = silent,
@@ -72,21 +76,29 @@ def identify(
         As in `fit`.
     bootstrap : int
         Trials of a parametric bootstrap, at least 5; 0 for intervals from the linearised model.
+    repeats : bool
+        The recordings, two or more, repeat one test: each is also fitted alone, with the same order, estimator, held
+        values, priors and constraints. `Identification.repeats` and ``quality.repeats`` of the model have the standard
+        deviations between these fits, in the units of the parameters.
     budget : float
-        Seconds that the fit may take. When they are over its outcome is `Outcome.OUT_OF_TIME`, without a bootstrap.
+        Seconds that the fit may take. When they are over its outcome is `Outcome.OUT_OF_TIME`, without a bootstrap, and
+        repeats that are not fitted do not count.
     catalogue : Catalogue
         Where the effects are looked up: ``CATALOGUE.extended(MyEffect())`` for one of your own.
     progress : callable
-        Told the stages: the search of the fit, its uncertainty, the bootstrap's trials, free runs and cross-check.
+        Told the stages: the search of the fit, its uncertainty, the bootstrap's trials, repeats, free runs and
+        cross-check.
 
     Raises
     ------
     BadInput
-        For recordings that cannot be used; BadParameter for a parameter that cannot.
+        For recordings that cannot be used; BadParameter for a parameter that cannot, as repeats of one recording.
     NegativeAnswer
         With the outcome's sentence, when no values came out.
     """
     trials = checked_trials(bootstrap)
+    if repeats:
+        check_repeats(len(recordings))
     check_used_once(recordings, holdout)
     experiments = recorded = [experiment(r, causality, hold=hold) for r in recordings]
     held = plant_constants(experiments) | dict(given or {})
@@ -102,6 +114,14 @@ def identify(
     known = uncertainty_of(found)
     scatter = bootstrap_of(found, trials, progress=progress) if trials and not time.over else None
     known = known if scatter is None else with_bootstrap(found, known, scatter)
+
+    def alone(e: Experiment) -> Fit:
+        return fit(
+            [e], effects=effects, given=held_by(found), estimator=estimator, catalogue=catalogue, order=found.order,
+            priors=priors, constraints=constraints,
+        )  # fmt: skip
+
+    repeated = repeats_of(found, experiments, alone, time, progress) if repeats else None
     if found.smooths_force and found.problem is not None:
         experiments = list(found.problem.experiments)
     progress("free runs", 0, 0)
@@ -126,6 +146,7 @@ def identify(
         "advice": list(told),
         "crosscheck": None if checked is None else checked.sentence,
         "bootstrap": None if scatter is None else {"trials": scatter.trials, "failed": scatter.failed},
+        "repeats": None if repeated is None else repeated.as_json(),
     }
     model = valve_model(found, known, recordings, experiments, {"fit": runs, "holdout": held_out}, quality)
-    return Identification(found, known, model, runs, held_out, checked, told)
+    return Identification(found, known, model, runs, held_out, checked, told, repeated)

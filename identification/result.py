@@ -16,6 +16,7 @@ from identification.estimators.least_squares import Normal, minimise
 from identification.estimators.output_error.problem import Piece, Problem, ResidualForm, Response
 from identification.sparse_regression.crosscheck import Crosscheck
 from identification.uncertainty.covariance import Uncertainty
+from identification.uncertainty.repeats import Repeats
 from recordings import Array, Recording
 from simulator import FittedTo, Value, ValveModel
 
@@ -66,6 +67,7 @@ class FitResult:
     holdout: tuple[Trajectory, ...]
     crosscheck: Crosscheck | None
     advice: tuple[str, ...]
+    repeats: Repeats | None = None
 
     @property
     def converged(self) -> bool:

@@ -22,13 +22,18 @@ def fit_text(found: FitResult) -> str:
 
 
 def fit_html(found: FitResult) -> str:
-    """A fit as a table: every parameter with its standard deviation, unit and status."""
+    """A fit as a table: every parameter with its standard deviation, that between repeats, unit and status."""
+    repeats = found.repeats
     rows = [
-        (name, f"{p.value:.6g}", "" if p.std is None else f"{p.std:.2g}", p.unit, p.status)
+        (
+            name, f"{p.value:.6g}", "" if p.std is None else f"{p.std:.2g}",
+            *([] if repeats is None else [repeats.spread_of(name)]), p.unit, p.status,
+        )
         for name, p in found.model.parameters.items()
-    ]
+    ]  # fmt: skip
     caption = f"{_names(found)}: {_outcome(found)}. {_errors(found.model)}"
-    return html_table(caption, ("parameter", "value", "± std", "unit", "status"), rows)
+    heads = ("parameter", "value", "± std", *([] if repeats is None else ["± repeats"]), "unit", "status")
+    return html_table(caption, heads, rows)
 
 
 def trace_text(found: TraceResult) -> str:

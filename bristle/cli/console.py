@@ -57,7 +57,7 @@ def writable(path: Path | None) -> None:
 
 
 def model_words(model: ValveModel) -> str:
-    """A model file in words: effects, parameters, noise, errors and what it was fitted to."""
+    """A model file in words: effects, parameters, noise, errors, what it was fitted to and what its repeats say."""
     lines = [f"valve model: {', '.join(model.effects)}"]
     for name, p in model.parameters.items():
         known = "given" if p.std is None else f"± {p.std:.2g}"
@@ -67,16 +67,20 @@ def model_words(model: ValveModel) -> str:
         if error:
             lines.append(f"free-run error, {kind}: {', '.join(f'{k} {v:.4g}' for k, v in error.items())}")
     lines += [f"fitted to {f.file} ({f.samples} samples, sha256 {f.sha256[:12]}...)" for f in model.fitted_to]
+    repeats = model.quality.get("repeats")
+    said = repeats.get("sentences") if isinstance(repeats, dict) else None
+    lines += [str(sentence) for sentence in said] if isinstance(said, list) else []
     return "\n".join(lines)
 
 
 def parameter_table(found: Identification, truth: dict[str, float] | None = None) -> Table:
     """The fitted parameters as a table, beside the truth where it is known."""
-    heads = ("parameter", "value", "± std", "unit", "status", *(("truth", "error") if truth else ()))
+    heads = ("parameter", "value", "± std", "± repeats", "unit", "status", *(("truth", "error") if truth else ()))
     rows = []
     for name, p in found.model.parameters.items():
         std = "" if p.std is None else f"{p.std:.2g}"
-        row = [name, f"{p.value:.6g}", std, p.unit, p.status]
+        between = found.repeats.spread_of(name) if found.repeats else ""
+        row = [name, f"{p.value:.6g}", std, between, p.unit, p.status]
         if truth:
             known = truth.get(name)
             row += (
@@ -85,11 +89,11 @@ def parameter_table(found: Identification, truth: dict[str, float] | None = None
                 else [f"{known:.6g}", f"{100 * (p.value / known - 1):+.2f} %" if known else ""]
             )
         rows.append(row)
-    return words_table(heads, rows, title="Identified valve", right=("value", "± std", "truth", "error"))
+    return words_table(heads, rows, title="Identified valve", right=("value", "± std", "± repeats", "truth", "error"))
 
 
 def print_identification(console: Console, found: Identification) -> None:
-    """Everything a fit has to say: parameters, noise, errors, advice and the cross-check that was asked for."""
+    """Everything a fit has to say: parameters, noise, errors, advice, and repeats and cross-check where asked for."""
     console.print(parameter_table(found), soft_wrap=False)
     noise = found.model.noise
     console.print(
@@ -97,7 +101,7 @@ def print_identification(console: Console, found: Identification) -> None:
         f"of the force {noise['force_N'] or 0.0:.3g} N"
     )
     print_errors(console, found.model)
-    for sentence in found.advice:
+    for sentence in (*found.advice, *(found.repeats.sentences() if found.repeats else ())):
         console.print(sentence)
     print_crosscheck(console, found.crosscheck)
 

@@ -32,6 +32,7 @@ def fit(
     priors: Mapping[str, tuple[float, float]] | None = None,
     constraints: Iterable[str] = (),
     bootstrap: int = 0,
+    repeats: bool = False,
     budget: float = float("inf"),
     crosscheck: bool = True,
     catalogue: Catalogue = CATALOGUE,
@@ -68,6 +69,9 @@ def fit(
         What the fit must keep to, in SI units: ``["lugre.fs>=1.05*lugre.fc", "mass.m<=5"]``.
     bootstrap : int, optional
         Number of refits of simulated recordings for the intervals; 0 takes them from the linearised model.
+    repeats : bool, optional
+        Whether the recordings, two or more, repeat one test. Each is then fitted alone as well, and ``repeats.spreads``
+        of the result has the standard deviation between these fits by parameter, in its unit.
     budget : float, optional
         Seconds that the fit may take. When they are over it has not converged, and the values are those so far.
     crosscheck : bool, optional
@@ -85,7 +89,7 @@ def fit(
     Raises
     ------
     BadInput
-        A recording or a parameter cannot be used.
+        A recording or a parameter cannot be used; repeats of one recording are none.
     NegativeAnswer
         No values came out: the valve does not move, for example.
 
@@ -106,7 +110,8 @@ def fit(
     return identification.identify(
         fitted, holdout=judging, effects=tuple(dict.fromkeys((*BASE, *added))), given=held, causality=causality,
         hold=hold, check=crosscheck, estimator=estimator, order=order, priors=priors,
-        constraints=tuple(constraints), bootstrap=bootstrap, budget=budget, catalogue=catalogue, progress=progress,
+        constraints=tuple(constraints), bootstrap=bootstrap, repeats=repeats, budget=budget, catalogue=catalogue,
+        progress=progress,
     )  # fmt: skip
 
 

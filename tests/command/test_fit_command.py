@@ -116,6 +116,11 @@ def test_data_that_teach_nothing_end_with_1_and_the_sentence(console, folder, na
         (["bundled:step", "--holdout", "nowhere.h5"], "nowhere.h5"),
         (["bundled:step", "bundled:step"], "it is fitted twice; it would count twice: give every recording once"),
         (["bundled:step", "--holdout", "bundled:step"], "it is fitted and held out; what is fitted does not judge"),
+        (
+            ["bundled:step", "--repeats"],
+            "--repeats: one recording has no spread; give 2 or more",
+        ),
+        (["bundled:step", "bundled:sine", "--compare", "--repeats"], "--repeats"),
     ],
 )
 def test_what_cannot_be_used_is_refused_before_the_work(console, folder, monkeypatch, words, said):
@@ -152,3 +157,19 @@ def test_a_report_is_written_beside_the_model(console, tmp_path):
     page = tmp_path / "fit.html"
     assert console("fit", "bundled:step", "--report", page, "--no-crosscheck").code == 0
     assert page.read_text(encoding="utf-8").lstrip().lower().startswith("<!doctype html>")
+
+
+def test_repeats_of_one_test_say_their_spread_beside_the_intervals(console, tmp_path):
+    step = bundled("step")
+    for day in (1, 2):
+        noise = 2e-6 * np.random.default_rng(day).normal(size=len(step))
+        position = replace(step["position"], values=step["position"].values + noise)
+        write(tmp_path / f"day{day}.h5", Recording.of([step["time"], step["force"], position]))
+    out, days = tmp_path / "model.json", [tmp_path / f"day{day}.h5" for day in (1, 2)]
+    ending = console("fit", *days, "--repeats", "--no-crosscheck", "--out", out)
+    assert ending.code == 0
+    assert "± repeats" in ending.out
+    assert any("lugre.fc" in line and "(2)" in line for line in ending.out.splitlines())
+    (said,) = json.loads(out.read_text())["quality"]["repeats"]["sentences"]
+    assert said in ending.out
+    assert said in console("show", out).out

@@ -45,6 +45,9 @@ def command(
         int,
         typer.Option(help="Intervals from so many refits of simulated recordings (0: by linearisation)."),
     ] = 0,
+    repeats: Annotated[
+        bool, typer.Option("--repeats", help="The recordings repeat one test: say how far the fits to each differ.")
+    ] = False,
     budget: Annotated[
         float | None, typer.Option(help="End the fit after so many seconds, with the values so far.")
     ] = None,
@@ -76,7 +79,8 @@ def command(
     for path in (out, report):
         writable(path)
     if friction or compare or free_run:
-        whole_valve = {"--prior": prior, "--constraint": constraint, "--profile": profile, "--bootstrap": bootstrap}
+        whole_valve = {"--prior": prior, "--constraint": constraint, "--profile": profile, "--bootstrap": bootstrap,
+                       "--repeats": repeats}  # fmt: skip
         refuse_others(whole_valve | {"--budget": budget} | ({"--without": without} if free_run else {"--given": given}))
         with working("fitting", staged=True) as progress:
             compared: FrictionComparison | FreeComparison = (
@@ -104,7 +108,7 @@ def command(
         found = br.fit(
             recordings, holdout=holdout or (), given=held, causality=cast("Causality | None", causality), area=area,
             hold=hold, estimator=cast("Estimator", estimator), order=cast("Order", order), priors=priors(prior or ()),
-            constraints=constraint or (), bootstrap=bootstrap, crosscheck=crosscheck,
+            constraints=constraint or (), bootstrap=bootstrap, repeats=repeats, crosscheck=crosscheck,
             budget=seconds, progress=progress,
         )  # fmt: skip
     answer(found.model.model_dump(mode="json"))
