@@ -19,7 +19,7 @@ NOT_RUN = {
     "CONTRIBUTING.md": [MINUTES, MINUTES],
     "docs/how-to/assess.md": [DATA],
     "docs/how-to/evaluate.md": [MINUTES, MINUTES],
-    "docs/how-to/fit.md": [DATA],
+    "docs/how-to/fit.md": [DATA, DATA],
     "docs/how-to/page.md": [DEVICE, DEVICE],
     "docs/how-to/hil-tests.md": [OWN_TEST, OWN_TEST, OWN_TEST],
     "docs/how-to/record.md": [DEVICE],
