@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 import bristle as br
-from benchmarks import real
+from benchmarks import emps_scoring, real
 from benchmarks.examination import draws, process
 from benchmarks.examination.plant import Valve, run
 from identification import one_thread
@@ -111,13 +111,12 @@ def assess(rng: np.random.Generator, case: int) -> Row:
 
 def emps(rng: np.random.Generator, case: int) -> Row:
     """EMPS with its official split, scored as its authors do; nothing is drawn."""
-    (row,) = (row for row in real.ROWS if row.name.startswith("EMPS"))
-    recordings = row.recordings()
-    found = br.trace(recordings, given={"spring.K": 0.0}, hold=row.hold)
-    official = real.imported(real.DATA / "emps/DATA_EMPS_PULSES.mat", "emps")
+    found = real.EMPS.traced()
+    fitted, official = (emps_scoring.measured(name) for name in (emps_scoring.FITTED, emps_scoring.OFFICIAL))
     return {
         "asked": "DATA_EMPS to DATA_EMPS_PULSES", "answered": ", ".join(found.effects_added) or found.verdict,
-        "fitted": real.authors_error(found.final, recordings[0]), "official": real.authors_error(found.final, official),
+        "fitted": emps_scoring.model_error(found.final, fitted),
+        "official": emps_scoring.model_error(found.final, official),
     }  # fmt: skip
 
 
