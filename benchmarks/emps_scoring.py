@@ -73,7 +73,7 @@ def published_error(model: PublishedModel, recording: Recording, end: int = 0) -
 
 def model_error(model: Identification, recording: Recording, end: int = 0) -> float:
     """Relative error [1] of the force that a traced model predicts from the position as it is in the recording."""
-    run = model.on([recording], hold=True)[0]
+    (run,) = model.on([recording], hold=True)  # one stretch without a gap
     return relative_error(run.measured, run.simulated, end)
 
 

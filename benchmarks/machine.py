@@ -27,16 +27,17 @@ def today() -> str:
     return datetime.datetime.now(datetime.UTC).date().isoformat()
 
 
-def commit(measured: Sequence[str] = (), kept: Sequence[str] = ()) -> str:
+def commit(measured: Sequence[str] = (), left_out: Sequence[str] = ()) -> str:
     """The commit that is measured; a tree with changes is said to be one.
 
     measured : folders and files that say what comes out, by default all: the last commit that changed any of them;
-    kept : those among them that measuring itself writes.
+    left_out : those among them that do not count, as what measuring itself writes.
     """
 
     def git(*words: str) -> str:
         return subprocess.run(["git", *words], capture_output=True, text=True, check=True).stdout.strip()
 
-    paths = *(f":/{name}" for name in measured or ("",)), *(f":!/{name}" for name in kept)
+    paths = *(f":/{name}" for name in measured or ("",)), *(f":!/{name}" for name in left_out)
     changed = git("status", "--porcelain", "-uno", "--", *paths)
-    return git("log", "-1", "--format=%H", "--", *paths) + (" with changes" if changed else "")
+    head = git("log", "-1", "--format=%H", "--", *paths) if measured or left_out else git("rev-parse", "HEAD")
+    return head + (" with changes" if changed else "")

@@ -144,7 +144,8 @@ def nodes_of_passes(nodes: list[int]) -> Iterator[None]:
 def examine_for_release(part: str, case: Case, tracer: Tracer | None = None) -> Row:
     """The same without what was tried, and where it missed what the catalogue has, with what the truth gains."""
     row = examine(part, case, tracer) | {"where_run": f"{today()}, {machine('casadi', 'numba', 'numpy', 'scipy')}"}
-    row.pop("tried", None)
+    for item in ("tried", "where"):
+        row.pop(item, None)
     if not good(row) and has_truth(case):
         row["gain_of_truth"] = gain_of_truth(case, **known(case))
     return row
@@ -286,7 +287,7 @@ def in_time(*given: Any, **options: Any) -> Any:
 
 def release(asked: argparse.Namespace) -> None:
     """Run what is left of the table of a release, and write its page."""
-    head = commit(trace_release.MEASURED, trace_release.KEPT)
+    head = commit(trace_release.MEASURED, trace_release.LEFT_OUT)
     work = trace_release.drawn(asked.seed, PAIRS)
     work = [one for one in work if one[1].rig or not asked.rig]
     named = {(part, case.name) for part, case in work}

@@ -2,7 +2,7 @@
 
 `python -m benchmarks.trace --release --seed S` runs what is left of it, `--minutes M` until so much processor time was
 spent. Cases are in an order drawn by the seed in which every kind has its turn, so that a table that was not finished
-is a fair sample of the whole. The finished cases are in `benchmarks/releases`, so that a table goes on in any clone. A
+is a fair sample of the whole. Finished cases are in `benchmarks/releases`: a table goes on in any clone with history. A
 further seed, or a commit that changes what is measured, begins a table of its own; the page keeps those of other seeds.
 """
 
@@ -23,10 +23,10 @@ from identification import trace_settings as settings
 PAGE = Path("docs/studies/trace-release.md")
 ROWS = Path("benchmarks/releases")
 """The finished cases, a file for every seed and commit."""
-MEASURED = ("identification", "recordings", "simulator", "benchmarks", "constraints.txt")
+MEASURED = ("identification", "recordings", "simulator", "benchmarks/plants", "benchmarks/trace*.py", "constraints.txt")
 """What says how a case comes out."""
-KEPT = (str(ROWS), "benchmarks/plants/strengths.json")
-"""What a release itself writes of it: the cases, and the strengths that it had to find."""
+LEFT_OUT = ("identification/report", "benchmarks/plants/strengths.json")
+"""What does not: pages, and the strengths that a release itself had to find."""
 STRENGTHS = (1.5, 3.0, 6.0, 12.0)
 VALVES, CONTROLS, OUTSIDERS, RIGS = 3, 200, 20, 20
 """Valves of every effect and strength; sets without an effect, and with one that no catalogue has; complete rigs."""
@@ -41,7 +41,8 @@ commit and writes this page. It goes on where it stopped. In every row *n* says 
 order is drawn, so that those that were run are a fair sample. *Right* is the verdict or its class, `none` without an
 effect, `unlisted` outside the catalogue. [The study](tracing.md) says how the plants are made. *The truth gains* says
 of a miss what the plant's own effects, fitted on from its own parameters, gain over the base model: with less than
-`MIN_GAIN` ({settings.MIN_GAIN:.0f}) they would not have been accepted, either.
+`MIN_GAIN` ({settings.MIN_GAIN:.0f}) they would not have been accepted, either. *Passes* are the nodes that the filter
+went over in a trace, over the samples that were fitted.
 """
 
 Work = tuple[str, Case]
@@ -142,13 +143,13 @@ def section(seed: int, head: str, rows: Sequence[Row], work: Sequence[Work]) -> 
 
 
 def _costs(what: str, rows: Sequence[Row]) -> str:
-    """What some traces took."""
+    """What some traces took. Predicted forces of a rig take no passes of the estimator that counts them."""
     seconds, passes = ([row[item] for row in rows] for item in ("processor", "passes"))
-    late = np.quantile(seconds, 0.9)
+    long, memory = np.quantile(seconds, 0.9), max(row["peak_MB"] for row in rows)
+    counted = f", {np.median(passes):.0f} passes (most {max(passes):.0f})" if any(passes) else ""
     return (
-        f" {what} took {np.median(seconds):.0f} s of processor time (median; nine in ten {late:.0f}, most"
-        f" {max(seconds):.0f}), {np.median(passes):.0f} passes over all samples (most {max(passes):.0f}) and up to"
-        f" {max(row['peak_MB'] for row in rows):.0f} MB."
+        f" {what} took {np.median(seconds):.0f} s of processor time (median; nine in ten {long:.0f}, most"
+        f" {max(seconds):.0f}){counted} and up to {memory:.0f} MB."
     )
 
 
@@ -160,5 +161,5 @@ def written(page: str, seed: int, text: str) -> str:
 
 
 def results_of(seed: int, head: str) -> Path:
-    """Where the finished cases of a seed and a commit are kept."""
-    return ROWS / f"{seed}-{head[:12]}{'-with-changes' if ' ' in head else ''}.jsonl"
+    """Where the finished cases of a seed and a commit are kept; those of a tree with changes are no release."""
+    return (Path("build") if " " in head else ROWS) / f"{seed}-{head[:12]}.jsonl"

@@ -124,5 +124,5 @@ def costs(rows: Sequence[Row]) -> None:
     print(f"\na trace, {np.median([row['samples'] for row in rows]):.0f} samples fitted: median, 90 %, longest")
     for key, what in (("seconds", "clock [s]"), ("processor", "processor [s]"), ("passes", "passes over all samples"),
                       ("peak_MB", "peak memory [MB]")):  # fmt: skip
-        values = [row[key] for row in rows]
+        values = [row[key] for row in rows if key in row] or [np.nan]
         print(f"  {what}: {np.median(values):.1f}, {np.quantile(values, 0.9):.1f}, {max(values):.1f}")

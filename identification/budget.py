@@ -54,15 +54,15 @@ class Budget:
         return not self.over
 
     def within(
-        self, items: Sequence[T], stage: str, progress: Progress, name: Callable[[T], str], gains: Sequence[float]
-    ) -> Iterator[T]:
+        self, items: Sequence[T], stage: str, progress: Progress, name: Callable[[T], str],
+        so_far: Callable[[], str],
+    ) -> Iterator[T]:  # fmt: skip
         """The items one by one, with progress, as long as there is time; the others are not tried. name : of one;
-        gains : of those before, which grow meanwhile; progress says the largest.
+        so_far : what came out of those before, in words.
         """
         for done, item in enumerate(items):
             if self.allows(name(item)):
-                best = f", best gain {max(gains):.0f}" if any(gain > 0 for gain in gains) else ""
-                progress(f"{stage}: {name(item)}{best}", done, len(items))
+                progress(f"{stage}: {name(item)}{so_far()}", done, len(items))
                 yield item
         progress(stage, len(items), len(items))
 

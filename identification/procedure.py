@@ -77,8 +77,9 @@ def identify(
     bootstrap : int
         Trials of a parametric bootstrap, at least 5; 0 for intervals from the linearised model.
     repeats : bool
-        The recordings, two or more, repeat one test: each is also fitted alone, with the same order, estimator, held
-        values, priors and constraints. `Identification.repeats` and ``quality.repeats`` of the model have the standard
+        The recordings, two or more, repeat one test: each is also fitted alone, in the same order, with the same held
+        values, priors and constraints and the estimator that was asked for: ``auto`` chooses for each of them, and
+        ``quality.repeats`` says which. `Identification.repeats` and ``quality.repeats`` of the model have the standard
         deviations between these fits, in the units of the parameters.
     budget : float
         Seconds that the fit may take. When they are over its outcome is `Outcome.OUT_OF_TIME`, without a bootstrap, and

@@ -54,7 +54,9 @@ class Grid:
 
     @functools.cached_property
     def latest_path(self) -> dict[str, tuple[object, bytes, Array | None]]:
-        """The latest path along the smoothed motion, with its kernel and parameters: all parts begin on it."""
+        """The latest path along the smoothed motion, with its kernel and parameters: all parts begin on it. The only
+        item, "path", is replaced as a whole, since threads share it.
+        """
         return {}
 
     def with_local_smoothing(self) -> Grid:

@@ -21,8 +21,8 @@ def check_used_once(
     for use, some in groups:
         for one, other in combinations(some, 2):
             if _same(one, other):
-                remedy = "it would count twice: give every recording once"
-                raise BadInput(other.label, f"it is {use} twice", remedy, parameter=USES[use])
+                found = f"it holds the same measurement as {one.label}, which is {use} already"
+                raise BadInput(other.label, found, "it would count twice: give it once", parameter=USES[use])
     for (first, some), (second, others) in combinations(groups, 2):
         for one, other in product(some, others):
             if _same(one, other):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from identification.tracing.classes import ranked
 from identification.tracing.judge import NO_TIME, Candidate, judge, not_fitted, not_refitted
 from identification.tracing.models.comparison import is_white, most_to_gain
 from identification.tracing.models.model import Model
-from identification.tracing.refine import CandidateFit, gain_of, worth_refitting
+from identification.tracing.refine import CandidateFit, gain_of, gain_so_far, worth_refitting
 from identification.tracing.screen import Score, screen
 from identification.tracing.shortlist import shortlisted_fits
 from recordings import Progress, silent
@@ -79,7 +80,9 @@ def _judged(
         return [fit for effect, fit in worth_refitting(model, fits, complete=complete).items() if effect not in known]
 
     gains = [c.gain for c in known.values() if c.refit is not None]
-    for fit in budget.within(worth(), "refits and hold-out", progress, lambda fit: fit.effect, gains):
+    for fit in budget.within(
+        worth(), "refits and hold-out", progress, lambda fit: fit.effect, partial(gain_so_far, gains)
+    ):
         if any(fit.effect == one.effect for one in worth()):
             found[fit.effect] = new = judge(model, fit)
             gains += [] if new.refit is None else [new.gain]

@@ -41,6 +41,11 @@ def gain_of(base: Model, refit: Model | None) -> float:
     return 0.0 if refit is None else base.cost - refit.cost
 
 
+def gain_so_far(gains: Sequence[float], where: str = "") -> str:
+    """The largest gain of those fitted so far, in words for the progress; empty where nothing is gained."""
+    return f", best gain{where} {max(gains):.0f}" if any(gain > 0 for gain in gains) else ""
+
+
 def fit_on_chunks(
     base: Model, base_on_chunks: Model | None, score: Score, from_here: bool, best_gain: float = 0.0, *,
     complete: bool = False,

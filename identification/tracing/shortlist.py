@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 from identification.budget import Budget
 from identification.tracing import settings
 from identification.tracing.models.comparison import fitted_whiteness, is_white
 from identification.tracing.models.model import Model
 from identification.tracing.models.search import best_model_on_chunks
-from identification.tracing.refine import CandidateFit, fit_on_chunks, gain_of, refit_on_base_paths
+from identification.tracing.refine import CandidateFit, fit_on_chunks, gain_of, gain_so_far, refit_on_base_paths
 from identification.tracing.screen import Score
 from recordings import Progress, silent
 
@@ -34,7 +35,7 @@ def shortlisted_fits(
     known = [s for s in few if s.effect in refits and all(s not in group for group in groups)]
     fits, gains = [CandidateFit(s, (), s.gain) for s in known], list[float]()
     for i, group in enumerate(groups):
-        for s in budget.within(group, "fits to chunks", progress, _effect, gains):
+        for s in budget.within(group, "fits to chunks", progress, _effect, partial(gain_so_far, gains, " on chunks")):
             from_here = s in usual or is_imitated(base, s)
             nothing_left = enough is not None or complete()
             best_gain = max((0.0, *gains))
@@ -64,7 +65,7 @@ def _refits_on_base_paths(
     round. Effects that the base model imitates well also imitate each other, and none of them ends the search.
     """
     refits, complete, gains, beside = dict[str, Model | None](), None, list[float](), 0.0
-    for s in budget.within(few, "refits on the base model's paths", progress, _effect, gains):
+    for s in budget.within(few, "refits on the base model's paths", progress, _effect, partial(gain_so_far, gains)):
         if settings.PROMISE_FACTOR * s.gain < settings.GAIN_SHARE * beside:
             break
         refits[s.effect] = refit = refit_on_base_paths(base, s, beside)

@@ -36,13 +36,14 @@ UNEXPLAINED = (Outcome.NOT_CONVERGED, Outcome.NOT_EXPLAINED)
 @dataclass(frozen=True)
 class SingleFit:
     """The fit to one of the repeats alone. recording : its name; values, std : of the parameters that are `identified`
-    in it, by full name, SI units; failed : why it does not count, None where it does.
+    in it, by full name, SI units; failed : why it does not count, None where it does; estimator : which one made it.
     """
 
     recording: str
     values: dict[str, float]
     std: dict[str, float]
     failed: str | None = None
+    estimator: str | None = None
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,7 @@ class Spread:
 
     count : single fits in which it is `identified`; mean : of these, in the unit of the parameter; std : standard
     deviation between these, with ``count - 1`` in the denominator; explained : root mean square of their own standard
-    deviations, which is what `std` would be by the noise alone; exceeds : whether `std` is more than chance makes of
+    deviations, which is what their intervals allow `std` to be; exceeds : whether `std` is more than chance makes of
     that. mean, std and explained are None where fewer than two fits count.
     """
 
@@ -96,7 +97,9 @@ class Repeats:
                 "repeats."
             )
         elif any(spread.std is not None for spread in self.spreads.values()):
-            said.append("The repeats differ by no more than their intervals explain.")
+            unknown = [name for name, spread in self.spreads.items() if spread.std is None]
+            but = f" No spread is known of {', '.join(unknown)}." if unknown else ""
+            said.append(f"The repeats differ by no more than their intervals and chance explain.{but}")
         else:
             said.append("No spread between the repeats is known: no parameter is identified in two of the single fits.")
         means = [f"{name} {spread.mean:.6g}" for name, spread in self.spreads.items() if spread.mean is not None]
@@ -137,8 +140,9 @@ def repeats_of(
     """
     singles = []
     for done, (name, e) in enumerate(zip(_names(experiments), experiments, strict=True)):
+        progress("repeats", done, len(experiments))
         singles.append(_single(name, e, fit_one, time))
-        progress("repeats", done + 1, len(experiments))
+    progress("repeats", len(experiments), len(experiments))
     free = found.coordinates.free_names
     spreads = {name: _spread(name, singles, LEVEL / len(free)) for name in free}
     return Repeats(tuple(singles), spreads, together=found.outcome not in UNEXPLAINED)
@@ -159,10 +163,12 @@ def _single(name: str, e: Experiment, fit_one: Callable[[Experiment], Fit], time
     except (BadInput, NegativeAnswer) as error:
         return SingleFit(name, {}, {}, str(error))
     if found.outcome is not Outcome.CONVERGED:
-        return SingleFit(name, {}, {}, LATE if found.outcome is Outcome.OUT_OF_TIME else found.outcome.value)
+        why = LATE if found.outcome is Outcome.OUT_OF_TIME else found.outcome.value
+        return SingleFit(name, {}, {}, why, found.estimator)
     known = uncertainty_of(found)
     told = [n for n in known.names if known.status[n] == "identified"]
-    return SingleFit(name, {n: found.values[n] for n in told}, {n: known.spread[n] for n in told})
+    values, std = ({n: of[n] for n in told} for of in (found.values, known.spread))
+    return SingleFit(name, values, std, estimator=found.estimator)
 
 
 def _spread(name: str, singles: Sequence[SingleFit], level: float) -> Spread:

@@ -174,7 +174,8 @@ def test_a_release_stops_in_time_and_its_page_tells_the_misses(tmp_path: Path) -
     section = trace_release.section(5, "abc", rows, work)
     what, other = ("One of a rig", "A trace") if rows[0]["rig"] else ("A trace", "One of a rig")
     assert f"Commit abc; day 1, a machine. {what} took 0 s of processor time" in section
-    assert ", 0 passes over all samples (most 0) and up to " in section
+    assert "passes" not in section
+    assert ", 7 passes (most 7) and up to " in trace_release.section(5, "abc", [rows[0] | {"passes": 7.3}], work)
     assert f"{other} took" not in section
     assert "| 1 of " in section
     assert f"- controls {work[0][1].name}: unlisted" in section
@@ -304,9 +305,9 @@ def test_what_measuring_itself_writes_is_no_change_of_the_tree(tmp_path: Path, m
     first = commit()
     (tmp_path / "page.md").write_text("second\n")
     assert commit() == f"{first} with changes"
-    assert commit(kept=["page.md"]) == commit(["method.py"]) == first
+    assert commit(left_out=["page.md"]) == commit(["method.py"]) == first
     subprocess.run(["git", *author, "commit", "-qam", "the page"], check=True)
     assert commit() != first
-    assert commit(kept=["page.md"]) == commit(["method.py"]) == first
+    assert commit(left_out=["page.md"]) == commit(["method.py"]) == first
     (tmp_path / "method.py").write_text("second\n")
-    assert commit(kept=["page.md"]).endswith("with changes")
+    assert commit(left_out=["page.md"]).endswith("with changes")

@@ -114,7 +114,7 @@ def test_data_that_teach_nothing_end_with_1_and_the_sentence(console, folder, na
         (["bundled:step", "--profile", "lugre.qq"], "--profile lugre.qq"),
         (["bundled:step", "--given", "mass.m=2", "--profile", "mass.m"], "--profile mass.m"),
         (["bundled:step", "--holdout", "nowhere.h5"], "nowhere.h5"),
-        (["bundled:step", "bundled:step"], "it is fitted twice; it would count twice: give every recording once"),
+        (["bundled:step", "bundled:step"], "which is fitted already; it would count twice: give it once"),
         (["bundled:step", "--holdout", "bundled:step"], "it is fitted and held out; what is fitted does not judge"),
         (
             ["bundled:step", "--repeats"],

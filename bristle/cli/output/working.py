@@ -29,7 +29,8 @@ def working(what: str, *, staged: bool = False, budget: float = math.inf) -> Ite
     """Meanwhile the user sees what is done; gives the `Progress` to tell it the stages.
 
     staged : whether the work tells its stages. Then no line comes before the first, so that input that cannot be used
-    is refused in one line. budget : time that the work may take, of which is shown how much is left [s].
+    is refused in one line. budget : time that the work may take, of which is shown how much is left [s]; it is
+    counted from here, a little before the work counts it.
     """
     chosen = manner()
     if chosen.quiet:

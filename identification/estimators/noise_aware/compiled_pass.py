@@ -107,10 +107,10 @@ def run(
 
 def way_back(
     library: ctypes.CDLL, smoother: tuple[Array, ...], move: Array | None, share: float, *, adjoints: bool
-) -> tuple[Array, Array | None]:  # fmt: skip
+) -> tuple[Array, Array]:  # fmt: skip
     """`linearised_model.smoothed`, along what a pass of the same library has kept."""
     mean = smoother[0]
-    out, gradient = np.empty_like(mean), np.empty_like(mean) if adjoints else None
+    out, gradient = np.empty_like(mean), np.empty_like(mean if adjoints else mean[:0])
     move = None if move is None else np.ascontiguousarray(move, float)
     kept = FILLED(**_addresses(dict(zip(SMOOTHER, smoother, strict=True))))
     moved, *ends = map(ctypes.c_void_p, _addresses({"move": move, "out": out, "adjoints": gradient}).values())

@@ -70,7 +70,7 @@ def loops() -> ModuleType:
 
 def correction(line: Innovations, move: Array | None = None, share: float = 1.0) -> Array:
     """Where the smoothed path lies (n, n_states) beside that of the linearisation, coordinates moved by (m,) or left
-    where they are. share : of the way on which they are left there, where not all of it is gone.
+    where they are. share : fraction in [0, 1] of the step at unchanged coordinates; what `move` adds counts in full.
     """
     return smoothed(line, move, share)[0]
 
@@ -81,8 +81,7 @@ def pull_at_force(line: Innovations, t: Array, m: float) -> Array:
     """
     if not line.smoother:
         return np.zeros(len(t))
-    pull = smoothed(line, adjoints=True)[1]
-    return np.zeros(len(t)) if pull is None else np.asarray(pull[:, 1] * np.gradient(t) / m, float)
+    return np.asarray(smoothed(line, adjoints=True)[1][:, 1] * np.gradient(t) / m, float)
 
 
 def by_chance(line: Innovations, rng: np.random.Generator) -> Innovations:
@@ -96,15 +95,17 @@ def by_chance(line: Innovations, rng: np.random.Generator) -> Innovations:
 
 def smoothed(
     line: Innovations, move: Array | None = None, share: float = 1.0, *, adjoints: bool = False
-) -> tuple[Array, Array | None]:
-    """The `correction` and, if asked for, the gradient of half the squares by the predicted states, (n, n_states)."""
+) -> tuple[Array, Array]:
+    """The `correction` and, if asked for, the gradient of half the squares by the predicted states, (n, n_states), else
+    (0, n_states).
+    """
     if line.library is not None:
         return way_back(line.library, line.smoother, move, share, adjoints=adjoints)
     mean, P, S, E, V, J, K, H, F = line.smoother
     move = np.zeros(J.shape[2]) if move is None else np.ascontiguousarray(move, float)
     out, gradient = np.empty_like(mean), np.empty_like(mean)
     loops().smoothed(share * mean, P, S, share * E, V, J, K, H, F, move, out, gradient)
-    return out, gradient if adjoints else None
+    return out, gradient if adjoints else gradient[:0]
 
 
 def first_path(kernel: Kernel, grid: Grid, p: Array, h_max: float = SUB_STEP) -> Array | None:
@@ -136,14 +137,16 @@ def first_path(kernel: Kernel, grid: Grid, p: Array, h_max: float = SUB_STEP) ->
 
 
 def _path_before(kernel: Kernel, lead: Lead, p: Array) -> Array | None:
-    """The state (n_states,) on a first path at the end of a lead; None where that has no solution. The path is made
-    once for all parts of a grid.
+    """The state (n_states,) on a first path at the end of a lead; None where that has no solution. A thread makes the
+    path of the whole grid at most once for all of its parts.
     """
     known, key = lead.whole.latest_path, p.tobytes()
     of, at, path = known.get("path", (None, b"", None))
     if of is not kernel or at != key:
         path = first_path(kernel, lead.whole, p, LEAD)
         known["path"] = kernel, key, path
+    if path is None:  # it may have a solution up to the end of the lead
+        path = first_path(kernel, lead.grid, p, LEAD)
     return None if path is None else np.asarray(path[lead.first], float)
 
 

@@ -250,7 +250,7 @@ int filter_pass(const Given *g, const Filled *out) {
 }
 
 /* The way back: a path beside that of the linearisation, out (n, NS), as `smoothed` of `recursions.py` has it, with the
-   coordinates moved by `move` (M), null where they stay, and with `share` of the way on which they stay; and where
+   coordinates moved by `move` (M), null where they stay, and `share` of the step at unchanged coordinates; and where
    adjoints (n, NS) is not null, the gradient of half the sum of squares by the predicted states. */
 void way_back(const Filled *from, long n, const double *move, double share, double *out, double *adjoints) {
   double adjoint[NS] = {0};

@@ -22,7 +22,8 @@ class Predictor(Protocol):
 
     def toward(self, line: Innovations, move: Array | None = None, share: float = 1.0) -> Array:
         """The way (n, n_states) to the path about which it is linearised next, with the coordinates moved by (m,), or
-        left where they are. share : of the way on which they are left there, where not all of it is gone.
+        left where they are. share : fraction in [0, 1] of the step at unchanged coordinates; what `move` adds counts
+        in full.
         """
 
 

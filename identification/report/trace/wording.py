@@ -10,11 +10,11 @@ import numpy as np
 from identification.report.trace.dependence import residual_force, seen_models
 from identification.report.wording.effects import SHOWN, effect_name, listed, sizes
 from identification.report.wording.numbers import number, percent, plain
+from identification.tracing import settings
 from identification.tracing.judge import Candidate
 from identification.tracing.models.comparison import Comparison
 from identification.tracing.residual import ResidualDescription
 from identification.tracing.result import TraceResult
-from identification.tracing.settings import COMPLETE_LOSS
 
 SURE, LIKELY = 1e-3, 1e-2
 """Probabilities of the held-out test below which it makes an answer sure, and likely."""
@@ -109,7 +109,7 @@ def _nearest(trace: TraceResult) -> Iterator[str]:
     refit = tried[0].refit
     assert refit is not None
     assert refit.held_out is not None
-    share = 1 - max(refit.held_out.loss - COMPLETE_LOSS, 0.0) / missing
+    share = 1 - max(refit.held_out.loss - settings.COMPLETE_LOSS, 0.0) / missing
     if share > 0:
         yield (
             f"The nearest is {effect_name(tried[0].effect)} ({trace.catalogue[tried[0].effect].sentence}). It explains "

@@ -124,14 +124,15 @@ def test_with_nothing_free_it_leads_to_the_same_path(passed):
 @pytest.mark.parametrize("share", [1.0, 0.6])
 @pytest.mark.parametrize("moved", [False, True], ids=["left", "moved"])
 def test_the_way_back_is_the_same(added, share, moved):
-    arguments = case(with_error(*added), grid())
-    line = linearise(*arguments, FREEDOM)
+    line = linearise(*case(with_error(*added), grid(2)), FREEDOM)
+    if line.library is None:
+        pytest.skip("without a C compiler there is one way only")
     move = 1e-3 * np.random.default_rng(0).standard_normal(line.by.shape[2]) if moved else None
     found, expected = (smoothed(one, move, share, adjoints=True) for one in (line, replace(line, library=None)))
     for one, other in zip(found, expected, strict=True):
         size = np.maximum(np.abs(other).max(axis=0), 1e-12)
         assert_allclose(one / size, other / size, rtol=0, atol=1e-9)
-    assert smoothed(line, move, share)[1] is None
+    assert len(smoothed(line, move, share)[1]) == 0
 
 
 def test_a_share_of_the_way_counts_where_the_parameters_stay():

@@ -230,3 +230,14 @@ def test_a_part_of_a_recording_remembers_what_came_before_it():
     assert part is not None
     np.testing.assert_allclose(part[:, plays], path[9100:9300, plays], atol=1e-6)
     assert np.abs(path[9100, plays] - path[9100, -2]).max() > 50.0  # which is far from a start at the force
+
+
+def test_a_part_begins_on_the_path_of_its_own_kernel_and_parameters():
+    [whole] = grids([experiment(noisy()[0])])
+    part, wide = whole.part(9000, 9500), {"actuator_hysteresis.h": 40.0, "actuator_hysteresis.r": 100.0}
+    for damped, r in ((False, 100.0), (False, 60.0), (True, 60.0), (False, 100.0)):
+        model = kernel((*BASE, "actuator_hysteresis"), "force with error", damped=damped)
+        p = model.vector(TRUTH | wide | {"actuator_hysteresis.r": r})
+        plays = [i for i, name in enumerate(model.states) if name.startswith("actuator_hysteresis.")]
+        begun, path = first_path(model, part, p), first_path(model, whole, p)
+        np.testing.assert_allclose(begun[0, plays], path[9000, plays], atol=1e-6)

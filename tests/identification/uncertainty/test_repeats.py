@@ -46,7 +46,7 @@ def test_repeats_of_a_valve_that_stays_differ_as_their_intervals_say(alike):
         assert spread.count == 4
         assert 0.15 < spread.ratio < 2.1  # chi-square with three degrees of freedom, one in a hundred at either end
         assert not spread.exceeds
-    assert alike.repeats.sentences() == ["The repeats differ by no more than their intervals explain."]
+    assert alike.repeats.sentences() == ["The repeats differ by no more than their intervals and chance explain."]
 
 
 def test_friction_that_differs_from_day_to_day_shows_beside_its_interval(changing):
@@ -81,6 +81,7 @@ def test_the_model_keeps_the_spread_and_a_fit_without_repeats_has_none(changing,
     assert stored == model.quality["repeats"] == changing.repeats.as_json()
     assert stored["parameters"]["lugre.fc"]["count"] == 3
     assert [one["recording"] for one in stored["fits"]] == ["day 1", "day 2", "day 3"]
+    assert {one["estimator"] for one in stored["fits"]} == {"output-error"}
     plain = br.fit(recorded_on(1), given=GIVEN, crosscheck=False)
     assert plain.repeats is None
     assert plain.model.quality["repeats"] is None
