@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from recordings import BadInput, BadParameter
 
@@ -56,6 +57,36 @@ def refuse_others(options: Mapping[str, object]) -> None:
             raise BadInput(
                 name, "it belongs to the fit of a valve, not to this comparison of friction models", "leave it out"
             )
+
+
+def compare_models(
+    recordings: Sequence[str],
+    *,
+    free_run: bool,
+    out: Path | None,
+    report: Path | None,
+    given: Sequence[str] | None,
+    without: Sequence[str] | None,
+    **options: Any,
+) -> None:
+    """Compare models of friction, by the force that the motion takes or by free runs; print, answer and write it."""
+    import bristle as br
+    from bristle.cli.console import assignments
+    from bristle.cli.output.manner import answer, stdout
+    from bristle.cli.output.working import working
+
+    with working("fitting", staged=True) as progress:
+        compared: FrictionComparison | FreeComparison = (
+            br.compare_free_runs(recordings, given=assignments(given or [], "--given"), progress=progress, **options)
+            if free_run
+            else br.compare_friction(recordings, without=without or (), progress=progress, **options)
+        )
+    print_comparison(stdout(), compared)
+    answer(compared.as_json())
+    if out:
+        compared.write(out)
+    if report:
+        compared.report(report)
 
 
 def print_comparison(console: Console, found: FrictionComparison | FreeComparison) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, cast
 import typer
 
 if TYPE_CHECKING:
-    from identification import Estimator, FreeComparison, FrictionComparison, Order
+    from identification import Estimator, Order
     from simulator import Causality
 
 
@@ -71,7 +71,7 @@ def command(
     """
     import bristle as br
     from bristle.cli.console import assignments, print_identification, writable
-    from bristle.cli.fitting import print_comparison, print_profiles, priors, profiled, refuse_others
+    from bristle.cli.fitting import compare_models, print_profiles, priors, profiled, refuse_others
     from bristle.cli.output.manner import answer, stdout
     from bristle.cli.output.working import working
     from identification import without_effects
@@ -82,24 +82,10 @@ def command(
         whole_valve = {"--prior": prior, "--constraint": constraint, "--profile": profile, "--bootstrap": bootstrap,
                        "--repeats": repeats}  # fmt: skip
         refuse_others(whole_valve | {"--budget": budget} | ({"--without": without} if free_run else {"--given": given}))
-        with working("fitting", staged=True) as progress:
-            compared: FrictionComparison | FreeComparison = (
-                br.compare_free_runs(
-                    recordings, holdout=holdout or (), models=friction or (), area=area, hold=hold,
-                    given=assignments(given or [], "--given"), progress=progress,
-                )
-                if free_run
-                else br.compare_friction(
-                    recordings, holdout=holdout or (), models=friction or (), area=area, hold=hold,
-                    without=without or (), progress=progress,
-                )
-            )  # fmt: skip
-        print_comparison(stdout(), compared)
-        answer(compared.as_json())
-        if out:
-            compared.write(out)
-        if report:
-            compared.report(report)
+        compare_models(
+            recordings, free_run=free_run, out=out, report=report, given=given, without=without,
+            holdout=holdout or (), models=friction or (), area=area, hold=hold,
+        )  # fmt: skip
         return
     held = without_effects(without or ()) | assignments(given or [], "--given")
     wanted = profiled(profile or (), held)
