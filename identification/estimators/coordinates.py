@@ -59,6 +59,11 @@ class Coordinates:
         told = tuple((name, *pair) for name, pair in (priors or {}).items() if name not in given)
         return cls(tuple(known), base, free, logs, scale, lower, upper, told)
 
+    def below(self, bounds: Mapping[str, float]) -> Coordinates:
+        """The same with upper bounds on some of the parameters, by full name in SI units, beside the physical ones."""
+        told = np.array([bounds.get(name, np.inf) for name in self.names])
+        return replace(self, upper=np.minimum(self.upper, told))
+
     @property
     def free_names(self) -> tuple[str, ...]:
         """Names of the free parameters, in the order of theta."""

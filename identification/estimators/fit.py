@@ -11,6 +11,7 @@ import numpy as np
 from identification.budget import time_is_over
 from identification.data.experiment import Experiment
 from identification.data.grid import grids, with_smooth_force
+from identification.data.largest_mass import largest_mass
 from identification.estimators.by_order import fit_damped, fit_full, starting_points
 from identification.estimators.constraints import checked
 from identification.estimators.coordinates import Coordinates
@@ -91,6 +92,8 @@ def fit(
     check_priors(priors or {}, valve)
     force = np.concatenate([s.u for e in experiments for s in e.segments])
     coordinates = Coordinates.of(valve, given, float(np.std(force)) or 1.0, priors)
+    if valve.causality == "force":
+        coordinates = coordinates.below({"mass.m": largest_mass(experiments)})
     coordinates = replace(coordinates, constraints=checked(constraints, coordinates.names, coordinates.logs))
     check_constraints(constraints, coordinates)
     hindered = obstacle(experiments, coordinates, force)

@@ -10,6 +10,7 @@ import numpy as np
 from identification.data.chunks import regular
 from identification.data.experiment import Experiment, Segment
 from identification.data.grid import Grid, grids
+from identification.data.largest_mass import largest_mass
 from identification.estimators.coordinates import Coordinates
 from identification.estimators.imposed_motion.estimator import ImposedMotion
 from identification.estimators.noise_aware.best_paths import BestPathsNoiseAware, freedom_for
@@ -39,9 +40,10 @@ class TrialData:
     experiments, held_out_experiments : the recordings to fit and those held out; fitted, held_out : the grids of their
     segments; given : parameters that are held, by full name, SI units; travel : lowest and highest position seen [m];
     force_std : standard deviation of the force [N]; catalogue : the effects that exist; candidates : those of them that
-    can show in what is predicted; imposed : whether the motion is, and the force is predicted; max_stiffness : bound on
-    the stiffness of the bristles [N/m], since a rigid stem can swallow what is missing; damped : freedom of the paths
-    in damped order, None where the sampling resolves the bristle.
+    can show in what is predicted; imposed : whether the motion is, and the force is predicted; max_mass : that the
+    force can have moved so [kg]; max_stiffness : bound on the stiffness of the bristles [N/m], since a rigid stem can
+    swallow what is missing; damped : freedom of the paths in damped order, None where the sampling resolves the
+    bristle.
     """
 
     experiments: tuple[Experiment, ...]
@@ -54,6 +56,7 @@ class TrialData:
     catalogue: Catalogue
     candidates: tuple[str, ...]
     imposed: bool = False
+    max_mass: float = float("inf")
     max_stiffness: float = float("inf")
     damped: PathFreedom | None = None
 
@@ -121,10 +124,7 @@ class TrialData:
         known = {name: self.stroke for name, p in self.catalogue.parameters(effects).items() if p.known}
         given = {name: value for name, value in self.given.items() if name in target.parameters}
         free = Coordinates.of(target, known | given, self.force_std)
-        bounds = {"lugre.sigma0": self.max_stiffness}
-        return replace(
-            free, upper=np.minimum(free.upper, np.array([bounds.get(name, np.inf) for name in free.names]))
-        )  # fmt: skip
+        return free.below({"mass.m": self.max_mass, "lugre.sigma0": self.max_stiffness})
 
     def estimator(
         self, effects: tuple[str, ...], *, coarse: bool = False, worth: float = 0.0,
@@ -159,6 +159,7 @@ def trial_data(
     return TrialData(
         tuple(experiments), tuple(held_out), tuple(fitted), tuple(grids(held_out)), dict(given),
         (float(x.min()), float(x.max())), float(np.std(force)), catalogue, catalogue.ids,
+        max_mass=largest_mass(experiments),
     )  # fmt: skip
 
 
