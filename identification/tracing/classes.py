@@ -41,7 +41,8 @@ def same_class(candidates: Sequence[Candidate]) -> tuple[str, ...]:
 
 
 def _is_alike(best: Candidate, other: Candidate) -> bool:
-    """Whether another candidate gains about as much as the best on all recordings, or not significantly less."""
+    """Whether another candidate gains about as much as the best on all recordings, or not significantly less held out
+    and fitted hardly less."""
     if other.held_out is None or other.refit is None or other.held_out.gain <= 0:
         return False
     assert best.held_out is not None
@@ -52,7 +53,7 @@ def _is_alike(best: Candidate, other: Candidate) -> bool:
     assert best.refit.held_out is not None
     assert other.refit.held_out is not None
     against = compare(other.refit.held_out, best.refit.held_out, best.refit.data.held_out)
-    return settings.LEVEL / 2 < against.p_value < 1 - settings.LEVEL / 2 and fitted < settings.MIN_GAIN / 2
+    return fitted < settings.MIN_GAIN and against.p_value > settings.LEVEL / 2
 
 
 def one_accepted(candidates: Sequence[Candidate], effect: str) -> tuple[tuple[Candidate, ...], tuple[str, ...]]:

@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 from traced_valves import traced
 
-from identification.tracing.classes import one_accepted
+from identification.tracing.classes import one_accepted, same_class
+from identification.tracing.judge import Candidate
+from identification.tracing.models.comparison import Comparison
 from identification.tracing.swap import swapped
 
 T = np.linspace(0.0, 10.0, 1001)
@@ -89,3 +91,20 @@ def test_an_effect_found_beside_the_first_one_stands_first_where_it_alone_is_lef
     assert others == ("hardening_spring",)
     candidates, others = one_accepted((first, alike, worse), "quadratic_drag")
     assert (candidates[0].effect, others) == ("quadratic_drag", ())
+
+
+def judged(effect: str, gain: float, size: float) -> Candidate:
+    """An accepted candidate with a fitted gain, whose refit leaves innovations of such a size on what is held out."""
+    refit = Fitted(0.0, held_out=left(size))
+    return Candidate(effect, gain, {}, refit, Comparison(60.0, 3.0, 0.002, 20.0), accepted=True)
+
+
+@pytest.mark.parametrize(
+    ("gain", "size", "alike"),
+    [(610.0, 1.0, True), (610.0, 0.9, True), (610.0, 1.2, False), (580.0, 1.0, False)],
+    ids=["hardly less fitted", "more held out", "less held out", "less fitted"],
+)
+def test_candidates_are_one_class_unless_the_best_explains_either_part_better(gain, size, alike):
+    """Of one that even explains what is held out better it cannot be said that the best is the right one."""
+    candidates = [judged("contact_stiffness", 650.0, 1.0), judged("sensor_nonlinearity", gain, size)]
+    assert (same_class(candidates) == ("sensor_nonlinearity",)) is alike
