@@ -19,7 +19,8 @@ OVERSHOOT = 1.25
 
 
 def largest_mass(experiments: Sequence[Experiment]) -> float:
-    """The largest mass [kg] of a stem that the force can have moved so; infinite where it never starts from rest.
+    """The largest mass [kg] of a stem that the force can have moved so; infinite where it never starts from rest, or
+    where the force is constant: then something else has moved it.
 
     What a stem has in motion it got since it last stood still, when friction, spring and force were in balance: from
     changes of the force, which are no larger than its range F [N], along its way d [m]. So m v^2/2 <= F d. Friction and
@@ -29,7 +30,7 @@ def largest_mass(experiments: Sequence[Experiment]) -> float:
     segments = [s for e in experiments for s in e.segments]
     force = float(np.ptp(np.concatenate([s.u for s in segments])))
     square = max(float(np.max(_square_over_way(s))) for s in segments)
-    return 2 * OVERSHOOT * force / square if square > 0 else np.inf
+    return 2 * OVERSHOOT * force / square if force > 0 and square > 0 else np.inf
 
 
 def _square_over_way(s: Segment) -> Array:

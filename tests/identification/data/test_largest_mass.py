@@ -9,7 +9,7 @@ from seeded_valves import made, recorded
 
 from benchmarks.plants.cases import Case, Valve
 from benchmarks.plants.recordings import recordings
-from identification import experiment, trace
+from identification import Outcome, experiment, fit, trace
 from identification.data.largest_mass import largest_mass
 from recordings import Recording
 from simulator import random_valve
@@ -65,6 +65,14 @@ def test_what_never_rests_bounds_nothing():
     t = np.arange(0.0, 4.0, 2e-3)
     x = 0.01 * np.sin(2 * np.pi * t) + np.random.default_rng(4).normal(0.0, 1e-6, len(t))
     assert largest_mass([experiment(made(t, 100.0 * np.sin(2 * np.pi * t), x))]) == np.inf
+
+
+def test_a_force_that_is_constant_bounds_nothing_and_is_what_a_fit_says_in_spite_of_constraints():
+    t = np.arange(0.0, 4.0, 2e-3)
+    x = 1e-3 * np.clip(t - 1.0, 0.0, 1.0) + np.random.default_rng(5).normal(0.0, 1e-6, len(t))
+    experiments = [experiment(made(t, np.full(len(t), 50.0), x))]
+    assert largest_mass(experiments) == np.inf
+    assert fit(experiments, constraints=["mass.m<=5"]).outcome is Outcome.CONSTANT_INPUT
 
 
 @pytest.mark.slow
