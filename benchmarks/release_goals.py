@@ -1,0 +1,141 @@
+"""How a table of `trace` stands beside its goals: shares with their intervals, and what its traces cost.
+
+    python -m benchmarks.release_goals 22017          the finished cases of that seed, of every commit it was run at
+
+Reads `benchmarks/releases`; nothing is run. An interval is that of Clopper and Pearson, 95 %: the cases of a table are
+drawn, and so are those of it that were run. A goal is *met* or *missed* if the whole interval says so, and *open* where
+the cases are too few to tell.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import binomtest
+
+from benchmarks.trace import known_rows
+from benchmarks.trace_release import ROWS, good
+from benchmarks.trace_report import Row, scored
+from identification import trace_settings as settings
+from recordings import BadInput
+
+LONG = 45_000
+"""Samples that are fitted of the recordings for which times and memory are asked."""
+
+
+@dataclass(frozen=True)
+class Goal:
+    """A share that is asked for. of : the cases that count; share : at least, or at most where `most` is set [%]."""
+
+    what: str
+    of: Callable[[Row], bool]
+    share: float
+    most: bool = False
+
+    def line(self, rows: Sequence[Row]) -> str:
+        """The row of the table; of too few cases it says so."""
+        some = list(filter(self.of, rows))
+        asked = f"{'at most' if self.most else 'at least'} {self.share:g} %"
+        if not some:
+            return _cells(self.what, asked, "0 of 0", "", "not run")
+        hits = sum(scored(row) == "wrong" if self.most else good(row) for row in some)
+        interval = binomtest(hits, len(some)).proportion_ci()
+        low, high = 100 * interval.low, 100 * interval.high
+        share = f"{100 * hits / len(some):.0f} % ({low:.0f} to {high:.0f})"
+        return _cells(self.what, asked, f"{hits} of {len(some)}", share, self._verdict(low, high))
+
+    def _verdict(self, low: float, high: float) -> str:
+        under, over = high < self.share, low > self.share
+        met, missed = (under, over) if self.most else (over, under)
+        return "met" if met else "missed" if missed else "open"
+
+
+def _one(form: str) -> Callable[[Row], bool]:
+    return lambda row: row["part"] == "single" and row["strength"] >= 3 and row["form"] == form
+
+
+def _lacks_nothing(*, rig: bool) -> Callable[[Row], bool]:
+    return lambda row: row["part"] == "controls" and row["rig"] == rig
+
+
+def _part(part: str) -> Callable[[Row], bool]:
+    return lambda row: row["part"] == part
+
+
+GOALS = (
+    Goal("one effect at strength 3 and more, 500 Hz: its name or class", _one("same"), 95),
+    Goal("the same in another form than the catalogue's", _one("other"), 95),
+    Goal("the same at 50 and 100 Hz, strength 6", _part("slow"), 95),
+    Goal("pairs: both", _part("pairs"), 85),
+    Goal("outside the catalogue: `unlisted`", _part("outside"), 95),
+    Goal("nothing missing: `none`", _lacks_nothing(rig=False), 99),
+    Goal("nothing missing, a rig: `none`", _lacks_nothing(rig=True), 99),
+    Goal("a wrong name, of all cases", lambda _: True, 1, most=True),
+)
+
+
+def shares(rows: Sequence[Row]) -> list[str]:
+    """The table of goals that are shares of cases."""
+    head = [_cells("cases", "goal", "came out so", "share, 95 % interval", "goal"), "|" + " --- |" * 5]
+    return [*head, *(goal.line(rows) for goal in GOALS)]
+
+
+def unseen(rows: Sequence[Row]) -> str:
+    """How many of the misses nothing could have named."""
+    missed = [row for row in rows if not good(row) and np.isfinite(row.get("gain_of_truth", np.nan))]
+    weak = sum(row["gain_of_truth"] < settings.MIN_GAIN for row in missed)
+    return (
+        f"Of {len(missed)} misses of what the catalogue has, {weak} have a truth that gains less than `MIN_GAIN`"
+        f" ({settings.MIN_GAIN:.0f}): nothing could have named them."
+    )
+
+
+def costs(rows: Sequence[Row]) -> list[str]:
+    """What traces of long recordings cost, beside what they may; rigs' predicted forces are another matter."""
+    some = [row for row in rows if row["samples"] >= LONG and not row["rig"]]
+    none = [row for row in some if not row["effects"]]
+    asked = (
+        ("processor time, median", some, "processor", 0.5, 40.0, "s"),
+        ("processor time, nine in ten", some, "processor", 0.9, 80.0, "s"),
+        ("processor time where nothing is missing, median", none, "processor", 0.5, 24.0, "s"),
+        ("passes over all samples, most", some, "passes", 1.0, 600.0, ""),
+        ("memory of the process, most", some, "peak_MB", 1.0, 1000.0, "MB"),
+    )
+    lines = [_cells("cost of a trace", "cases", "goal", "measured", "goal"), "|" + " --- |" * 5]
+    for what, mine, item, level, goal, unit in asked:
+        if mine:
+            value = float(np.quantile([row[item] for row in mine], level))
+            met = "met" if value <= goal else "missed"
+            lines.append(_cells(what, str(len(mine)), f"{goal:g} {unit}".strip(), f"{value:,.0f} {unit}".strip(), met))
+    return lines
+
+
+def rows_of(seed: int) -> list[Row]:
+    """The finished cases of a seed. Raises BadInput where there are none."""
+    rows = [row for path in sorted(ROWS.glob(f"{seed}-*.jsonl")) for row in known_rows(path)]
+    if not rows:
+        remedy = f"python -m benchmarks.trace --release --seed {seed}"
+        raise BadInput(f"seed {seed}", f"no finished cases in {ROWS}", remedy)
+    return rows
+
+
+def _cells(*words: str) -> str:
+    return f"| {' | '.join(words)} |"
+
+
+def main() -> None:
+    """Print both tables of a seed."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("seed", type=int, help="of the table")
+    try:
+        rows = rows_of(parser.parse_args().seed)
+    except BadInput as refusal:
+        parser.error(str(refusal))
+    print(f"{len(rows)} cases.", "", *shares(rows), "", unseen(rows), "", *costs(rows), sep="\n")
+
+
+if __name__ == "__main__":
+    main()
