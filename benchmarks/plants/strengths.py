@@ -9,6 +9,7 @@ from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from benchmarks.plants.cases import FITTED, Case, runs
 from benchmarks.plants.effects import FIRST, HELD, KNOWN, Valve
@@ -27,9 +28,14 @@ TABLE = Path(__file__).with_name("strengths.json")
 
 CEILING = 0.0
 """Logarithm of the largest strength that makes sense: as much as the friction itself, lags of 0.1 s, 2 % of play."""
+STEEPEST = 1e6
+"""Largest derivative of a position by a logarithm of a parameter that means something [m]: a slip on the edge of
+happening has none."""
 COARSE = 1e-4
 """Step of the plant while strengths are sought [s]: its error is the same with and without the effect."""
 
+System = Callable[[Array], tuple[Array, Array]]
+"""Errors (n_samples,) of parameters' logarithms, and their derivatives (n_samples, n_parameters)."""
 Seen = list[tuple[float, float]]
 """Logarithms of strengths tried and of what they left."""
 
@@ -117,8 +123,10 @@ def _next(seen: Seen, multiple: float) -> float:
 class Remaining:
     """How much of an effect is left in the position, in noises, when the base is refitted: a function of strength.
 
-    The refit is output error on the exact force, started at the truth and at the refit to the next weaker trial. The
-    kernel's own error cancels, because it is asked for the difference that the effect makes to the plant.
+    The refit is output error on the exact force, started at the truth and at the refit to the next weaker trial. First
+    of all squares, then of those that count (least trimmed squares: Rousseeuw 1984): slips that come early or late hold
+    most of the squares, and a descent of all of them ends at the first slip that it would have to move. The kernel's
+    own error cancels, because it is asked for the difference that the effect makes to the plant.
     """
 
     def __init__(self, case: Case) -> None:
@@ -138,10 +146,13 @@ class Remaining:
         system, n = self._system(target), int(self.free.sum())
         below = max((s for s in self.thetas if s < strength), default=None)
         starts = [np.zeros(n)] if below is None else [np.zeros(n), self.thetas[below]]
-        left, self.thetas[strength] = min((_refitted(system, start) for start in starts), key=lambda one: one[0])
+        ends = [_refitted(system, start) for start in starts]
+        starts = [np.zeros(n), min(ends, key=_left)[1]]
+        ends += [_refitted(system, start, 1 - TRIM) for start in starts]
+        left, self.thetas[strength] = min(ends, key=_left)
         return left / self.valve.position_noise
 
-    def _system(self, target: dict[str, Array]) -> Callable[[Array], tuple[Array, Array]]:
+    def _system(self, target: dict[str, Array]) -> System:
         def system(theta: Array) -> tuple[Array, Array]:
             p = self.truth.copy()
             p[self.free] *= np.exp(theta)
@@ -159,24 +170,42 @@ class Remaining:
         return scan.outputs[:, 0], np.empty(0) if scan.jacobian is None else scan.jacobian[:, 0, : len(p)]
 
 
-def _refitted(system: Callable[[Array], tuple[Array, Array]], start: Array) -> tuple[float, Array]:
-    """Trimmed root mean square left by at most 20 damped Gauss-Newton moves, and the parameters' logarithms."""
+def _left(end: tuple[float, Array]) -> float:
+    return end[0]
+
+
+def _refitted(system: System, start: Array, share: float = 1.0) -> tuple[float, Array]:
+    """Trimmed root mean square left by at most 20 damped Gauss-Newton moves, and the parameters' logarithms.
+
+    share : of the samples, those with the least errors, whose squares the moves make less.
+    """
     theta, damping, n = start, 1e-3, len(start)
     errors, by = system(theta)
+    left = _rms(errors, share)
     for _ in range(20):
-        matrix, gradient = by.T @ by, by.T @ errors
-        if not np.isfinite(matrix).all():
-            break  # a slip on the edge of happening has no derivative that is a number
+        known = _least(errors, share) & (np.abs(by).max(axis=1) < STEEPEST)
+        matrix, gradient = by[known].T @ by[known], by[known].T @ errors[known]
         matrix[np.diag_indices(n)] *= 1 + damping
         moved = theta - np.clip(np.linalg.lstsq(matrix, gradient, rcond=1e-12)[0], -0.5, 0.5)
         trial, trial_by = system(moved)
-        if not np.isfinite(trial).all() or trial @ trial >= errors @ errors:
+        less = _rms(trial, share) if np.isfinite(trial).all() else np.inf
+        if less >= left:
             damping = max(10 * damping, 1e-2)
             if damping > 1e3:
                 break
             continue
-        settled = trial @ trial > 0.998 * (errors @ errors)
-        theta, errors, by, damping = moved, trial, trial_by, damping / 5
+        settled = less > 0.999 * left
+        theta, errors, by, left, damping = moved, trial, trial_by, less, damping / 5
         if settled:
             break
-    return float(np.sqrt(np.mean(np.sort(errors**2)[: round((1 - TRIM) * len(errors))]))), theta
+    return _rms(errors, 1 - TRIM), theta
+
+
+def _least(errors: Array, share: float) -> NDArray[np.bool_]:
+    """Which samples are that share of them with the least errors."""
+    return np.asarray(np.abs(errors) <= np.quantile(np.abs(errors), share))
+
+
+def _rms(errors: Array, share: float) -> float:
+    """Root mean square of that share of the samples with the least errors."""
+    return float(np.sqrt(np.mean(errors[_least(errors, share)] ** 2)))

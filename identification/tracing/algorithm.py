@@ -1,7 +1,7 @@
 """Tracing: which effect a model of mass, spring and LuGre friction lacks, by forward selection.
 
     base model      fit the base effects to the recordings                                        models/base.py
-    repeat, up to three times, while something may be found:
+    repeat, up to three times, while an effect is accepted:
         guess       read starting values of every effect off the recordings                       models/guesses.py
         screen      score every effect of the catalogue at its guess (Rao's score test)           screen.py
         paths       refit those with the best scores on the model's own paths                     shortlist.py
@@ -36,7 +36,7 @@ from identification.estimators.coordinates import Coordinates
 from identification.estimators.feasibility import check_given, obstacle
 from identification.given import plant_constants
 from identification.tracing import settings
-from identification.tracing.candidates import candidates_of_round, in_wrong_order, nothing_to_find
+from identification.tracing.candidates import candidates_of_round, in_wrong_order
 from identification.tracing.classes import in_the_end, one_accepted
 from identification.tracing.judge import Candidate, judged_by_chance
 from identification.tracing.models.base import base_model, polished, with_stiffness_growth
@@ -96,7 +96,7 @@ def forward_selection(
     An effect may only have shown the way to a better end of the base model; then everything begins again from there.
     """
     model, added, rounds = base, tuple[str, ...](), Rounds()
-    while len(added) < settings.MAX_EFFECTS and not nothing_to_find(model):
+    while len(added) < settings.MAX_EFFECTS:
         watch = _of(f"round {len(rounds) + 1}", progress)
         if not budget.allows(f"round {len(rounds) + 1}"):
             break

@@ -12,7 +12,7 @@ from identification.budget import Budget
 from identification.tracing import settings
 from identification.tracing.classes import ranked
 from identification.tracing.judge import NO_TIME, Candidate, judge, not_fitted, not_refitted
-from identification.tracing.models.comparison import is_white, most_to_gain
+from identification.tracing.models.comparison import is_white
 from identification.tracing.models.model import Model
 from identification.tracing.refine import CandidateFit, gain_of, gain_so_far, worth_refitting
 from identification.tracing.screen import Score, screen
@@ -44,22 +44,15 @@ def candidates_of_round(model: Model, budget: Budget, progress: Progress = silen
     return tuple(replace(c, why=NO_TIME) if _is_late(c, budget) else c for c in found)
 
 
-def nothing_to_find(model: Model) -> bool:
-    """Whether no effect can be worth a fit beside those that a model has, whatever its score. In full order variances
-    make up for some of what is left, so what the position leaves does not bound a gain there.
-    """
-    if model.data.damped is None or most_to_gain(model.estimate) > model.clear_gain:
-        return False
-    return _leaves_nothing(model)
-
-
 def _worth_a_fit(model: Model, scores: list[Score]) -> list[Score]:
     """The scores that are worth a fit: beside effects that leave nothing only what may gain so much that it is beyond
-    doubt, for they never have quite the form of what is there, and others that fit the rest gain hundreds.
+    doubt, for they never have quite the form of what is there, and others that fit the rest gain hundreds. Scores are
+    taken on the model's own paths, so ends on other paths, which gain more where the sampling does not resolve the
+    bristle, play no part in them.
     """
     if not _leaves_nothing(model):
         return scores
-    return [s for s in scores if settings.PROMISE_FACTOR * s.gain > model.clear_gain]
+    return [s for s in scores if settings.PROMISE_FACTOR * s.gain > settings.CLEAR_GAIN]
 
 
 def _leaves_nothing(model: Model) -> bool:

@@ -83,15 +83,6 @@ def whiteness(estimate: Estimate) -> Whiteness:
     return Whiteness(p_value > settings.STRICT_LEVEL, p_value, estimate.loss, estimate.outliers)
 
 
-def most_to_gain(estimate: Estimate) -> float:
-    """What any effect may gain beside an estimate by the innovations of the position, but for chance: what these leave
-    beside noise, and what the noise itself may be less than it mostly is.
-    """
-    return (
-        estimate.unexplained + float(norm.isf(settings.STRICT_LEVEL)) * LOSS_SPREAD * UNIT_LOSS * estimate.samples**0.5
-    )
-
-
 def whiteness_beside(estimate: Estimate, grids: tuple[Grid, ...], replicates: OnReplicates) -> Whiteness:
     """Test of the position's innovations where the sampling does not resolve break-away: its linearisation leaves more
     than noise of a complete model, too, most of it in a few places. So the loss over blocks of time is compared with

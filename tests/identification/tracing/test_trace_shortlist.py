@@ -87,27 +87,12 @@ def test_beside_effects_that_leave_nothing_only_what_may_be_beyond_doubt_is_fitt
         asked.append(scores)
         yield [], []
 
-    score = Score("backlash", share * selection.final.clear_gain, {})
+    score = Score("backlash", share * settings.CLEAR_GAIN, {})
     monkeypatch.setattr(candidates, "screen", lambda *_: [score])
     monkeypatch.setattr(candidates, "shortlisted_fits", shortlisted)
     for model in (selection.base, selection.final):
         candidates.candidates_of_round(model, Budget())
     assert asked == [[score], [score] if kept else []]
-
-
-@pytest.mark.parametrize(("loss", "damped", "nothing"), [(1.0, True, True), (1.02, True, False), (1.0, False, False)])
-def test_where_effects_leave_too_little_to_gain_anything_beyond_doubt_nothing_is_looked_for(
-    monkeypatch, loss, damped, nothing
-):
-    selection = traced("hardening_spring", k3=3e5).selection
-    freedom = settings.PATH_FREEDOM if damped else None
-    base, final = (
-        replace(m, data=replace(m.data, damped=freedom), estimate=replace(m.estimate, loss=loss))
-        for m in (selection.base, selection.final)
-    )
-    monkeypatch.setattr(candidates, "is_white", lambda _: True)
-    assert candidates.nothing_to_find(final) == nothing
-    assert not candidates.nothing_to_find(base)
 
 
 def test_beside_a_refit_that_gained_more_than_its_score_promised_others_of_about_its_score_are_refitted(monkeypatch):

@@ -51,6 +51,19 @@ def test_a_recording_that_begins_near_break_away_rests_there():
     assert estimate.loss < RIGHT
 
 
+@pytest.mark.slow
+def test_two_effects_are_named_where_the_first_leaves_hardly_more_than_noise():
+    """The drift gains some hundreds beside the spring, far less than other ends of the model may in damped order."""
+    truth = {"hardening_spring.k3": 3e5, "friction_drift.r": 5e-4}
+    effects = tuple(e for e in CATALOGUE.ids if e in (*BASE, "hardening_spring", "friction_drift"))
+    first, second, held = stem_test(100.0, ("staircase:20", "sine:20", "multisine:20"), values=truth, effects=effects)
+    found = trace([first, second], holdout=[held])
+    assert found.selection.base.data.damped is not None
+    assert {*found.effects_added} == {"hardening_spring", "friction_drift"}
+    assert found.values["friction_drift.r"] == pytest.approx(5e-4, rel=0.3)
+    assert found.values["hardening_spring.k3"] == pytest.approx(3e5, rel=0.1)
+
+
 @pytest.mark.long
 def test_a_tight_spot_is_named_with_its_place():
     found = told(with_tight_spot(200.0))
