@@ -6,6 +6,7 @@ import json
 import os
 from collections.abc import Callable, Iterable
 from functools import lru_cache
+from operator import itemgetter
 from pathlib import Path
 
 import numpy as np
@@ -147,9 +148,9 @@ class Remaining:
         below = max((s for s in self.thetas if s < strength), default=None)
         starts = [np.zeros(n)] if below is None else [np.zeros(n), self.thetas[below]]
         ends = [_refitted(system, start) for start in starts]
-        starts = [np.zeros(n), min(ends, key=_left)[1]]
+        starts = [np.zeros(n), min(ends, key=itemgetter(0))[1]]
         ends += [_refitted(system, start, 1 - TRIM) for start in starts]
-        left, self.thetas[strength] = min(ends, key=_left)
+        left, self.thetas[strength] = min(ends, key=itemgetter(0))
         return left / self.valve.position_noise
 
     def _system(self, target: dict[str, Array]) -> System:
@@ -168,10 +169,6 @@ class Remaining:
         start = self.kernel.start(run.position[0], 0.0, run.force[0])
         scan = self.kernel.run(run.t, run.force, p, start, h_max=1e-3, sensitivities=jacobian)
         return scan.outputs[:, 0], np.empty(0) if scan.jacobian is None else scan.jacobian[:, 0, : len(p)]
-
-
-def _left(end: tuple[float, Array]) -> float:
-    return end[0]
 
 
 def _refitted(system: System, start: Array, share: float = 1.0) -> tuple[float, Array]:
