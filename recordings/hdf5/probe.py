@@ -3,7 +3,7 @@
 The HDF5 library crashes the interpreter, never returns, or takes gigabytes of memory on some damaged files (one in
 six hundred random damages did when this was written, and its issue 1707 is one case). No exception can catch that, so
 what a file declares is read in a forked child before it is read here. That costs a few milliseconds. scipy's reader of
-MATLAB files crashes as well.
+MATLAB files crashes as well, and is left to the child alone (`importers/formats/matlab_content.py`).
 """
 
 from __future__ import annotations
@@ -29,8 +29,9 @@ _MOST_KILOBYTES, _EXPANSION = 1 << 19, 16
 """Processor time and memory that a reading may take, and so much more for every megabyte, and kilobyte, of the file."""
 
 
-def probe(path: Path, reading: Callable[[], object], library: str = "the HDF5 library") -> None:
-    """Run a reading of the file in a child process, and return when it has ended, in whatever way.
+def probe(path: Path, reading: Callable[[], object], library: str = "the HDF5 library") -> bool:
+    """Run a reading of the file in a child process, until it ends in whatever way. Returns whether there was one: some
+    systems have no such processes, and a full one has none left.
 
     library : what reads, for the message.
 
@@ -43,7 +44,7 @@ def probe(path: Path, reading: Callable[[], object], library: str = "the HDF5 li
         the file allows.
     """
     if not _CAN_TRY:
-        return
+        return False
     try:
         size = path.stat().st_size
     except (OSError, ValueError):  # the reading will say so, with words
@@ -54,13 +55,14 @@ def probe(path: Path, reading: Callable[[], object], library: str = "the HDF5 li
         try:
             child = os.fork()
         except OSError:  # no memory or no process left for a child: most files are not damaged
-            return
+            return False
     if child == 0:
         _read_and_exit(reading, size)
     _, status = os.waitpid(child, 0)
     if status:
         found = f"it is damaged so badly that {library} {_end(status)} on it"
         raise BadInput(str(path), found, "copy it again from its origin")
+    return True
 
 
 def _end(status: int) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 
 from recordings.errors import BadInput
 from recordings.exchange import ABOUT, COLUMNS, REMEDY, WholeTable
-from recordings.hdf5.probe import probe
+from recordings.importers.formats.matlab_content import content_of
 from recordings.importers.formats.matlab_size import check_unpacked
 from recordings.importers.table import check_expansion
 
@@ -50,13 +50,20 @@ def _read_matlab(path: Path) -> WholeTable | None:
     """The table of a file that `write_matlab_table` wrote; None for any other file."""
     from scipy.io import loadmat, whosmat
 
-    check_unpacked(path)
-    probe(path, lambda: loadmat(path), "scipy")
-    try:
+    def reading() -> dict[str, Any]:
         if not {ABOUT, COLUMNS} <= {name for name, *_ in whosmat(path)}:
-            return None
+            return {}
         content = loadmat(path, squeeze_me=False, chars_as_strings=True)
-    except Exception:  # scipy raises whatever a damaged byte leads to; the importer of foreign files says what is wrong
+        return {name: value for name, value in content.items() if np.asarray(value).dtype.kind in "biufU"}
+
+    check_unpacked(path)
+    try:
+        content = content_of(path, reading)
+    except BadInput:
+        raise
+    except Exception:  # the importer of foreign files says what is wrong
+        return None
+    if not content:
         return None
     try:
         columns = json.loads(_text(content[COLUMNS]))

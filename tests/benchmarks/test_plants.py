@@ -165,6 +165,6 @@ def test_calibrated_strength_leaves_what_was_asked_for() -> None:
 
 @pytest.mark.slow
 def test_what_the_base_takes_over_leaves_hardly_anything_although_it_moves_slips() -> None:
-    """A tenth more mass and three times the damping of the bristles stand for this drag; on the way slips come and go."""
+    """A tenth more mass and three times the bristles' damping stand for this drag; slips come and go on the way."""
     left = strengths.Remaining(Case(11151, ("quadratic_drag",)))
     assert left(0.249) < 0.5

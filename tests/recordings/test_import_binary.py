@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import builtins
+import os
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -141,6 +142,18 @@ def test_files_on_which_scipy_crashes_are_bad_input(tmp_path: Path) -> None:
         assert isinstance(result, BadInput) or len(result) >= 2
         crashed += "scipy crashes on it; copy it again" in str(result)
     assert crashed
+
+
+def test_scipy_reads_in_a_child_process_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A child that came to its end does not say that a second reading would."""
+    savemat(tmp_path / "rig.mat", VECTORS)
+    vectors = {name: np.squeeze(value) for name, value in VECTORS.items()}
+    monkeypatch.setattr("scipy.io.loadmat", lambda *_, **__: {**vectors, "reader": np.array(float(os.getpid()))})
+    made = import_file(tmp_path / "rig.mat", mapping_of(BY_NAME, "options")).recording
+    assert made.attributes["reader"] != os.getpid()
+    monkeypatch.setattr("recordings.hdf5.probe._CAN_TRY", False)
+    made = import_file(tmp_path / "rig.mat", mapping_of(BY_NAME, "options")).recording
+    assert made.attributes["reader"] == os.getpid()
 
 
 def test_the_pulses_file_of_emps_has_one_signal_more(tmp_path: Path) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -18,6 +17,7 @@ from recordings.hdf5.opening import open_hdf5, starts_like_hdf5
 from recordings.hdf5.probe import probe
 from recordings.hdf5.problems import h5py_errors
 from recordings.importers.file_format import FileFormat, Match
+from recordings.importers.formats.matlab_content import content_of
 from recordings.importers.formats.matlab_size import check_unpacked
 from recordings.importers.mapping import FileLayout
 from recordings.importers.table import ForeignTable, check_expansion
@@ -39,16 +39,19 @@ def read_mat(path: Path, variable: str | None = None) -> ForeignTable:
     """
     from scipy.io import loadmat
 
+    def reading() -> Variables:
+        content = loadmat(path, squeeze_me=True, struct_as_record=False, chars_as_strings=True)
+        return dict(_from_scipy({name: value for name, value in content.items() if not name.startswith("__")}))
+
     check_unpacked(path)
-    reading = functools.partial(loadmat, path, squeeze_me=True, struct_as_record=False, chars_as_strings=True)
-    probe(path, reading, "scipy")
     try:
-        content = reading()
-    except Exception as error:  # scipy raises whatever a damaged byte leads to
+        variables = content_of(path, reading)
+    except BadInput:
+        raise
+    except Exception as error:
         found = f"it cannot be read as a MATLAB file ({' '.join(str(error).split())[:120]})"
         raise BadInput(str(path), found, "copy it again from its origin, or save it as CSV") from error
-    named = {name: value for name, value in content.items() if not name.startswith("__")}
-    return _table(str(path), dict(_from_scipy(named)), variable)
+    return _table(str(path), variables, variable)
 
 
 def read_mat73(path: Path, variable: str | None = None) -> ForeignTable:
