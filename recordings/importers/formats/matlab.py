@@ -8,6 +8,7 @@ from typing import Any
 
 import h5py
 import numpy as np
+from numpy.typing import NDArray
 
 from recordings.arrays import Array
 from recordings.column_headers import named_columns
@@ -39,13 +40,13 @@ def read_mat(path: Path, variable: str | None = None) -> ForeignTable:
     """
     from scipy.io import loadmat
 
-    def reading() -> Variables:
+    def reading() -> dict[str, NDArray[Any]]:
         content = loadmat(path, squeeze_me=True, struct_as_record=False, chars_as_strings=True)
         return dict(_from_scipy({name: value for name, value in content.items() if not name.startswith("__")}))
 
     check_unpacked(path)
     try:
-        variables = content_of(path, reading)
+        variables = {name: np.asarray(value, np.float64) for name, value in content_of(path, reading).items()}
     except BadInput:
         raise
     except Exception as error:
@@ -94,12 +95,12 @@ def _list_hdf5(path: Path) -> None:
         list(_datasets(file))
 
 
-def _from_scipy(content: Mapping[str, Any]) -> Iterator[tuple[str, Array]]:
+def _from_scipy(content: Mapping[str, Any]) -> Iterator[tuple[str, NDArray[Any]]]:
     for name, value in content.items():
         if hasattr(value, "_fieldnames"):
             yield from _from_scipy({f"{name}.{field}": getattr(value, field) for field in value._fieldnames})
         elif np.asarray(value).dtype.kind in "biuf":
-            yield name, np.asarray(value, np.float64)
+            yield name, np.asarray(value)
 
 
 def _datasets(group: h5py.Group, prefix: str = "") -> Iterator[tuple[str, h5py.Dataset]]:
