@@ -21,6 +21,7 @@ from benchmarks.trace_release import ROWS, good
 from benchmarks.trace_report import Row, scored
 from identification import trace_settings as settings
 from recordings import BadInput
+from studies import drawing
 
 SHOWS = 2.5
 """Noises that an effect leaves at least to be asked for: some leave less at the largest strength that makes sense."""
@@ -37,17 +38,17 @@ class Goal:
     share: float
     most: bool = False
 
-    def line(self, rows: Sequence[Row]) -> str:
-        """The row of the table; of too few cases it says so."""
+    def cells(self, rows: Sequence[Row]) -> tuple[str, ...]:
+        """Its row of the table; of too few cases it says so."""
         some = list(filter(self.of, rows))
         asked = f"{'at most' if self.most else 'at least'} {self.share:g} %"
         if not some:
-            return _cells(self.what, asked, "0 of 0", "", "not run")
+            return self.what, asked, "0 of 0", "", "not run"
         hits = sum(scored(row) == "wrong" if self.most else good(row) for row in some)
         interval = binomtest(hits, len(some)).proportion_ci()
         low, high = 100 * interval.low, 100 * interval.high
         share = f"{100 * hits / len(some):.0f} % ({low:.0f} to {high:.0f})"
-        return _cells(self.what, asked, f"{hits} of {len(some)}", share, self._verdict(low, high))
+        return self.what, asked, f"{hits} of {len(some)}", share, self._verdict(low, high)
 
     def _verdict(self, low: float, high: float) -> str:
         under, over = high < self.share, low > self.share
@@ -87,8 +88,8 @@ GOALS = (
 
 def shares(rows: Sequence[Row]) -> list[str]:
     """The table of goals that are shares of cases."""
-    head = [_cells("cases", "goal", "came out so", "share, 95 % interval", "goal"), "|" + " --- |" * 5]
-    return [*head, *(goal.line(rows) for goal in GOALS)]
+    head = "cases", "asked", "came out so", "share, 95 % interval", "goal"
+    return drawing.rows_of(head, [goal.cells(rows) for goal in GOALS])
 
 
 def weak(rows: Sequence[Row]) -> str:
@@ -115,13 +116,13 @@ def costs(rows: Sequence[Row]) -> list[str]:
         ("passes over all samples, most", some, "passes", 1.0, 600.0, ""),
         ("memory of the process, most", some, "peak_MB", 1.0, 1000.0, "MB"),
     )
-    lines = [_cells("cost of a trace", "cases", "goal", "measured", "goal"), "|" + " --- |" * 5]
+    found = []
     for what, mine, item, level, goal, unit in asked:
         if mine:
             value = float(np.quantile([row[item] for row in mine], level))
             met = "met" if value <= goal else "missed"
-            lines.append(_cells(what, str(len(mine)), f"{goal:g} {unit}".strip(), f"{value:,.0f} {unit}".strip(), met))
-    return lines
+            found.append((what, str(len(mine)), f"{goal:g} {unit}".strip(), f"{value:,.0f} {unit}".strip(), met))
+    return drawing.rows_of(("cost of a trace", "cases", "asked", "measured", "goal"), found)
 
 
 def rows_of(seed: int) -> list[Row]:
@@ -131,10 +132,6 @@ def rows_of(seed: int) -> list[Row]:
         remedy = f"python -m benchmarks.trace --release --seed {seed}"
         raise BadInput(f"seed {seed}", f"no finished cases in {ROWS}", remedy)
     return rows
-
-
-def _cells(*words: str) -> str:
-    return f"| {' | '.join(words)} |"
 
 
 def main() -> None:
