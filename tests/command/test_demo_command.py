@@ -125,6 +125,7 @@ def test_its_trace_has_a_budget_of_time(tmp_path, monkeypatch):
     assert BUDGET_S <= asked["budget"] < math.inf
 
 
+@pytest.mark.slow
 def test_interrupted_it_ends_with_130_and_takes_the_served_valve_with_it(tmp_path):
     command = [sys.executable, "-u", "-m", "bristle", "demo", "--out", str(tmp_path / "here")]
     demo = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)

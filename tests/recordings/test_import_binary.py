@@ -128,6 +128,7 @@ def test_damaged_matlab_files_make_a_recording_or_bad_input(
     assert isinstance(result, BadInput) or len(result) >= 2
 
 
+@pytest.mark.slow
 def test_files_on_which_scipy_crashes_are_bad_input(tmp_path: Path) -> None:
     """About one in forty of these random damages ends scipy's reader with a segmentation fault."""
     savemat(tmp_path / "whole.mat", {name: VECTORS[name] for name in ("t", "x", "u", "gain")})

@@ -152,6 +152,7 @@ def check_damaged(cut_off: CutOff, folder: Path, of_file: Iterator[bytes], of_jo
     return n_cases
 
 
+@pytest.mark.slow
 def test_a_flipped_byte_of_either_file_loses_nothing(cut_off, tmp_path):
     files, journals = flipped(cut_off.file, STRIDE), flipped(cut_off.journal, STRIDE // 8)
     assert check_damaged(cut_off, tmp_path, files, journals) > 18

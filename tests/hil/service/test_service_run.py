@@ -96,6 +96,7 @@ def test_a_lost_link_is_check_function_until_it_is_back_and_never_a_fault(tmp_pa
     assert json.loads((tmp_path / "state" / "V1.service.json").read_text())["movements"]["observed_s"] > 0
 
 
+@pytest.mark.slow
 def test_a_disk_and_a_sink_that_fail_or_hang_do_not_hold_up_the_others(tmp_path):
     class Failing:
         name = "failing"
@@ -127,6 +128,7 @@ def test_a_disk_and_a_sink_that_fail_or_hang_do_not_hold_up_the_others(tmp_path)
     asyncio.run(story())
 
 
+@pytest.mark.slow
 def test_a_slow_disk_gets_the_time_it_takes_at_the_end_and_nothing_that_was_read_is_missing(
     tmp_path, monkeypatch, caplog
 ):
@@ -190,6 +192,7 @@ def test_a_disk_that_takes_nothing_does_not_hold_up_the_end_and_what_was_acknowl
     assert len(counter) >= safe
 
 
+@pytest.mark.slow
 def test_samples_that_the_disk_refused_are_counted_and_no_other_is_missing(tmp_path, monkeypatch):
     force, refusing = os.fsync, threading.Event()
 
@@ -390,6 +393,7 @@ class ServiceProcess:
 RECORDED_V1 = 'bristle_valve_samples_recorded_total{valve="V1"}'
 
 
+@pytest.mark.slow
 def test_killed_and_begun_anew_nothing_acknowledged_is_lost_and_only_the_metrics_are_open(tmp_path):
     async def story() -> float:
         device = Swinging()

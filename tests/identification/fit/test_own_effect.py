@@ -42,6 +42,7 @@ def test_without_its_catalogue_it_is_unknown():
         identify([recorded()], effects=EFFECTS)
 
 
+@pytest.mark.slow
 def test_an_exact_force_on_a_model_that_lacks_it_has_not_converged():
     """No free runs come near, and what the best of them leave is not noise."""
     found = identify([recorded()], check=False)

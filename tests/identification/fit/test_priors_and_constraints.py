@@ -18,6 +18,7 @@ def recording() -> Recording:
     return br.simulate("mixed:10", given={"spring.K": 4e4}, rate=500, position_noise=2e-6, seed=3)
 
 
+@pytest.mark.slow
 def test_a_prior_far_tighter_than_the_data_wins_and_a_wide_one_changes_nothing(recording):
     plain = fit([experiment(recording)])
     sure = fit([experiment(recording)], priors={"mass.m": (3.0, 1e-6)})
@@ -26,6 +27,7 @@ def test_a_prior_far_tighter_than_the_data_wins_and_a_wide_one_changes_nothing(r
     assert vague.values["mass.m"] == pytest.approx(plain.values["mass.m"], rel=1e-3)
 
 
+@pytest.mark.slow
 def test_a_constraint_that_the_data_break_is_kept_at_its_edge(recording):
     plain = fit([experiment(recording)])
     ratio = plain.values["lugre.fs"] / plain.values["lugre.fc"]

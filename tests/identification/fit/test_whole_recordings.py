@@ -7,6 +7,7 @@ from collections import deque
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from benchmarks.plant_sampling import recordings
 from identification.data.grid import grids
@@ -38,6 +39,7 @@ def valve():
     return noise_aware_for(base, coordinates, grids(experiments), [theta], "damped"), theta
 
 
+@pytest.mark.slow
 def test_steps_along_new_paths_lead_back_to_the_valve():
     work, theta = valve()
     near = [work.names.index(name) for name in ("spring.K", "lugre.fc", "lugre.fs", "lugre.sigma2")]
@@ -108,6 +110,7 @@ def test_a_fit_goes_on_in_sub_steps_that_the_mass_of_its_end_asks_for():
     assert found.explains
 
 
+@pytest.mark.slow
 def test_an_end_that_is_no_root_is_compared_with_those_from_either_side(monkeypatch):
     work, theta = valve()
     mass = work.names.index("mass.m")

@@ -40,6 +40,7 @@ def test_a_complete_rig_lacks_nothing_and_its_valve_comes_out_right():
         assert found.values[name] == pytest.approx(truth[name], rel=share)
 
 
+@pytest.mark.slow
 def test_a_rig_whose_motion_is_noisy_lacks_nothing_if_one_model_explains_all_recordings():
     fitted, held_out, _ = recordings(Case(248148, rate=250.0, rig=True))
     found, truth = trace(fitted, holdout=held_out), random_valve(248148)[0]
@@ -55,6 +56,7 @@ def test_noise_of_the_motion_is_no_effect(seed: int):
     assert trace(fitted, holdout=held_out).verdict == "none"
 
 
+@pytest.mark.slow
 def test_an_effect_that_a_rig_cannot_show_gets_no_other_name():
     *fitted, held_out = Short(51001, "backlash", rig=True).recordings()
     assert trace(fitted, holdout=[held_out]).verdict == "unlisted"

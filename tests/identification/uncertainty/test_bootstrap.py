@@ -62,6 +62,7 @@ def test_too_few_trials_are_refused(capsys: pytest.CaptureFixture[str]):
     assert "--bootstrap -1" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_replicates_are_fitted_under_priors_and_constraints_too():
     """A prior far tighter than the data leaves the parameter its own scatter; a constraint at which the fit ends holds
     in every replicate.

@@ -40,6 +40,7 @@ def test_it_is_a_curve_with_its_foot_at_the_best_value():
     assert p.rise[0] == pytest.approx(9.0, rel=0.3)
 
 
+@pytest.mark.slow
 def test_a_parameter_at_its_bound_has_one_end():
     """Without viscous friction every small value looks the same: the profile ends above only."""
     values, stroke = random_valve(2)

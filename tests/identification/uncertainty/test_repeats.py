@@ -116,6 +116,7 @@ def test_a_single_fit_that_fails_is_named_and_does_not_count():
     assert found.repeats.sentences()[0] == f"aborted: not counted among the repeats: {failed}"
 
 
+@pytest.mark.slow
 def test_a_fit_that_estimates_the_force_has_its_repeats_too():
     days = [recorded_on(day, friction, force_noise=0.5) for day, friction in ((1, 1.0), (2, 1.02))]
     found = br.fit(days, given=GIVEN, crosscheck=False, repeats=True)

@@ -92,6 +92,7 @@ def test_advice_names_an_experiment_for_weak_parameters(poor):
         assert EXPERIMENTS.get(name, "") in sentence
 
 
+@pytest.mark.slow
 def test_advice_is_given_only_where_the_experiment_would_help(poor):
     """The same stroke with coarse positions: what is advised for the Stribeck velocity would not tell it there. Where
     so little is known the last digit of a sum decides where a fit ends, so most of some fits are asked.
@@ -159,6 +160,7 @@ def test_given_parameters_have_no_uncertainty_and_are_no_unknowns():
     assert {p.status for p in found.model.parameters.values()} <= STATUSES
 
 
+@pytest.mark.slow
 def test_what_the_model_lacks_widens_the_standard_deviations():
     """A slow disturbance of twenty times the noise: the classic covariance would be ten times too sure of itself."""
     seed = 3
