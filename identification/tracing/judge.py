@@ -80,6 +80,8 @@ def not_fitted(score: Score) -> Candidate:
 
 def judged_by_chance(c: Candidate, p: float) -> Candidate:
     """An accepted candidate, given the probability that as much is gained by chance."""
+    if p == 1.0:
+        return replace(c, accepted=False, chance=p, why="nothing says that as much is not gained by chance")
     if p > settings.LEVEL:
         return replace(c, accepted=False, chance=p, why=f"as much is gained where nothing is missing (p = {p:.2g})")
     return replace(c, chance=p, why=f"{c.why}, and as much is hardly gained by chance (p = {p:.2g})")

@@ -38,8 +38,8 @@ def null_probability(
     model: Model, refit: Model, effect: str, doubtful: bool, budget: Budget, progress: Progress = silent
 ) -> float | None:
     """The probability that some candidate gains on a null replicate of a model as much as a refit with an effect gains
-    on the recordings, from as few replicates as decide it; None where the gain is beyond doubt, and where there is no
-    time for any. doubtful : it is not, however large.
+    on the recordings, from as few replicates as decide it; None where the gain is beyond doubt, 1 where there was no
+    time for any: what may be chance is not named. doubtful : it is not beyond doubt, however large.
     """
     if model.data.imposed:
         return None
@@ -60,8 +60,6 @@ def null_probability(
         if (gains and hopeless(gains[-1])) or tail_probability(gain, gains) < settings.LEVEL:
             break
     progress("null replicates", replicates, replicates)
-    if not gains and budget.over:
-        return None
     return tail_probability(gain, gains)
 
 

@@ -6,11 +6,12 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.stats import norm, ttest_1samp
+from numpy.typing import NDArray
+from scipy.stats import norm, poisson, ttest_1samp
 from scipy.stats import t as student
 
 from identification.data.grid import Grid
-from identification.estimators.estimate import OUTLIER, ROUGH_OUTLIERS, UNIT_LOSS, Estimate, but_for_chance, costs
+from identification.estimators.estimate import OUTLIER, ROUGH_OUTLIERS, UNIT_LOSS, Estimate, Innovations, costs
 from identification.estimators.imposed_motion.grid import BLOCK
 from identification.estimators.least_squares import cauchy
 from identification.estimators.noise_aware.search import UNEXPLAINED
@@ -48,7 +49,7 @@ def compare(before: Estimate, after: Estimate, grids: tuple[Grid, ...]) -> Compa
     return Comparison(float(gains.sum()), value, float(student.sf(value, len(gains) - 1)), elsewhere)
 
 
-def _blocks(values: Array, grid: Grid) -> Array:
+def _blocks(values: Array | NDArray[np.bool_], grid: Grid) -> Array:
     """Sums over blocks of time."""
     block = np.floor((grid.t - grid.t[0]) / BLOCK).astype(int)
     return np.asarray(np.bincount(block, values), float)
@@ -87,13 +88,13 @@ def whiteness_beside(estimate: Estimate, grids: tuple[Grid, ...], replicates: On
     """Test of the position's innovations where the sampling does not resolve break-away: its linearisation leaves more
     than noise of a complete model, too, most of it in a few places. So the loss over blocks of time is compared with
     that of the same blocks of replicates, which lack nothing (paired t test). Without any, nothing is white, and nor is
-    what leaves more innovations far off than they do, or than a fit that has converged may.
+    what leaves more innovations far off than they do, or than a fit that has converged may (`_by_chance_so_many_far`).
 
     Each replicate takes seconds, so one comes after the other, until the model leaves no more than they do, or is
     rejected: after each of them at an equal share of the level, so that the level holds for all together.
     """
     found, known = Whiteness(False, 0.0, estimate.loss, estimate.outliers), list[Estimate]()
-    counted = _summed(grids, [np.isfinite(line.scored[1][:, 0]) for line in estimate.linearised])
+    counted = _summed(grids, [_normal(line)[1] for line in estimate.linearised])
     left, own = list[Array](), _position_loss(estimate, grids)
     for one, some in replicates:
         known.append(one)
@@ -101,8 +102,7 @@ def whiteness_beside(estimate: Estimate, grids: tuple[Grid, ...], replicates: On
         allowed = np.mean(left, axis=0) + (settings.COMPLETE_LOSS - 1) * counted
         p_value = float(ttest_1samp(own - allowed, 0.0, alternative="greater").pvalue)
         far = max(ROUGH_OUTLIERS, float(np.mean([one.outliers for one in known])))
-        if estimate.outliers > but_for_chance(far, estimate.samples):
-            p_value = min(p_value, float(norm.sf(OUTLIER)))
+        p_value = min(p_value, _by_chance_so_many_far(estimate, grids, far))
         p_value, complete = min(1.0, settings.REPLICATES * p_value), float(allowed.sum() / counted.sum())
         white = p_value > settings.STRICT_LEVEL
         found = Whiteness(white, p_value, estimate.loss, estimate.outliers, complete)
@@ -111,18 +111,29 @@ def whiteness_beside(estimate: Estimate, grids: tuple[Grid, ...], replicates: On
     return found
 
 
+def _by_chance_so_many_far(estimate: Estimate, grids: tuple[Grid, ...], share: float) -> float:
+    """The probability of at least as many innovations far off where a share of them is. They come in bursts: one slip
+    that its path misses leaves ten or twenty. So the blocks of time that have any are counted (compound Poisson).
+    """
+    far = _summed(grids, [np.abs(_normal(line)[0]) > OUTLIER for line in estimate.linearised])
+    bursts = int(np.count_nonzero(far))
+    return float(poisson.sf(bursts - 1, share * estimate.samples * bursts / far.sum())) if bursts else 1.0
+
+
+def _normal(line: Innovations) -> tuple[Array, NDArray[np.bool_]]:
+    """The position's innovations in their standard deviations (n,), 0 where none is seen, and where they are seen."""
+    innovations, variances = (z[:, 0] for z in line.scored)
+    seen = np.isfinite(variances)
+    return np.where(seen, innovations, 0.0) / np.sqrt(np.where(seen, variances, 1.0)), seen
+
+
 def _position_loss(estimate: Estimate, grids: tuple[Grid, ...]) -> Array:
     """The loss of the position's innovations over blocks of time, 1 for each of a complete model."""
-    found = []
-    for line in estimate.linearised:
-        innovations, variances = (z[:, 0] for z in line.scored)
-        seen = np.isfinite(variances)
-        normal = np.where(seen, innovations, 0.0) / np.sqrt(np.where(seen, variances, 1.0))
-        found.append(cauchy(normal, estimate.tuning) / UNIT_LOSS)
+    found = [cauchy(_normal(line)[0], estimate.tuning) / UNIT_LOSS for line in estimate.linearised]
     return _summed(grids, found)
 
 
-def _summed(grids: tuple[Grid, ...], values: Sequence[Array]) -> Array:
+def _summed(grids: tuple[Grid, ...], values: Sequence[Array | NDArray[np.bool_]]) -> Array:
     """Sums over blocks of time of what is known at the nodes of some grids (n,) each."""
     return np.concatenate([_blocks(z, grid) for z, grid in zip(values, grids, strict=True)])
 

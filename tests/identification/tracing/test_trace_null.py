@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from traced_valves import screened, traced
 
 from identification.budget import Budget
+from identification.tracing.judge import Candidate, judged_by_chance
 from identification.tracing.null_bootstrap import null_probability, tail_probability
 from identification.tracing.refine import refit_on_base_paths
 from identification.tracing.settings import CHANCE_GAIN, LEVEL
@@ -38,6 +40,15 @@ def test_a_gain_beyond_doubt_needs_no_null_replicates():
     base = traced(None).selection.base
     better = replace(base, estimate=replace(base.estimate, cost=base.estimate.cost - 1e4))
     assert null_probability(base, better, "hardening_spring", doubtful=False, budget=Budget()) is None
+
+
+def test_what_there_was_no_time_to_doubt_is_not_named():
+    base = traced(None).selection.base
+    better = replace(base, estimate=replace(base.estimate, cost=base.estimate.cost - 100.0))
+    ticks = itertools.count()
+    spent = Budget(1.0, lambda: float(next(ticks)))
+    assert null_probability(base, better, "hardening_spring", doubtful=False, budget=spent) == 1.0
+    assert not judged_by_chance(Candidate("hardening_spring", 100.0, {}, accepted=True), 1.0).accepted
 
 
 def test_the_probability_of_a_gain_holds_for_gains_of_one_distribution():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,7 +13,7 @@ from stiff_models import model_of
 from stiff_valves import STIFF
 
 from identification.data.grid import Grid
-from identification.estimators.estimate import TUNING, UNIT_LOSS, Estimate
+from identification.estimators.estimate import OUTLIER, TUNING, UNIT_LOSS, Estimate
 from identification.estimators.least_squares import cauchy
 from identification.tracing import settings
 from identification.tracing.models.comparison import (
@@ -57,6 +58,18 @@ def test_a_model_of_other_friction_is_not():
 def test_nothing_is_complete_beside_which_no_replicate_has_a_solution():
     model = model_of(STIFF)
     assert not whiteness_beside(model.estimate, model.data.fitted, []).white
+
+
+@pytest.mark.parametrize(("apart", "white"), [(1, True), (100, False)])
+def test_one_slip_that_its_path_misses_is_chance_and_as_much_all_over_is_not(apart, white):
+    model = model_of(STIFF)
+    [line], grids = model.estimate.linearised, model.data.fitted
+    innovations, variances = line.scored
+    far = np.flatnonzero(np.isfinite(variances[:, 0]))[100 : 100 + 20 * apart : apart]
+    harmed = innovations.copy()
+    harmed[far, 0] = 1.2 * OUTLIER * np.sqrt(variances[far, 0])
+    other = replace(model.estimate, linearised=[replace(line, scored=(harmed, variances))])
+    assert whiteness_beside(other, grids, [(model.estimate, grids)]).white == white
 
 
 @pytest.mark.parametrize("factor", [1.0, 1.15])
