@@ -85,7 +85,11 @@ def test_a_wrong_constant_is_a_negative_answer_with_its_model_written(console, t
 
 
 @pytest.mark.parametrize(
-    ("name", "words"), [("still.h5", "the valve does not move"), ("opposite.h5", "check units, signs and roles")]
+    ("name", "words"),
+    [
+        ("still.h5", "the valve does not move"),
+        pytest.param("opposite.h5", "check units, signs and roles", marks=pytest.mark.slow),
+    ],
 )
 def test_data_that_teach_nothing_end_with_1_and_the_sentence(console, folder, name, words):
     ending = console("fit", folder / name)

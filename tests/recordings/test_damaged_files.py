@@ -42,6 +42,7 @@ def is_recording_or_bad_input(path: Path) -> None:
 places = st.floats(0, 1, exclude_max=True)
 
 
+@pytest.mark.slow
 @given(st.integers(0, 2), st.lists(st.tuples(places, st.integers(0, 255)), min_size=1, max_size=20))
 @settings(max_examples=60, deadline=None)
 def test_flipped_bytes(

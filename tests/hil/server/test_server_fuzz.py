@@ -197,7 +197,7 @@ def fuzzed(rtu, frames):
         logging.disable(logging.NOTSET)
 
 
-@pytest.mark.parametrize("rtu", [False, True], ids=["tcp", "rtu"])
+@pytest.mark.parametrize("rtu", [False, pytest.param(True, marks=pytest.mark.slow)], ids=["tcp", "rtu"])
 def test_no_frame_disturbs_the_server(rtu):
     fuzzed(rtu, 25_000)
 

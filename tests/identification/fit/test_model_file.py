@@ -108,6 +108,7 @@ def test_what_is_written_is_what_is_read(identified, tmp_path):
     assert again.values == identified.fit.values
 
 
+@pytest.mark.slow
 def test_without_holdout_and_crosscheck_the_items_stay_and_are_empty(files, tmp_path):
     found = identify([read(files[2])], check=False, given={"lugre.sigma1": 500.0})
     found.model.write(tmp_path / "model.json")

@@ -108,6 +108,7 @@ def test_its_promise_holds_when_it_is_run(proposed):
     assert np.linalg.norm(paths[0] - paths[1]) / NOISE > 2.0
 
 
+@pytest.mark.slow
 def test_rivals_are_told_by_distance():
     rivals = {
         "backlash": model_of(4, backlash__width=2e-4),

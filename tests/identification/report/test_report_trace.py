@@ -128,10 +128,9 @@ def test_a_notebook_gets_the_curves_before_and_after(name, page_of):
         assert all(np.isfinite([plot.y_range.start, plot.y_range.end]))
 
 
+@pytest.mark.slow
 @pytest.mark.browser
-@pytest.mark.parametrize(
-    "name", ["named", *(pytest.param(name, marks=pytest.mark.slow) for name in ANSWERS if name != "named")]
-)
+@pytest.mark.parametrize("name", ANSWERS)
 def test_the_page_draws_by_itself_and_nothing_overlaps_at_any_width(name, story, browser: Browser):
     _, path = story(name)
     browser.open("about:blank")
