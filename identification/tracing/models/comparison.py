@@ -94,7 +94,7 @@ def whiteness_beside(estimate: Estimate, grids: tuple[Grid, ...], replicates: On
     rejected: after each of them at an equal share of the level, so that the level holds for all together.
     """
     found, known = Whiteness(False, 0.0, estimate.loss, estimate.outliers), list[Estimate]()
-    counted = _summed(grids, [_normal(line)[1] for line in estimate.linearised])
+    counted = _summed(grids, [np.isfinite(line.scored[1][:, 0]) for line in estimate.linearised])
     left, own = list[Array](), _position_loss(estimate, grids)
     for one, some in replicates:
         known.append(one)
@@ -115,21 +115,21 @@ def _by_chance_so_many_far(estimate: Estimate, grids: tuple[Grid, ...], share: f
     """The probability of at least as many innovations far off where a share of them is. They come in bursts: one slip
     that its path misses leaves ten or twenty. So the blocks of time that have any are counted (compound Poisson).
     """
-    far = _summed(grids, [np.abs(_normal(line)[0]) > OUTLIER for line in estimate.linearised])
+    far = _summed(grids, [np.abs(_normal(line)) > OUTLIER for line in estimate.linearised])
     bursts = int(np.count_nonzero(far))
     return float(poisson.sf(bursts - 1, share * estimate.samples * bursts / far.sum())) if bursts else 1.0
 
 
-def _normal(line: Innovations) -> tuple[Array, NDArray[np.bool_]]:
-    """The position's innovations in their standard deviations (n,), 0 where none is seen, and where they are seen."""
+def _normal(line: Innovations) -> Array:
+    """The position's innovations in their standard deviations (n,), 0 where none is seen."""
     innovations, variances = (z[:, 0] for z in line.scored)
     seen = np.isfinite(variances)
-    return np.where(seen, innovations, 0.0) / np.sqrt(np.where(seen, variances, 1.0)), seen
+    return np.asarray(np.where(seen, innovations, 0.0) / np.sqrt(np.where(seen, variances, 1.0)), float)
 
 
 def _position_loss(estimate: Estimate, grids: tuple[Grid, ...]) -> Array:
     """The loss of the position's innovations over blocks of time, 1 for each of a complete model."""
-    found = [cauchy(_normal(line)[0], estimate.tuning) / UNIT_LOSS for line in estimate.linearised]
+    found = [cauchy(_normal(line), estimate.tuning) / UNIT_LOSS for line in estimate.linearised]
     return _summed(grids, found)
 
 
