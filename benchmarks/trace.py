@@ -4,7 +4,8 @@
     python -m benchmarks.trace --parts single --ids backlash,dead_time --valves 101 --strengths 6      a look
     python -m benchmarks.trace --parts controls --controls 20 --jobs 2
     python -m benchmarks.trace --parts controls --controls 20 --rig       the same, as a rig would record it
-    python -m benchmarks.trace --release --seed 1 --rig                   of a release the complete rigs alone
+    python -m benchmarks.trace --release --seed 1 --parts controls        of a release what lacks nothing
+    python -m benchmarks.trace --release --seed 1 --rig                   and of that the complete rigs alone
     python -m benchmarks.trace --report                   the tables of what has been run
     python -m benchmarks.trace --release --seed 7 --minutes 30            a release's table: benchmarks/trace_release.py
     python -m benchmarks.trace --ablation --valves 7001                   what each number does: trace_ablation.py
@@ -289,7 +290,7 @@ def release(asked: argparse.Namespace) -> None:
     """Run what is left of the table of a release, and write its page."""
     head = commit(trace_release.MEASURED, trace_release.LEFT_OUT)
     work = trace_release.drawn(asked.seed, PAIRS)
-    work = [one for one in work if one[1].rig or not asked.rig]
+    work = [one for one in work if one[0] in asked.parts and (one[1].rig or not asked.rig)]
     named = {(part, case.name) for part, case in work}
     path = trace_release.results_of(asked.seed, head)
     if asked.report:
@@ -297,7 +298,7 @@ def release(asked: argparse.Namespace) -> None:
     else:
         rows = study(work, path, asked.jobs, in_time, asked.minutes, examine_for_release)
     text = trace_release.section(asked.seed, head, [row for row in rows if (row["part"], row["name"]) in named], work)
-    if asked.rig:  # a part of the table is no table
+    if asked.rig or asked.parts != PARTS:  # a part of the table is no table
         print(text)
         return
     page = trace_release.PAGE.read_text(encoding="utf-8") if trace_release.PAGE.exists() else ""

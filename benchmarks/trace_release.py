@@ -2,8 +2,9 @@
 
 `python -m benchmarks.trace --release --seed S` runs what is left of it, `--minutes M` until so much processor time was
 spent. Cases are in an order drawn by the seed in which every kind has its turn, so that a table that was not finished
-is a fair sample of the whole. Finished cases are in `benchmarks/releases`: a table goes on in any clone with history. A
-further seed, or a commit that changes what is measured, begins a table of its own; the page keeps those of other seeds.
+is a fair sample of every kind; `--parts controls` runs what lacks nothing first. Finished cases are in
+`benchmarks/releases`: a table goes on in any clone with history. A further seed, or a commit that changes what is
+measured, begins a table of its own; the page keeps those of other seeds.
 """
 
 from __future__ import annotations

@@ -166,6 +166,18 @@ def test_a_release_is_drawn_by_its_seed_and_every_kind_has_its_turn() -> None:
     assert {case.effects for case in others} == {(effect,) for effect in OTHER}
 
 
+def test_a_part_of_a_release_is_run_alone_and_makes_no_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = []
+    monkeypatch.setattr(study, "study", lambda work, *others: asked.extend(work) or [])
+    monkeypatch.setattr(trace_release, "PAGE", tmp_path / "page.md")
+    study.release(study.options(["--release", "--seed", "5", "--parts", "controls"]))
+    assert {part for part, _ in asked} == {"controls"}
+    assert sum(case.rig for _, case in asked) == trace_release.RIGS
+    assert not trace_release.PAGE.exists()
+    study.release(study.options(["--release", "--seed", "5"]))
+    assert trace_release.PAGE.exists()
+
+
 def test_a_release_stops_in_time_and_its_page_tells_the_misses(tmp_path: Path) -> None:
     work = [(part, case) for part, case in trace_release.drawn(5, study.PAIRS) if part == "controls"][:3]
     rows = study.study(work, tmp_path / "rows.jsonl", 1, lambda fitted, *, holdout: answer("unlisted"), minutes=0.0)

@@ -137,10 +137,16 @@ class BestPathsNoiseAware(MendedNoiseAware):
         """
         best, end, vain = now, now, 0
         for end in itertools.islice(self._way(now, steps, self.mended, NOTABLE), 1, None):
-            best, vain = (end, 0) if end.cost < best.cost else (best, vain + 1)
+            best, vain = (end, 0) if self._is_better(end, best) else (best, vain + 1)
             if vain == PATIENCE:
                 break
         return best, end
+
+    def _is_better(self, one: Estimate, other: Estimate) -> bool:
+        """Whether an estimate costs less than another, and explains as much: a model that lacks much also costs less
+        the more it is sure of itself, and so its mass may grow without end while it explains less and less.
+        """
+        return one.cost < other.cost and (one.loss < other.loss or self.explains(one))
 
     def step(self, now: Estimate) -> Array:
         """The move (m,) of one step of Gauss and Newton from an estimate; 0 where there is none."""

@@ -21,8 +21,9 @@ RIGHT = 1.06
 """Mean loss on chunks up to which an end is taken to be the right one at once: wrong ends have 1.1 to 15."""
 UNEXPLAINED, NOT_FAR = 3.0, 2.0
 """Mean loss from which the model is known to lack much, and how many times the least loss is not far behind it."""
-HOPELESS_TRIES = 3
-"""Descents after which no more are made where all ends explain nothing (`UNEXPLAINED`)."""
+VAIN = 3
+"""Descents in a row that end no better, or explain nothing (`UNEXPLAINED`), after which no more are made: where the
+model lacks nothing the best end hardly comes later."""
 FEW = 1e-3
 """Share of innovations far off from which an end on chunks is not taken for the right one."""
 ROUNDS = 5
@@ -54,7 +55,7 @@ def best_on_chunks(
     where the model diverges from all.
     """
     small = replace(whole.coarse, grids=chunks(whole.grids))
-    ends = list[Estimate]()
+    ends, vain = list[Estimate](), 0
     for tries, start in enumerate(_likeliest_first(small, starts), 1):
         progress("search on chunks", tries, 0)
         least = min((end.loss for end in ends), default=UNEXPLAINED)
@@ -63,9 +64,9 @@ def best_on_chunks(
         if again is not None:  # what damped steps leave is no reason to stop where they are not needed
             end = small.descended(again)
         ends.append(end)
-        hopeless = tries >= HOPELESS_TRIES and all(end.loss > UNEXPLAINED for end in ends)
         best = _best(ends)
-        if hopeless or _explained(best) or _agreed(ends) or enough(best) or time_is_over():
+        vain = 0 if end is best and end.loss < UNEXPLAINED else vain + 1
+        if vain == VAIN or _explained(best) or _agreed(ends) or enough(best) or time_is_over():
             break
     return _best(ends) if ends else None
 

@@ -16,6 +16,7 @@ from identification.estimators.noise_aware.best_paths import (
     ENOUGH,
     FOLLOWED,
     NOTABLE,
+    PATIENCE,
     WORTH,
     BestPathsNoiseAware,
     noise_aware_for,
@@ -90,6 +91,40 @@ def test_a_start_that_explains_most_is_tried_first(monkeypatch):
     best_on_chunks(work, [better], lambda _: False)
     assert losses[0] == first
     assert first > 2.0
+
+
+@pytest.mark.parametrize(
+    ("ends", "taken", "best"),
+    [
+        ([(9.0, 1.5), (8.0, 1.4), (8.5, 1.4), (8.6, 1.4), (8.7, 1.4), (1.0, 1.4)], 5, 8.0),  # three in a row no better
+        ([(9.0, 1.5), (9.5, 1.5), (9.6, 1.5), (8.0, 1.4), (8.5, 1.4), (8.6, 1.4)], 6, 8.0),  # a better one is the third
+        ([(9.0, 5.0), (8.0, 4.0), (7.0, 3.5), (1.0, 0.9)], 3, 7.0),  # they explain nothing
+        ([(9.0, 1.5), (1.0, 1.0), (0.0, 1.0)], 2, 1.0),  # it explains the chunks
+    ],
+)
+def test_a_search_ends_where_three_descents_in_a_row_lead_nowhere(monkeypatch, ends, taken, best):
+    work, theta = valve()
+    start = work.start(theta)
+    left = iter([replace(start, cost=1e3 * cost, loss=loss) for cost, loss in ends])
+    monkeypatch.setattr(BestPathsNoiseAware, "mended", lambda self, now, *_: now)
+    monkeypatch.setattr(BestPathsNoiseAware, "descended", lambda self, now, most: next(left))
+    found = best_on_chunks(work, [theta + 0.02 * i for i in range(len(ends))], lambda _: False)
+    assert len(ends) - len(list(left)) == taken
+    assert found.cost == 1e3 * best
+
+
+def test_a_step_that_costs_less_and_explains_less_is_none_for_the_better(monkeypatch):
+    work, theta = valve()
+    now = replace(work.start(theta), loss=1.5)
+    losses = [*np.linspace(1.4, 1.2, 9), *np.linspace(1.3, 1.5, 9)]
+    steps = [replace(now, cost=now.cost - 100.0 * i, loss=loss) for i, loss in enumerate(losses)]
+    monkeypatch.setattr(BestPathsNoiseAware, "_way", lambda *_: iter(steps))
+    best, end = work._best_on_the_way(now, FOLLOWED)
+    assert (best.cost, best.loss) == (steps[8].cost, steps[8].loss)
+    assert end is steps[8 + PATIENCE]
+    white = [replace(one, loss=0.9 + 0.001 * i) for i, one in enumerate(steps[:9])]
+    monkeypatch.setattr(BestPathsNoiseAware, "_way", lambda *_: iter(white))
+    assert work._best_on_the_way(white[0], FOLLOWED)[0] is white[8]
 
 
 def test_a_model_that_lacks_much_is_descended(monkeypatch):
