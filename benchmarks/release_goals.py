@@ -47,7 +47,7 @@ class Goal:
         hits = sum(scored(row) == "wrong" if self.most else good(row) for row in some)
         interval = binomtest(hits, len(some)).proportion_ci()
         low, high = 100 * interval.low, 100 * interval.high
-        share = f"{100 * hits / len(some):.0f} % ({low:.0f} to {high:.0f})"
+        share = f"{100 * hits / len(some):.3g} % ({low:.0f} to {high:.0f})"
         return self.what, asked, f"{hits} of {len(some)}", share, self._verdict(low, high)
 
     def _verdict(self, low: float, high: float) -> str:
