@@ -26,8 +26,7 @@ def shortlisted_fits(
     time, so that these can be judged before others are fitted. scores : best first; complete : whether one of those
     that were judged is accepted and leaves nothing.
     """
-    few = [s for s in scores[: settings.CANDIDATES] if s.gain > settings.CHANCE_GAIN]
-    few = [] if base.data.imposed else few
+    few = [] if base.data.imposed else [s for s in scores if s.gain > settings.CHANCE_GAIN]
     refits, enough = _refits_on_base_paths(base, few, budget, progress)
     groups = _shortlist(base, scores, refits, enough)
     base_on_chunks = best_model_on_chunks(base) if any(groups) else None

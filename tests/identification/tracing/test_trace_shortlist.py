@@ -111,6 +111,21 @@ def test_beside_a_refit_that_gained_more_than_its_score_promised_others_of_about
     assert asked == [("backlash", 0.0), ("sensor_lag", 240.0)]
 
 
+def test_however_many_scores_are_above_chance_all_are_refitted_on_the_base_models_paths(monkeypatch):
+    selection, asked = traced("hardening_spring", k3=3e5).selection, list[str]()
+    effects = selection.base.data.candidates[: settings.CANDIDATES + 3]
+    *above, below = (Score(e, 60.0, {}) for e in effects)
+
+    def refit(model: Model, score: Score, _best_gain: float) -> Model:
+        asked.append(score.effect)
+        return model
+
+    monkeypatch.setattr(shortlist, "refit_on_base_paths", refit)
+    monkeypatch.setattr(shortlist, "fit_on_chunks", lambda _base, _small, s, *_, **__: CandidateFit(s, (), s.gain))
+    fitted(selection.base, [*above, replace(below, gain=settings.CHANCE_GAIN / 2)])
+    assert asked == [s.effect for s in above]
+
+
 def judged(monkeypatch, share: float, accepted: Callable[[bool], bool]) -> list[bool]:
     """Which of two candidates are judged, as whether each is the best one; the other one gains a share of its gain.
     accepted : whether one is, that is the best or not.
