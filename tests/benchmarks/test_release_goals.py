@@ -69,6 +69,13 @@ def test_misses_that_nothing_could_name_are_told():
     assert "Of 3 misses of what the catalogue has, 2 have" in release_goals.weak(rows)
 
 
+def test_what_does_not_show_in_free_runs_is_told():
+    errors = (1.0e-5, 1.0e-5), (1.09e-5, 1.0e-5), (1.2e-5, 1.0e-5)
+    rows = [_row("outside", "none", ("hose",), before=before, true=true) for before, true in errors]
+    others = [_row("outside", "unlisted", ("hose",)), _row("controls", "none"), _row("single", "none", ("a",), rig=True)]
+    assert release_goals.unseen([*rows, *others]).startswith("Of 3 answers `none` where something is missing, 2 have")
+
+
 def test_costs_are_those_of_long_recordings_that_are_no_rigs():
     long = _row("controls", "none", processor=30.0, passes=500.0, peak_MB=900.0)
     lacking = _row("single", "backlash", ("backlash",), processor=45.0, passes=600.0, peak_MB=800.0)
