@@ -116,7 +116,8 @@ def unseen(rows: Sequence[Row]) -> str:
     hidden = sum(row["before"] < UNSEEN * row["true"] for row in said)
     return (
         f"Of {len(said)} answers `none` where something is missing, {hidden} have a free-run error of the base model,"
-        f" on the held-out recording, of less than {UNSEEN:g} times that of the plant itself under the recorded, noisy force."
+        f" on the held-out recording, of less than {UNSEEN:g} times that of the plant itself under the recorded, noisy"
+        " force."
     )
 
 

@@ -72,7 +72,11 @@ def test_misses_that_nothing_could_name_are_told():
 def test_what_does_not_show_in_free_runs_is_told():
     errors = (1.0e-5, 1.0e-5), (1.09e-5, 1.0e-5), (1.2e-5, 1.0e-5)
     rows = [_row("outside", "none", ("hose",), before=before, true=true) for before, true in errors]
-    others = [_row("outside", "unlisted", ("hose",)), _row("controls", "none"), _row("single", "none", ("a",), rig=True)]
+    others = [
+        _row("outside", "unlisted", ("hose",)),
+        _row("controls", "none"),
+        _row("single", "none", ("a",), rig=True),
+    ]
     assert release_goals.unseen([*rows, *others]).startswith("Of 3 answers `none` where something is missing, 2 have")
 
 
