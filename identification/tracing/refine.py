@@ -41,6 +41,16 @@ def gain_of(base: Model, refit: Model | None) -> float:
     return 0.0 if refit is None else base.cost - refit.cost
 
 
+def explains_most(base: Model, refit: Model | None) -> bool:
+    """Whether a refit leaves less of what is missing than it explains: another effect cannot explain as much, unless it
+    explains the same.
+    """
+    if refit is None or base.data.imposed or gain_of(base, refit) < base.clear_gain:
+        return False
+    missing = base.estimate.loss - 1.0
+    return base.estimate.loss - refit.estimate.loss > settings.GAIN_SHARE * missing
+
+
 def gain_so_far(gains: Sequence[float], where: str = "") -> str:
     """The largest gain of those fitted so far, in words for the progress; empty where nothing is gained."""
     return f", best gain{where} {max(gains):.0f}" if any(gain > 0 for gain in gains) else ""
@@ -68,27 +78,32 @@ def fit_on_chunks(
     return CandidateFit(score, (ends[0], *others), gains[0])
 
 
-def refit_on_base_paths(base: Model, score: Score, best_gain: float = 0.0) -> Model | None:
-    """A candidate refitted on the base model's paths, for as long as it may come to something beside another that gains
-    `best_gain`. New paths of a complete model cost hundreds more or less, in which what a weak effect gains is lost.
+def refit_on_base_paths(base: Model, score: Score, least: float = 0.0, on_chunks: Model | None = None) -> Model | None:
+    """A candidate refitted on the base model's paths, for as long as it may come to something, and gain at least so
+    much. New paths of a complete model cost hundreds more or less, in which what a weak effect gains is lost.
+    on_chunks : the same on chunks, from which it starts where that is known.
 
     In damped order it starts from every shape that promises about as much: a local one leads to the next hollow only.
     """
+    if on_chunks is not None:
+        start = base.with_effect(score.effect, on_chunks.values, steps=settings.PATH_STEPS)
+        return _refitted_from(start, _hopeless(base, least))
     others = () if base.data.damped is None else score.others
-    best = _refit_of_shape(base, score, best_gain)
+    best = _refit_of_shape(base, score, least)
     for values in others:
-        further = _refit_of_shape(base, replace(score, values=values), max(best_gain, gain_of(base, best)))
+        enough = max(least, settings.GAIN_SHARE * gain_of(base, best))
+        further = _refit_of_shape(base, replace(score, values=values), enough)
         best = max((best, further), key=lambda model: gain_of(base, model))
     return best
 
 
-def _refit_of_shape(base: Model, score: Score, best_gain: float) -> Model | None:
+def _refit_of_shape(base: Model, score: Score, least: float) -> Model | None:
     """A candidate refitted on the base model's paths, from one shape.
 
     Where it can it starts from nothing: at the strength that the score promises, paths may already lead elsewhere. If
     that does not come to what the score says, it starts there, too. What promises nothing from nothing is not begun.
     """
-    known, hopeless = strengths(base.data, score.effect), _hopeless(base, best_gain)
+    known, hopeless = strengths(base.data, score.effect), _hopeless(base, least)
     neutral = {n: p.neutral for n, p in known.items() if p.neutral is not None and p.lower < p.neutral}
     start = base.with_effect(score.effect, {**score.values, **neutral}, steps=settings.PATH_STEPS)
     if start is not None and len(neutral) == len(known) and hopeless(start.estimate):
@@ -100,15 +115,15 @@ def _refit_of_shape(base: Model, score: Score, best_gain: float) -> Model | None
     return first if gain_of(base, first) > gain_of(base, second) else second
 
 
-def _hopeless(base: Model, best_gain: float) -> Callable[[Estimate], bool]:
-    """Whether an estimate of a candidate will come to nothing beside another that gains `best_gain`."""
+def _hopeless(base: Model, least: float) -> Callable[[Estimate], bool]:
+    """Whether an estimate of a candidate will come to nothing, or not gain as much as it should at least."""
 
     def hopeless(now: Estimate) -> bool:
         promise, gain = newton_step(now.normal)[1], base.cost - now.cost
         return (
             promise < settings.CHANCE_GAIN
             or gain + promise < settings.MIN_GAIN / 2
-            or not may_reach(now, base.cost - settings.GAIN_SHARE * best_gain)
+            or not may_reach(now, base.cost - least)
         )
 
     return hopeless

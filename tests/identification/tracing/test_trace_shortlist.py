@@ -47,14 +47,14 @@ def test_beside_a_complete_candidate_only_those_are_fitted_to_chunks_that_gain_a
 def test_a_refit_ends_early_beside_one_that_gains_far_more():
     base = traced("hardening_spring", k3=3e5).selection.base
     spring = next(s for s in screened("hardening_spring", k3=3e5) if s.effect == "hardening_spring")
-    whole, short = refit_on_base_paths(base, spring), refit_on_base_paths(base, spring, best_gain=1e9)
+    whole, short = refit_on_base_paths(base, spring), refit_on_base_paths(base, spring, least=1e9)
     assert gain_of(base, whole) > gain_of(base, short) + 100
 
 
 def test_what_leaves_nothing_on_the_base_models_paths_is_not_refitted_on_others():
     base = traced("hardening_spring", k3=3e5).selection.base
     spring = next(s for s in screened("hardening_spring", k3=3e5) if s.effect == "hardening_spring")
-    whole, short = refit_on_base_paths(base, spring), refit_on_base_paths(base, spring, best_gain=1e9)
+    whole, short = refit_on_base_paths(base, spring), refit_on_base_paths(base, spring, least=1e9)
     for near, enough in ((whole, True), (short, False)):
         promised = gain_of(base, near) * base.data.chunk_share
         less, more = (CandidateFit(spring, (whole,), factor * promised, near) for factor in (0.9, 1.1))
@@ -72,7 +72,7 @@ def test_what_promises_nothing_is_not_begun_on_the_base_models_paths(monkeypatch
 
     for order in (NoiseAware, BestPathsNoiseAware):
         monkeypatch.setattr(order, "refit", refit)
-    assert abs(gain_of(base, refit_on_base_paths(base, spring, best_gain=1e9))) < MIN_GAIN / 2
+    assert abs(gain_of(base, refit_on_base_paths(base, spring, least=1e9))) < MIN_GAIN / 2
     assert not begun
     refit_on_base_paths(base, spring)
     assert begun
@@ -101,14 +101,14 @@ def test_beside_a_refit_that_gained_more_than_its_score_promised_others_of_about
         Score(effect, gain, {}) for effect, gain in (("backlash", 60.0), ("sensor_lag", 31.0), ("dead_time", 29.0))
     ]
 
-    def refit(model: Model, score: Score, best_gain: float) -> Model:
-        asked.append((score.effect, best_gain))
+    def refit(model: Model, score: Score, least: float, _on_chunks: Model | None) -> Model:
+        asked.append((score.effect, least))
         return replace(model, estimate=replace(model.estimate, cost=model.cost - 20 * score.gain, loss=2.0))
 
     monkeypatch.setattr(shortlist, "refit_on_base_paths", refit)
     monkeypatch.setattr(shortlist, "fit_on_chunks", lambda _base, _small, s, *_, **__: CandidateFit(s, (), s.gain))
     fitted(base, scores)
-    assert asked == [("backlash", 0.0), ("sensor_lag", 240.0)]
+    assert asked == [("backlash", 0.0), ("sensor_lag", 240.0 * GAIN_SHARE)]
 
 
 def test_however_many_scores_are_above_chance_all_are_refitted_on_the_base_models_paths(monkeypatch):
@@ -116,7 +116,7 @@ def test_however_many_scores_are_above_chance_all_are_refitted_on_the_base_model
     effects = selection.base.data.candidates[: settings.CANDIDATES + 3]
     *above, below = (Score(e, 60.0, {}) for e in effects)
 
-    def refit(model: Model, score: Score, _best_gain: float) -> Model:
+    def refit(model: Model, score: Score, _least: float, _on_chunks: Model | None) -> Model:
         asked.append(score.effect)
         return model
 
@@ -124,6 +124,27 @@ def test_however_many_scores_are_above_chance_all_are_refitted_on_the_base_model
     monkeypatch.setattr(shortlist, "fit_on_chunks", lambda _base, _small, s, *_, **__: CandidateFit(s, (), s.gain))
     fitted(selection.base, [*above, replace(below, gain=settings.CHANCE_GAIN / 2)])
     assert asked == [s.effect for s in above]
+
+
+@pytest.mark.parametrize(("share", "first"), [(0.8, True), (0.2, False)])
+def test_what_explains_most_of_what_is_missing_is_judged_before_anything_is_fitted_to_chunks(monkeypatch, share, first):
+    base, on_chunks = traced("hardening_spring", k3=3e5).selection.base, list[str]()
+    left = base.estimate.loss - share * (base.estimate.loss - 1.0)
+    score = Score("hardening_spring", 60.0, {})
+
+    def refit(model: Model, *_: object) -> Model:
+        return replace(model, estimate=replace(model.estimate, cost=model.cost - 1e4, loss=left, outliers=1.0))
+
+    def fit_on_chunks(_base: Model, _small: Model, s: Score, *_: object, **__: object) -> CandidateFit:
+        on_chunks.append(s.effect)
+        return CandidateFit(s, (), s.gain)
+
+    monkeypatch.setattr(shortlist, "refit_on_base_paths", refit)
+    monkeypatch.setattr(shortlist, "fit_on_chunks", fit_on_chunks)
+    some, rest = next(shortlisted_fits(base, [score], lambda: False, Budget()))
+    assert [fit.effect for fit in some] == ["hardening_spring"]
+    assert (on_chunks == []) == first
+    assert (rest != []) == first
 
 
 def judged(monkeypatch, share: float, accepted: Callable[[bool], bool]) -> list[bool]:
