@@ -36,7 +36,7 @@ from identification.estimators.coordinates import Coordinates
 from identification.estimators.feasibility import check_given, obstacle
 from identification.given import plant_constants
 from identification.tracing import settings
-from identification.tracing.candidates import candidates_of_round, in_wrong_order, leaves_nothing
+from identification.tracing.candidates import candidates_of_round, in_wrong_order
 from identification.tracing.classes import in_the_end, one_accepted
 from identification.tracing.judge import Candidate, judged_by_chance
 from identification.tracing.models.base import base_model, polished, with_stiffness_growth
@@ -96,7 +96,7 @@ def forward_selection(
     An effect may only have shown the way to a better end of the base model; then everything begins again from there.
     """
     model, added, rounds = base, tuple[str, ...](), Rounds()
-    while len(added) < settings.MAX_EFFECTS and not _is_told(model):
+    while len(added) < settings.MAX_EFFECTS:
         watch = _of(f"round {len(rounds) + 1}", progress)
         if not budget.allows(f"round {len(rounds) + 1}"):
             break
@@ -124,11 +124,6 @@ def forward_selection(
             model, added = before, earlier
             break
     return base, model, added, rounds
-
-
-def _is_told(model: Model) -> bool:
-    """Whether a model has effects that leave less than any further one would have to gain beside them."""
-    return leaves_nothing(model) and model.estimate.unexplained < settings.CLEAR_GAIN
 
 
 def _in_full_order(base: Model, progress: Progress) -> Model | None:

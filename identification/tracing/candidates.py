@@ -53,12 +53,12 @@ def _worth_a_fit(model: Model, scores: list[Score]) -> list[Score]:
     taken on the model's own paths, so ends on other paths, which gain more where the sampling does not resolve the
     bristle, play no part in them.
     """
-    if not leaves_nothing(model):
+    if not _leaves_nothing(model):
         return scores
     return [s for s in scores if settings.PROMISE_FACTOR * s.gain > settings.CLEAR_GAIN]
 
 
-def leaves_nothing(model: Model) -> bool:
+def _leaves_nothing(model: Model) -> bool:
     """Whether a model has effects beside the base, and they leave nothing."""
     return not (model.data.imposed or set(model.effects) <= set(BASE)) and is_white(model)
 
@@ -72,7 +72,7 @@ def _judged(
     found = dict[str, Candidate]()
 
     def worth() -> list[CandidateFit]:
-        complete = any(_is_complete(c) for c in (*known.values(), *found.values()))
+        complete = any(_is_enough(model, c, ()) for c in (*known.values(), *found.values()))
         return [fit for effect, fit in worth_refitting(model, fits, complete=complete).items() if effect not in known]
 
     gains = [c.gain for c in known.values() if c.refit is not None]

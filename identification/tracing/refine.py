@@ -111,7 +111,8 @@ def _refit_of_shape(base: Model, score: Score, least: float) -> Model | None:
     first = _refitted_from(start, hopeless)
     if not neutral or gain_of(base, first) > score.gain:
         return first
-    second = _refitted_from(base.with_effect(score.effect, score.values, steps=settings.PATH_STEPS), hopeless)
+    there = base.with_effect(score.effect, score.values, steps=settings.PATH_STEPS)
+    second = _refitted_from(there, _hopeless(base, max(least, gain_of(base, first))))
     return first if gain_of(base, first) > gain_of(base, second) else second
 
 
@@ -149,7 +150,8 @@ def worth_refitting(base: Model, fits: Sequence[CandidateFit], *, complete: bool
     least = _enough_on_chunks(base, on_chunks[0].gain, complete) if on_chunks else 0.0
     best = max((gain_of(base, fit.base_path_refit) for fit in fits), default=0.0)
     enough = max(settings.MIN_GAIN, _near(base, best, settings.MIN_GAIN / 2, complete))
-    on_paths = {fit.effect: replace(fit, chunk_fits=()) for fit in fits if gain_of(base, fit.base_path_refit) > enough}
+    near = sorted(fits, key=lambda fit: -gain_of(base, fit.base_path_refit))
+    on_paths = {fit.effect: replace(fit, chunk_fits=()) for fit in near if gain_of(base, fit.base_path_refit) > enough}
     return on_paths | {fit.effect: fit for fit in on_chunks if fit.gain >= least}
 
 

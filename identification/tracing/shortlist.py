@@ -78,7 +78,8 @@ def _refits_on_base_paths(
     ends = {} if small is None else _refits_on_chunks(small, few, base.data.chunk_share, budget, progress)
     near = few if small is None else [s for effect in ends for s in few if s.effect == effect]
     for s in budget.within(near, stage, progress, _effect, partial(gain_so_far, gains)):
-        share = settings.GAIN_SHARE if complete is None else settings.EXPLAINED
+        most = any(explains_most(base, refit) for refit in refits.values())
+        share = settings.EXPLAINED if most or complete is not None else settings.GAIN_SHARE
         if small is None and settings.PROMISE_FACTOR * s.gain < share * beside:
             break
         refits[s.effect] = refit = refit_on_base_paths(base, s, share * beside, ends.get(s.effect))
