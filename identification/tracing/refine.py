@@ -8,12 +8,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from identification.estimators.estimate import Estimate, lean
+from identification.estimators.estimate import Estimate, handed_over, lean
 from identification.tracing import settings
 from identification.tracing.models.comparison import is_white
 from identification.tracing.models.guesses import strengths
 from identification.tracing.models.model import Model
-from identification.tracing.models.promise import may_reach, newton_step
+from identification.tracing.models.promise import newton_step
 from identification.tracing.models.search import continued, differ, first_fits
 from identification.tracing.screen import Score
 
@@ -91,8 +91,7 @@ def refit_on_base_paths(base: Model, score: Score, least: float = 0.0, on_chunks
     others = () if base.data.damped is None else score.others
     best = _refit_of_shape(base, score, least)
     for values in others:
-        enough = max(least, settings.GAIN_SHARE * gain_of(base, best))
-        further = _refit_of_shape(base, replace(score, values=values), enough)
+        further = _refit_of_shape(base, replace(score, values=values), max(least, gain_of(base, best)))
         best = max((best, further), key=lambda model: gain_of(base, model))
     return best
 
@@ -106,9 +105,10 @@ def _refit_of_shape(base: Model, score: Score, least: float) -> Model | None:
     known, hopeless = strengths(base.data, score.effect), _hopeless(base, least)
     neutral = {n: p.neutral for n, p in known.items() if p.neutral is not None and p.lower < p.neutral}
     start = base.with_effect(score.effect, {**score.values, **neutral}, steps=settings.PATH_STEPS)
-    if start is not None and len(neutral) == len(known) and hopeless(start.estimate):
+    from_nothing = len(neutral) == len(known)
+    if start is not None and from_nothing and hopeless(start.estimate):
         return start
-    first = _refitted_from(start, hopeless)
+    first = _descended_from(start, hopeless) if from_nothing else _refitted_from(start, hopeless)
     if not neutral or gain_of(base, first) > score.gain:
         return first
     there = base.with_effect(score.effect, score.values, steps=settings.PATH_STEPS)
@@ -117,14 +117,18 @@ def _refit_of_shape(base: Model, score: Score, least: float) -> Model | None:
 
 
 def _hopeless(base: Model, least: float) -> Callable[[Estimate], bool]:
-    """Whether an estimate of a candidate will come to nothing, or not gain as much as it should at least."""
+    """Whether an estimate of a candidate will come to nothing, or not gain as much as it should at least. What the base
+    model promises by itself, and has not kept, promises nothing of the candidate.
+    """
+    empty = newton_step(base.estimate.normal)[1]
 
     def hopeless(now: Estimate) -> bool:
-        promise, gain = newton_step(now.normal)[1], base.cost - now.cost
+        gain = base.cost - now.cost
+        promise = newton_step(now.normal)[1] - max(empty - max(gain, 0.0), 0.0)
         return (
             promise < settings.CHANCE_GAIN
             or gain + promise < settings.MIN_GAIN / 2
-            or not may_reach(now, base.cost - least)
+            or gain + settings.PROMISE_FACTOR * promise < least
         )
 
     return hopeless
@@ -137,6 +141,16 @@ def _refitted_from(start: Model | None, hopeless: Callable[[Estimate], bool]) ->
     work = start.data.estimator(start.effects, worth=settings.CHANCE_GAIN)
     end = work.refit(start.estimate.theta, start.estimate.paths, settings.STEPS, hopeless)
     return None if end is None else replace(start, estimate=lean(end))
+
+
+def _descended_from(start: Model | None, hopeless: Callable[[Estimate], bool]) -> Model | None:
+    """The same where the candidate is without effect at the start: the paths are the best of the base model's."""
+    if start is None:
+        return None
+    work = start.data.estimator(start.effects, worth=settings.CHANCE_GAIN)
+    begun = handed_over(work.along(start.estimate.theta, start.estimate.paths, 0))
+    end = lean(work.descend(begun.pop(), settings.STEPS, hopeless)) if begun else None
+    return start if end is None or end.cost > start.cost else replace(start, estimate=end)
 
 
 def worth_refitting(base: Model, fits: Sequence[CandidateFit], *, complete: bool = False) -> dict[str, CandidateFit]:

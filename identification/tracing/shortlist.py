@@ -35,10 +35,9 @@ def shortlisted_fits(
     """
     few = [] if base.data.imposed else [s for s in scores if s.gain > settings.CHANCE_GAIN]
     refits, enough = _refits_on_base_paths(base, few, budget, progress)
-    groups = _shortlist(base, scores, refits, enough)
     if enough is None and any(explains_most(base, refit) for refit in refits.values()):
-        near = [CandidateFit(s, (), s.gain, refits[s.effect]) for s in few if s.effect in refits]
-        yield near, [s for group in groups for s in group]
+        yield [CandidateFit(s, (), s.gain, refits[s.effect]) for s in few if s.effect in refits], list(scores)
+    groups = _shortlist(base, scores, refits, enough)  # where slips are short this takes seconds
     base_on_chunks = best_model_on_chunks(base) if any(groups) else None
     usual = scores[: settings.CANDIDATES]
     known = [s for s in few if s.effect in refits and all(s not in group for group in groups)]
@@ -136,16 +135,16 @@ def _shortlist(
     """
     gain = {s.effect: gain_of(base, refits.get(s.effect)) for s in scores}
     promising = [s for place, s in enumerate(scores) if _promises(s, place, scores[0])]
-    white = is_white(base)
-    lacks = base.data.imposed or not white
     if complete is not None:
         enough = settings.GAIN_SHARE * gain_of(base, complete)
         # a refit may have failed, but hardly one that looked for new paths
         alike = [s for s in promising if base.data.damped is None and max(s.gain, gain[s.effect]) > enough]
         fall = base.estimate.loss - complete.estimate.loss
-        unclear = lacks and fall < settings.COMPLETE_LOSS - 1  # as much may still be missing unseen
+        # as much may still be missing unseen
+        unclear = fall < settings.COMPLETE_LOSS - 1 and (base.data.imposed or not is_white(base))
         return [[s for s in scores if s in alike or (unclear and is_imitated(base, s))]]
-    if not lacks:
+    white = is_white(base)
+    if white and not base.data.imposed:
         return [[s for s in promising if is_imitated(base, s) or gain[s.effect] > settings.MIN_GAIN / 2]]
     imitated = [s for s in scores if is_imitated(base, s) and s not in promising]
     others = [s for s in scores if s not in promising and not (white or s in imitated)]

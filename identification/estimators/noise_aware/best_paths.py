@@ -245,9 +245,18 @@ class BestPathsNoiseAware(MendedNoiseAware):
     def refit(
         self, theta: Array, paths: Sequence[Array], steps: int, vain: Callable[[Estimate], bool] | None = None
     ) -> Estimate | None:
-        """The estimate after a descent along new paths, or those that another model left. None where it diverges."""
+        """The estimate after a descent along new paths, or those that another model left. None where it diverges.
+
+        Steps are taken that gain but for slips which their paths miss. So what ends above its start is mended; where it
+        stays there, the start is the better one.
+        """
         start = handed_over(self._along_new_or_known(theta, paths))
-        return self.descend(self.mended(start.pop()), steps, vain) if start else None
+        if not start:
+            return None
+        start.append(self.mended(start.pop()))
+        first = lean(start[0])
+        end = self.descend(start.pop(), steps, vain)
+        return min(first, self.mended(end) if end.cost > first.cost else end, key=lambda one: one.cost)
 
     def _along_new_or_known(self, theta: Array, known: Sequence[Array]) -> Estimate | None:
         """The estimate at theta along the best of new paths and of known ones, stretch by stretch or as a whole. They
