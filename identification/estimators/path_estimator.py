@@ -46,8 +46,8 @@ class PathEstimator(Protocol):
         are short along new ones as well. vain : whether it is, to go on. None where the model diverges.
         """
 
-    def descend(self, now: Estimate, steps: int) -> Estimate:
-        """The estimate after at most so many Gauss-Newton steps."""
+    def descend(self, now: Estimate, steps: int, vain: Callable[[Estimate], bool] | None = None) -> Estimate:
+        """The estimate after at most so many Gauss-Newton steps. vain : whether it is, to go on, where they tell."""
 
     def first(self, theta: Array, steps: int) -> Estimate | None:
         """The estimate that says, by its cost, whether theta (m,) is a good start: after at most so many Gauss-Newton

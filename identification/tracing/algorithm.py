@@ -37,7 +37,7 @@ from identification.estimators.feasibility import check_given, obstacle
 from identification.given import plant_constants
 from identification.tracing import settings
 from identification.tracing.candidates import candidates_of_round, in_wrong_order
-from identification.tracing.classes import in_the_end, one_accepted
+from identification.tracing.classes import in_the_end, one_accepted, several_accepted
 from identification.tracing.judge import Candidate, judged_by_chance
 from identification.tracing.models.base import base_model, polished, with_stiffness_growth
 from identification.tracing.models.model import Model
@@ -159,7 +159,7 @@ def _reconsidered(
     if len(added) == 1:
         return model, added, *one_accepted(rounds[0], added[0])
     if not budget.allows("other effects in the place of each"):
-        return model, added, in_the_end(rounds[0], added, added), ()
+        return model, added, *several_accepted(rounds[0], added)
     rivals = {some[0].effect: [c for c in some[1:] if c.refit is not None] for some in rounds}
     model, final, alike = swapped(model, added, rivals, catalogue=model.data.catalogue)
     return model, final, in_the_end(rounds[0], added, final), alike

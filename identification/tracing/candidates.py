@@ -14,7 +14,7 @@ from identification.tracing.classes import ranked
 from identification.tracing.judge import NO_TIME, Candidate, judge, not_fitted, not_refitted
 from identification.tracing.models.comparison import is_white
 from identification.tracing.models.model import Model
-from identification.tracing.refine import CandidateFit, gain_of, gain_so_far, worth_refitting
+from identification.tracing.refine import CandidateFit, explains_most, gain_of, gain_so_far, worth_refitting
 from identification.tracing.screen import Score, screen
 from identification.tracing.shortlist import shortlisted_fits
 from recordings import Progress, silent
@@ -29,16 +29,19 @@ def candidates_of_round(model: Model, budget: Budget, progress: Progress = silen
         return any(_is_complete(c) for c in judged.values())
 
     for some, rest in shortlisted_fits(model, _worth_a_fit(model, scores), complete, budget, progress):
-        fits = sorted([*fits, *some], key=lambda fit: -fit.gain if fit.chunk_fits else np.inf)
+        further = {fit.effect for fit in some}  # fitted further than those of the same effects before, or first
+        fits = [*(fit for fit in fits if fit.effect not in further), *some]
+        fits.sort(key=lambda fit: -fit.gain if fit.chunk_fits else np.inf)
+        judged = {effect: c for effect, c in judged.items() if effect not in further}
         judged |= _judged(model, fits, judged, budget, progress)
-        if any(_is_enough(c, rest) for c in judged.values()) or in_wrong_order(judged.values()):
+        if any(_is_enough(model, c, rest) for c in judged.values()) or in_wrong_order(judged.values()):
             break
     if not any(c.accepted for c in judged.values()) and not in_wrong_order(judged.values()):
         # what held-out data reject is no measure for the others
         left = [fit for fit in fits if fit.effect not in judged]
         judged |= _judged(model, left, judged, budget, progress)
     judged |= {fit.effect: judge(model, fit) for fit in _best_in_time(model, fits, budget) if fit.effect not in judged}
-    known = [judged.get(fit.effect) or not_refitted(fit) for fit in fits]
+    known = [judged.get(fit.effect) or not_refitted(model, fit) for fit in fits]
     others = [not_fitted(s) for s in scores if all(fit.score is not s for fit in fits)]
     found = (*ranked(known, model.data.catalogue), *others)
     return tuple(replace(c, why=NO_TIME) if _is_late(c, budget) else c for c in found)
@@ -69,7 +72,7 @@ def _judged(
     found = dict[str, Candidate]()
 
     def worth() -> list[CandidateFit]:
-        complete = any(_is_complete(c) for c in (*known.values(), *found.values()))
+        complete = any(_is_enough(model, c, ()) for c in (*known.values(), *found.values()))
         return [fit for effect, fit in worth_refitting(model, fits, complete=complete).items() if effect not in known]
 
     gains = [c.gain for c in known.values() if c.refit is not None]
@@ -88,7 +91,7 @@ def in_wrong_order(candidates: Iterable[Candidate]) -> bool:
     """
     refits = [c.refit for c in candidates if c.refit is not None]
     best = min(refits, key=lambda refit: refit.cost, default=None)
-    return best is not None and best.shows_the_swing and not any(_is_enough(c, ()) for c in candidates)
+    return best is not None and best.shows_the_swing and not any(_is_complete(c) for c in candidates)
 
 
 def _best_in_time(model: Model, fits: Sequence[CandidateFit], budget: Budget) -> list[CandidateFit]:
@@ -102,11 +105,13 @@ def _is_late(c: Candidate, budget: Budget) -> bool:
     return c.refit is None and c.effect in budget.not_tried
 
 
-def _is_enough(c: Candidate, rest: Sequence[Score]) -> bool:
-    """Whether the rest need not be fitted beside a candidate: it is accepted and leaves nothing. What the base model
-    imitates imitates each other, too, so one of those is not enough while others are among the rest.
+def _is_enough(model: Model, c: Candidate, rest: Sequence[Score]) -> bool:
+    """Whether the rest need not be fitted beside a candidate: it is accepted and leaves nothing, or explains most of
+    what is missing beyond doubt. What explains most, too, stands for the same and is tried in its place at the end, and
+    what explains the rest shows better beside it. What the base model imitates imitates each other, too, so one of
+    those is not enough while others are among the rest.
     """
-    if c.refit is None or not _is_complete(c):
+    if c.refit is None or not (_is_complete(c) or (c.accepted and not c.doubtful and explains_most(model, c.refit))):
         return False
     catalogue = c.refit.data.catalogue
     return not (catalogue[c.effect].imitated and any(catalogue[s.effect].imitated for s in rest))

@@ -48,7 +48,8 @@ def _is_alike(best: Candidate, other: Candidate) -> bool:
     assert best.held_out is not None
     assert best.refit is not None
     held_out, fitted = abs(other.held_out.gain - best.held_out.gain), abs(other.gain - best.gain)
-    if held_out + fitted < settings.SMALL_SHARE * (best.gain + best.held_out.gain):
+    most = max(best.gain + best.held_out.gain, other.gain + other.held_out.gain)
+    if held_out + fitted < settings.SMALL_SHARE * most:
         return True
     assert best.refit.held_out is not None
     assert other.refit.held_out is not None
@@ -64,6 +65,16 @@ def one_accepted(candidates: Sequence[Candidate], effect: str) -> tuple[tuple[Ca
     alike = (first, *same_class(candidates))
     others = tuple(e for e in alike if e != effect) if effect in alike else ()
     return in_the_end(candidates, (first,), (effect,)), others
+
+
+def several_accepted(
+    candidates: Sequence[Candidate], added: tuple[str, ...]
+) -> tuple[tuple[Candidate, ...], tuple[str, ...]]:
+    """The candidates of the first round where several effects were added and there is no time to try others in their
+    place, and what could not be told from the first of them when it was.
+    """
+    others = same_class(candidates) if candidates[0].effect == added[0] else ()
+    return in_the_end(candidates, added, added), tuple(e for e in others if e not in added)
 
 
 def in_the_end(

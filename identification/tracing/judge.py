@@ -9,7 +9,7 @@ from identification.estimators.estimate import Estimate
 from identification.tracing import settings
 from identification.tracing.models.comparison import Comparison, compare, is_white
 from identification.tracing.models.model import Model
-from identification.tracing.refine import CandidateFit, refitted
+from identification.tracing.refine import CandidateFit, gain_of, refitted
 from identification.tracing.screen import Score
 
 
@@ -62,11 +62,12 @@ def judge(base: Model, fit: CandidateFit) -> Candidate:
     return Candidate(effect, fitted.gain, values, refit, held, accepted, why, doubtful=not significant)
 
 
-def not_refitted(fit: CandidateFit) -> Candidate:
+def not_refitted(base: Model, fit: CandidateFit) -> Candidate:
     """A candidate whose fits did not make it worth a refit to the whole recordings."""
+    near = fit.base_path_refit
     why = (
-        "others explain more" if fit.chunk_fits
-        else NO_SOLUTION if fit.base_path_refit is None
+        "others explain more" if fit.chunk_fits or gain_of(base, near) > settings.MIN_GAIN
+        else NO_SOLUTION if near is None
         else "gains too little on the fitted recordings"
     )  # fmt: skip
     return Candidate(fit.effect, fit.gain, fit.score.values, why=why)

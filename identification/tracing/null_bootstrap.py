@@ -112,7 +112,7 @@ def _largest_gain(found: Model, score: Score, budget: Budget, hopeless: Callable
         fit = CandidateFit(s, (), 0.0) if white else fit_on_chunks(found, on_chunks, s, True, small)
         if fit.gain < most * found.data.chunk_share:  # no refit to the whole gains more
             fit = replace(fit, chunk_fits=())
-        near = refit_on_base_paths(found, s, best_gain)
+        near = refit_on_base_paths(found, s, settings.GAIN_SHARE * best_gain)
         refit = refitted(found, replace(fit, base_path_refit=near), most)
         if refit is not None and found.cost - refit.cost > most:  # no net gain is more
             most = max(most, net_gain(found, refit, s.effect))

@@ -45,7 +45,7 @@ that no node resolves explains anything."""
 # Shortlist and refits: which candidates are fitted, and how far.
 
 CANDIDATES: Final = 8
-"""Candidates that are fitted in one way, the best by score; half as many are refitted to whole recordings from chunks.
+"""Candidates that are fitted to chunks, the best by score; half as many are refitted to whole recordings from chunks.
 Where more are fitted to chunks, only these (and what the base model imitates) also start from the base model's own
 parameters."""
 AT_LEAST: Final = 2

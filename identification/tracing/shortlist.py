@@ -11,7 +11,14 @@ from identification.tracing import settings
 from identification.tracing.models.comparison import fitted_whiteness, is_white
 from identification.tracing.models.model import Model
 from identification.tracing.models.search import best_model_on_chunks
-from identification.tracing.refine import CandidateFit, fit_on_chunks, gain_of, gain_so_far, refit_on_base_paths
+from identification.tracing.refine import (
+    CandidateFit,
+    explains_most,
+    fit_on_chunks,
+    gain_of,
+    gain_so_far,
+    refit_on_base_paths,
+)
 from identification.tracing.screen import Score
 from recordings import Progress, silent
 
@@ -28,7 +35,9 @@ def shortlisted_fits(
     """
     few = [] if base.data.imposed else [s for s in scores if s.gain > settings.CHANCE_GAIN]
     refits, enough = _refits_on_base_paths(base, few, budget, progress)
-    groups = _shortlist(base, scores, refits, enough)
+    if enough is None and any(explains_most(base, refit) for refit in refits.values()):
+        yield [CandidateFit(s, (), s.gain, refits[s.effect]) for s in few if s.effect in refits], list(scores)
+    groups = _shortlist(base, scores, refits, enough)  # where slips are short this takes seconds
     base_on_chunks = best_model_on_chunks(base) if any(groups) else None
     usual = scores[: settings.CANDIDATES]
     known = [s for s in few if s.effect in refits and all(s not in group for group in groups)]
@@ -64,10 +73,15 @@ def _refits_on_base_paths(
     round. Effects that the base model imitates well also imitate each other, and none of them ends the search.
     """
     refits, complete, gains, beside = dict[str, Model | None](), None, list[float](), 0.0
-    for s in budget.within(few, "refits on the base model's paths", progress, _effect, partial(gain_so_far, gains)):
-        if settings.PROMISE_FACTOR * s.gain < settings.GAIN_SHARE * beside:
+    stage, small = "refits on the base model's paths", _share_that_shows(base, few)
+    ends = {} if small is None else _refits_on_chunks(small, few, base.data.chunk_share, budget, progress)
+    near = few if small is None else [s for effect in ends for s in few if s.effect == effect]
+    for s in budget.within(near, stage, progress, _effect, partial(gain_so_far, gains)):
+        most = any(explains_most(base, refit) for refit in refits.values())
+        share = settings.EXPLAINED if most or complete is not None else settings.GAIN_SHARE
+        if small is None and settings.PROMISE_FACTOR * s.gain < share * beside:
             break
-        refits[s.effect] = refit = refit_on_base_paths(base, s, beside)
+        refits[s.effect] = refit = refit_on_base_paths(base, s, share * beside, ends.get(s.effect))
         gain, earlier = gain_of(base, refit), max((0.0, *gains))
         gains.append(gain)
         if gain > earlier:  # scores that promised the best too little promise others too little
@@ -82,6 +96,36 @@ def _refits_on_base_paths(
     return refits, complete
 
 
+def _share_that_shows(base: Model, few: Sequence[Score]) -> Model | None:
+    """The base model on chunks of the recordings, where scores promise so much that these show it beyond doubt. In
+    damped order paths are new at every step, and chunks save little.
+    """
+    if not few or base.data.damped is not None or few[0].gain * base.data.chunk_share < base.clear_gain:
+        return None
+    return base.on_chunks()
+
+
+def _refits_on_chunks(
+    small: Model, few: Sequence[Score], share: float, budget: Budget, progress: Progress
+) -> dict[str, Model]:
+    """Candidates refitted on the paths of the base model on chunks, those not far behind the best, best first. share :
+    of the recordings that is in chunks.
+    """
+    found, gains, beside = list[tuple[str, Model]](), list[float](), 0.0
+    for s in budget.within(few, "refits on its paths in chunks", progress, _effect, partial(gain_so_far, gains)):
+        promise = share * settings.PROMISE_FACTOR * s.gain
+        if promise < settings.GAIN_SHARE * beside:
+            break
+        refit = refit_on_base_paths(small, replace(s, gain=share * s.gain), settings.GAIN_SHARE * beside)
+        gain = gain_of(small, refit)
+        beside = max(beside, min(gain, promise))
+        found += [] if refit is None else [(s.effect, refit)]
+        gains.append(gain)
+    enough = max(settings.GAIN_SHARE * max(gains, default=0.0), share * settings.MIN_GAIN / 2)
+    near = sorted(found, key=lambda one: one[1].cost)
+    return {effect: refit for effect, refit in near if gain_of(small, refit) > enough}
+
+
 def _shortlist(
     base: Model, scores: Sequence[Score], refits: Refits, complete: Model | None
 ) -> list[list[Score]]:  # fmt: skip
@@ -91,16 +135,16 @@ def _shortlist(
     """
     gain = {s.effect: gain_of(base, refits.get(s.effect)) for s in scores}
     promising = [s for place, s in enumerate(scores) if _promises(s, place, scores[0])]
-    white = is_white(base)
-    lacks = base.data.imposed or not white
     if complete is not None:
         enough = settings.GAIN_SHARE * gain_of(base, complete)
         # a refit may have failed, but hardly one that looked for new paths
         alike = [s for s in promising if base.data.damped is None and max(s.gain, gain[s.effect]) > enough]
         fall = base.estimate.loss - complete.estimate.loss
-        unclear = lacks and fall < settings.COMPLETE_LOSS - 1  # as much may still be missing unseen
+        # as much may still be missing unseen
+        unclear = fall < settings.COMPLETE_LOSS - 1 and (base.data.imposed or not is_white(base))
         return [[s for s in scores if s in alike or (unclear and is_imitated(base, s))]]
-    if not lacks:
+    white = is_white(base)
+    if white and not base.data.imposed:
         return [[s for s in promising if is_imitated(base, s) or gain[s.effect] > settings.MIN_GAIN / 2]]
     imitated = [s for s in scores if is_imitated(base, s) and s not in promising]
     others = [s for s in scores if s not in promising and not (white or s in imitated)]

@@ -56,7 +56,7 @@ class ImposedMotion:
         now = self.along(theta, paths, 0)
         return None if now is None else self.descend(now, steps)
 
-    def descend(self, now: Estimate, steps: int) -> Estimate:
+    def descend(self, now: Estimate, steps: int, _vain: Callable[[Estimate], bool] | None = None) -> Estimate:
         """The estimate after at most so many Gauss-Newton steps."""
         hold = np.full(len(now.theta), max(now.loss, 1.0) / FREE**2)
 

@@ -57,6 +57,8 @@ LEFT = 0.3, 5.0
 PATIENCE, WORTH = 6, 30.0
 """Steps along new paths in a row that do not lower the cost, after which it is no use to go on, and fall of the cost
 that paths of other slips give: what gains less is the last."""
+REALISED = 0.5
+"""Share of what a step promises that paths which are moved along have to gain for it to be taken with them."""
 ACCIDENT = 20.0
 """Cost of a stretch beyond which a slip is missed: an accident of its path, which says nothing of the parameters."""
 
@@ -243,9 +245,18 @@ class BestPathsNoiseAware(MendedNoiseAware):
     def refit(
         self, theta: Array, paths: Sequence[Array], steps: int, vain: Callable[[Estimate], bool] | None = None
     ) -> Estimate | None:
-        """The estimate after a descent along new paths, or those that another model left. None where it diverges."""
+        """The estimate after a descent along new paths, or those that another model left. None where it diverges.
+
+        Steps are taken that gain but for slips which their paths miss. So what ends above its start is mended; where it
+        stays there, the start is the better one.
+        """
         start = handed_over(self._along_new_or_known(theta, paths))
-        return self.descend(self.mended(start.pop()), steps, vain) if start else None
+        if not start:
+            return None
+        start.append(self.mended(start.pop()))
+        first = lean(start[0])
+        end = self.descend(start.pop(), steps, vain)
+        return min(first, self.mended(end) if end.cost > first.cost else end, key=lambda one: one.cost)
 
     def _along_new_or_known(self, theta: Array, known: Sequence[Array]) -> Estimate | None:
         """The estimate at theta along the best of new paths and of known ones, stretch by stretch or as a whole. They
@@ -320,8 +331,14 @@ class BestPathsNoiseAware(MendedNoiseAware):
         """The estimate a step further, along new paths, the present ones, or those moved along, whichever explain more.
 
         The present and the moved ones alone would cost thousands more, and good steps be lost. Slips that are missed
-        only matter where the step does not gain without them.
+        only matter where the step does not gain without them. Where the moved ones gain what the step promises, about,
+        others are not needed.
         """
+        quick = self.along(now.theta + step, self.moved(now, step), 0)
+        promised = -float(2 * now.normal.gradient @ step + step @ now.normal.matrix @ step)
+        if quick is not None and now.cost - quick.cost > REALISED * promised > 0:
+            return quick
+        quick = None
         trial = self._moved_to(now.theta + step, [now.paths, self.moved(now, step)])
         return trial if trial is None or self.gained(now, trial) > 0 else self.mended(trial, now)
 

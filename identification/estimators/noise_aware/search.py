@@ -139,12 +139,14 @@ def on_whole_recordings(whole: BestPathsNoiseAware, chunks_end: Estimate) -> Who
     """The fit to whole recordings from an end on chunks. None where the model diverges.
 
     Where steps along new paths explain too little, descents go on while they gain, from new paths and more static
-    friction. A model that is known to lack much has no root to which such steps lead, and is only descended.
+    friction: chunks do not always tell it. A model that does not explain them has no root to which such steps lead, and
+    says nothing of static friction: it is only descended.
     """
     start = whole.start(chunks_end.theta)
     if start is None:
         return None
-    fit = _followed if chunks_end.loss < UNEXPLAINED else _descended
+    explained = chunks_end.loss < RIGHT
+    fit = _followed if explained else _descended
     found = fit(whole, start)
     finer = whole.resolving(found.end.theta)
     start = finer.start(found.end.theta) if finer.freedom.h_max < whole.freedom.h_max / TOO_LONG else None
@@ -153,7 +155,7 @@ def on_whole_recordings(whole: BestPathsNoiseAware, chunks_end: Estimate) -> Who
     for _ in range(ROUNDS):
         if found.explains or found.end.loss > HOPELESS or time_is_over():
             break
-        start = _again(found)
+        start = _again(found, HIGHER if explained else HIGHER[:1])
         further = None if start is None else _descended(found.work, start)
         if further is None or further.end.cost > found.end.cost:
             break
@@ -203,15 +205,13 @@ def _sides(work: BestPathsNoiseAware, end: Estimate) -> list[Array]:
     return [work.coordinates.bounds.nearest(end.theta + side * way) for side in (-1, 1)]
 
 
-def _again(found: WholeFit) -> Estimate | None:
-    """The estimate from which a fit goes on that explains too little: along new paths where it has ended, or with more
-    static friction, whichever costs least. Where that is too low the model slips before the data do, and no step of a
-    descent is as long as the way back. Chunks do not always tell it. A fit that explains nothing says nothing of static
-    friction. None where the model diverges.
+def _again(found: WholeFit, factors: Sequence[float]) -> Estimate | None:
+    """The estimate from which a fit goes on that explains too little: along new paths where it has ended, or with so
+    many times the static friction, whichever costs least. Where that is too low the model slips before the data do, and
+    no step of a descent is as long as the way back. None where the model diverges.
     """
     work, theta = found.work, found.end.theta
     values = work.coordinates.values(theta)
-    factors = HIGHER[:1] if found.end.loss > UNEXPLAINED else HIGHER
     tried = [work.coordinates.theta_of(values | {"lugre.fs": factor * values["lugre.fs"]}) for factor in factors]
     starts = [start for start in map(work.start, tried) if start is not None]
     return min(starts, key=lambda start: start.cost, default=None)

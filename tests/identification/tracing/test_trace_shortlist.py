@@ -5,17 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from traced_valves import screened, traced
 
 from identification.budget import Budget
-from identification.estimators.noise_aware.best_paths import BestPathsNoiseAware
+from identification.estimators.estimate import Estimate
+from identification.estimators.noise_aware.best_paths import BestPathsNoiseAware, noise_aware_for
 from identification.estimators.noise_aware.estimator import NoiseAware
 from identification.tracing import candidates, settings, shortlist
 from identification.tracing.judge import Candidate
 from identification.tracing.models.base import base_model
 from identification.tracing.models.comparison import is_white
 from identification.tracing.models.model import Model
+from identification.tracing.models.promise import newton_step
 from identification.tracing.refine import CandidateFit, gain_of, refit_on_base_paths, refitted
 from identification.tracing.screen import Score, screen
 from identification.tracing.settings import GAIN_SHARE, MIN_GAIN
@@ -47,14 +50,14 @@ def test_beside_a_complete_candidate_only_those_are_fitted_to_chunks_that_gain_a
 def test_a_refit_ends_early_beside_one_that_gains_far_more():
     base = traced("hardening_spring", k3=3e5).selection.base
     spring = next(s for s in screened("hardening_spring", k3=3e5) if s.effect == "hardening_spring")
-    whole, short = refit_on_base_paths(base, spring), refit_on_base_paths(base, spring, best_gain=1e9)
+    whole, short = refit_on_base_paths(base, spring), refit_on_base_paths(base, spring, least=1e9)
     assert gain_of(base, whole) > gain_of(base, short) + 100
 
 
 def test_what_leaves_nothing_on_the_base_models_paths_is_not_refitted_on_others():
     base = traced("hardening_spring", k3=3e5).selection.base
     spring = next(s for s in screened("hardening_spring", k3=3e5) if s.effect == "hardening_spring")
-    whole, short = refit_on_base_paths(base, spring), refit_on_base_paths(base, spring, best_gain=1e9)
+    whole, short = refit_on_base_paths(base, spring), refit_on_base_paths(base, spring, least=1e9)
     for near, enough in ((whole, True), (short, False)):
         promised = gain_of(base, near) * base.data.chunk_share
         less, more = (CandidateFit(spring, (whole,), factor * promised, near) for factor in (0.9, 1.1))
@@ -65,14 +68,8 @@ def test_what_leaves_nothing_on_the_base_models_paths_is_not_refitted_on_others(
 def test_what_promises_nothing_is_not_begun_on_the_base_models_paths(monkeypatch):
     base = traced("hardening_spring", k3=3e5).selection.base
     spring = next(s for s in screened("hardening_spring", k3=3e5) if s.effect == "hardening_spring")
-    begun = list[float]()
-
-    def refit(work: NoiseAware, *_: object) -> None:
-        begun.append(work.worth)
-
-    for order in (NoiseAware, BestPathsNoiseAware):
-        monkeypatch.setattr(order, "refit", refit)
-    assert abs(gain_of(base, refit_on_base_paths(base, spring, best_gain=1e9))) < MIN_GAIN / 2
+    begun = descents(monkeypatch)
+    assert abs(gain_of(base, refit_on_base_paths(base, spring, least=1e9))) < MIN_GAIN / 2
     assert not begun
     refit_on_base_paths(base, spring)
     assert begun
@@ -101,14 +98,14 @@ def test_beside_a_refit_that_gained_more_than_its_score_promised_others_of_about
         Score(effect, gain, {}) for effect, gain in (("backlash", 60.0), ("sensor_lag", 31.0), ("dead_time", 29.0))
     ]
 
-    def refit(model: Model, score: Score, best_gain: float) -> Model:
-        asked.append((score.effect, best_gain))
+    def refit(model: Model, score: Score, least: float, _on_chunks: Model | None) -> Model:
+        asked.append((score.effect, least))
         return replace(model, estimate=replace(model.estimate, cost=model.cost - 20 * score.gain, loss=2.0))
 
     monkeypatch.setattr(shortlist, "refit_on_base_paths", refit)
     monkeypatch.setattr(shortlist, "fit_on_chunks", lambda _base, _small, s, *_, **__: CandidateFit(s, (), s.gain))
     fitted(base, scores)
-    assert asked == [("backlash", 0.0), ("sensor_lag", 240.0)]
+    assert asked == [("backlash", 0.0), ("sensor_lag", 240.0 * GAIN_SHARE)]
 
 
 def test_however_many_scores_are_above_chance_all_are_refitted_on_the_base_models_paths(monkeypatch):
@@ -116,7 +113,7 @@ def test_however_many_scores_are_above_chance_all_are_refitted_on_the_base_model
     effects = selection.base.data.candidates[: settings.CANDIDATES + 3]
     *above, below = (Score(e, 60.0, {}) for e in effects)
 
-    def refit(model: Model, score: Score, _best_gain: float) -> Model:
+    def refit(model: Model, score: Score, _least: float, _on_chunks: Model | None) -> Model:
         asked.append(score.effect)
         return model
 
@@ -124,6 +121,66 @@ def test_however_many_scores_are_above_chance_all_are_refitted_on_the_base_model
     monkeypatch.setattr(shortlist, "fit_on_chunks", lambda _base, _small, s, *_, **__: CandidateFit(s, (), s.gain))
     fitted(selection.base, [*above, replace(below, gain=settings.CHANCE_GAIN / 2)])
     assert asked == [s.effect for s in above]
+
+
+def test_what_the_base_model_promises_by_itself_begins_no_refit_of_a_candidate(monkeypatch):
+    """Where slips are short a base model that lacks much promises what no step of it keeps."""
+    base, begun = unsettled(traced(None).selection.base), descents(monkeypatch)
+    assert newton_step(base.estimate.normal)[1] > MIN_GAIN
+    refit_on_base_paths(base, next(s for s in screened(None) if s.effect == "sensor_drift"))
+    assert not begun
+
+
+def descents(monkeypatch) -> list[float]:
+    """The costs from which descents are begun from now on; they stay there."""
+    begun = list[float]()
+
+    def descend(_: NoiseAware, now: Estimate, *_others: object) -> Estimate:
+        begun.append(now.cost)
+        return now
+
+    for order in (NoiseAware, BestPathsNoiseAware):
+        monkeypatch.setattr(order, "descend", descend)
+    return begun
+
+
+def unsettled(base: Model) -> Model:
+    """A base model from which a step to its own end is left."""
+    off = base.estimate.theta + np.sqrt(np.diag(base.estimate.covariance))
+    found = base.data.estimator(base.effects).along(off, base.estimate.paths, settings.PATH_STEPS)
+    assert found is not None
+    return replace(base, estimate=found)
+
+
+def test_a_refit_never_ends_above_its_start(monkeypatch):
+    base = traced("hardening_spring", k3=3e5).selection.base
+    worse = replace(base.estimate, cost=base.cost + 1000.0)
+    monkeypatch.setattr(BestPathsNoiseAware, "descend", lambda *_: worse)
+    work = noise_aware_for(base.kernel, base.coordinates, base.data.fitted, [base.estimate.theta], "damped")
+    assert isinstance(work, BestPathsNoiseAware)
+    end = work.refit(base.estimate.theta, work.start(base.estimate.theta).paths, settings.STEPS)
+    assert end.cost < worse.cost
+
+
+@pytest.mark.parametrize(("share", "first"), [(0.8, True), (0.2, False)])
+def test_what_explains_most_of_what_is_missing_is_judged_before_anything_is_fitted_to_chunks(monkeypatch, share, first):
+    base, on_chunks = traced("hardening_spring", k3=3e5).selection.base, list[str]()
+    left = base.estimate.loss - share * (base.estimate.loss - 1.0)
+    score = Score("hardening_spring", 60.0, {})
+
+    def refit(model: Model, *_: object) -> Model:
+        return replace(model, estimate=replace(model.estimate, cost=model.cost - 1e4, loss=left, outliers=1.0))
+
+    def fit_on_chunks(_base: Model, _small: Model, s: Score, *_: object, **__: object) -> CandidateFit:
+        on_chunks.append(s.effect)
+        return CandidateFit(s, (), s.gain)
+
+    monkeypatch.setattr(shortlist, "refit_on_base_paths", refit)
+    monkeypatch.setattr(shortlist, "fit_on_chunks", fit_on_chunks)
+    some, rest = next(shortlisted_fits(base, [score], lambda: False, Budget()))
+    assert [fit.effect for fit in some] == ["hardening_spring"]
+    assert (on_chunks == []) == first
+    assert (rest != []) == first
 
 
 def judged(monkeypatch, share: float, accepted: Callable[[bool], bool]) -> list[bool]:
@@ -153,5 +210,5 @@ def test_what_held_out_data_reject_sets_no_bar_for_the_others(monkeypatch, accep
 
 @pytest.mark.parametrize("complete", [True, False])
 def test_beside_one_that_leaves_nothing_only_what_explains_as_much_is_judged(monkeypatch, complete):
-    monkeypatch.setattr(candidates, "_is_complete", lambda c: complete and c.accepted)
+    monkeypatch.setattr(candidates, "_is_enough", lambda _, c, __: complete and c.accepted)
     assert judged(monkeypatch, 0.6, lambda is_best: is_best) == ([True] if complete else [True, False])

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from traced_valves import traced
 
-from identification.tracing.classes import one_accepted, same_class
+from identification.tracing.classes import one_accepted, same_class, several_accepted
 from identification.tracing.judge import Candidate
 from identification.tracing.models.comparison import Comparison
 from identification.tracing.swap import swapped
@@ -108,3 +108,21 @@ def test_candidates_are_one_class_unless_the_best_explains_either_part_better(ga
     """Of one that even explains what is held out better it cannot be said that the best is the right one."""
     candidates = [judged("contact_stiffness", 650.0, 1.0), judged("sensor_nonlinearity", gain, size)]
     assert (same_class(candidates) == ("sensor_nonlinearity",)) is alike
+
+
+def test_a_class_is_the_same_whichever_of_its_effects_stands_first():
+    one, other = judged("contact_stiffness", 1000.0, 1.0), judged("flow_force", 1055.0, 1.0)
+    assert same_class([one, other]) == ("flow_force",)
+    assert same_class([other, one]) == ("contact_stiffness",)
+
+
+def test_without_time_to_exchange_effects_the_class_of_the_first_is_that_of_its_round():
+    first, alike, other = (
+        judged(effect, gain, 1.0)
+        for effect, gain in (("contact_stiffness", 650.0), ("flow_force", 640.0), ("friction_drift", 300.0))
+    )
+    some, others = several_accepted((first, alike, other), ("contact_stiffness", "friction_drift"))
+    assert [c.effect for c in some] == ["contact_stiffness", "friction_drift", "flow_force"]
+    assert others == ("flow_force",)
+    assert several_accepted((first, alike, other), ("contact_stiffness", "flow_force"))[1] == ()
+    assert several_accepted((first, alike, other), ("friction_drift", "dwell_stiction"))[1] == ()
