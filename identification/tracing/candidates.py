@@ -17,6 +17,7 @@ from identification.tracing.models.model import Model
 from identification.tracing.refine import CandidateFit, explains_most, gain_of, gain_so_far, worth_refitting
 from identification.tracing.screen import Score, screen
 from identification.tracing.shortlist import shortlisted_fits
+from identification.tracing.swap import n_free_parameters
 from recordings import Progress, silent
 from simulator import BASE
 
@@ -95,9 +96,15 @@ def in_wrong_order(candidates: Iterable[Candidate]) -> bool:
 
 
 def _best_in_time(model: Model, fits: Sequence[CandidateFit], budget: Budget) -> list[CandidateFit]:
-    """Where the time is over, the best refit on the base model's paths: it is there, and only has to be judged."""
-    found = [replace(fit, chunk_fits=()) for fit in fits if budget.over and fit.base_path_refit is not None]
-    return sorted(found, key=lambda fit: -gain_of(model, fit.base_path_refit))[:1]
+    """Where the time is over, the best refit on the base model's paths, and the simplest of those that gain about as
+    much: it is there, and only has to be judged.
+    """
+    gains = [(gain_of(model, fit.base_path_refit), fit) for fit in fits if fit.base_path_refit is not None]
+    if not budget.over or not gains:
+        return []
+    enough = max(gain for gain, _ in gains) - settings.MIN_GAIN
+    near = [fit for gain, fit in gains if gain > enough]
+    return [replace(min(near, key=lambda fit: n_free_parameters(fit.effect, model.data.catalogue)), chunk_fits=())]
 
 
 def _is_late(c: Candidate, budget: Budget) -> bool:
