@@ -157,7 +157,8 @@ def worth_refitting(base: Model, fits: Sequence[CandidateFit], *, complete: bool
     """Of fits to chunks, best first, those worth a refit to the whole recordings, by effect: not far behind the best,
     and likely to gain enough there. Likewise those whose refit on the base model's paths gains enough by itself.
 
-    complete : whether one of them is accepted and leaves nothing, beside which only what explains as much counts.
+    complete : whether one of them is accepted and leaves nothing, or explains most of what is missing, beside which
+    only what explains as much counts.
     """
     count = settings.CANDIDATES if base.data.imposed else settings.CANDIDATES // 2
     on_chunks = [fit for fit in fits if fit.chunk_fits][:count]

@@ -334,12 +334,13 @@ class BestPathsNoiseAware(MendedNoiseAware):
         only matter where the step does not gain without them. Where the moved ones gain what the step promises, about,
         others are not needed.
         """
-        quick = self.along(now.theta + step, self.moved(now, step), 0)
+        moved = self.moved(now, step)
+        quick = self.along(now.theta + step, moved, 0)
         promised = -float(2 * now.normal.gradient @ step + step @ now.normal.matrix @ step)
         if quick is not None and now.cost - quick.cost > REALISED * promised > 0:
             return quick
-        quick = None
-        trial = self._moved_to(now.theta + step, [now.paths, self.moved(now, step)])
+        quick = None  # its matrices take as much again as those of the next
+        trial = self._moved_to(now.theta + step, [now.paths, moved])
         return trial if trial is None or self.gained(now, trial) > 0 else self.mended(trial, now)
 
     @property
