@@ -36,6 +36,10 @@ class Normal:
     gradient: Array
     matrix: Array
 
+    def decrease(self, move: Array) -> float:
+        """The fall of the cost that a move (n,) promises; negative where it promises a rise."""
+        return -float(2 * self.gradient @ move + move @ self.matrix @ move)
+
     def plus(self, other: Normal) -> Normal:
         """The sum of both; the other may have only the first of the unknowns."""
         n, gradient, matrix = len(other.gradient), self.gradient.copy(), self.matrix.copy()
@@ -137,8 +141,7 @@ def gauss_newton(normal: Normal, theta: Array, radius: float, bounds: FeasibleSe
     move = np.clip(np.asarray(found["x"]).ravel() * white, lower, upper)
     if not np.isfinite(move).all():
         return None
-    decrease = -float(2 * normal.gradient @ move + move @ normal.matrix @ move)
-    return Step(move, max(decrease, 0.0), bool(np.max(np.abs(move)) < 0.999 * radius))
+    return Step(move, max(normal.decrease(move), 0.0), bool(np.max(np.abs(move)) < 0.999 * radius))
 
 
 @functools.lru_cache(maxsize=64)

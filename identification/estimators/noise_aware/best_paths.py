@@ -336,8 +336,7 @@ class BestPathsNoiseAware(MendedNoiseAware):
         """
         moved = self.moved(now, step)
         quick = self.along(now.theta + step, moved, 0)
-        promised = -float(2 * now.normal.gradient @ step + step @ now.normal.matrix @ step)
-        if quick is not None and now.cost - quick.cost > REALISED * promised > 0:
+        if quick is not None and now.cost - quick.cost > REALISED * now.normal.decrease(step) > 0:
             return quick
         quick = None  # its matrices take as much again as those of the next
         trial = self._moved_to(now.theta + step, [now.paths, moved])
