@@ -57,8 +57,6 @@ LEFT = 0.3, 5.0
 PATIENCE, WORTH = 6, 30.0
 """Steps along new paths in a row that do not lower the cost, after which it is no use to go on, and fall of the cost
 that paths of other slips give: what gains less is the last."""
-REALISED = 0.5
-"""Share of what a step promises that paths which are moved along have to gain for it to be taken with them."""
 ACCIDENT = 20.0
 """Cost of a stretch beyond which a slip is missed: an accident of its path, which says nothing of the parameters."""
 
@@ -331,15 +329,9 @@ class BestPathsNoiseAware(MendedNoiseAware):
         """The estimate a step further, along new paths, the present ones, or those moved along, whichever explain more.
 
         The present and the moved ones alone would cost thousands more, and good steps be lost. Slips that are missed
-        only matter where the step does not gain without them. Where the moved ones gain what the step promises, about,
-        others are not needed.
+        only matter where the step does not gain without them.
         """
-        moved = self.moved(now, step)
-        quick = self.along(now.theta + step, moved, 0)
-        if quick is not None and now.cost - quick.cost > REALISED * now.normal.decrease(step) > 0:
-            return quick
-        quick = None  # its matrices take as much again as those of the next
-        trial = self._moved_to(now.theta + step, [now.paths, moved])
+        trial = self._moved_to(now.theta + step, [now.paths, self.moved(now, step)])
         return trial if trial is None or self.gained(now, trial) > 0 else self.mended(trial, now)
 
     @property

@@ -61,3 +61,19 @@ def test_a_refit_leaves_paths_of_other_parameters_that_slip_late():
     end = work.refit(theta, other.paths, 0)
     assert end is not None
     assert end.loss < new.loss + 0.2
+
+
+def test_a_descent_chooses_paths_at_every_step_so_that_slips_are_not_lost():
+    """Moved along with the parameters they gain what a step promises, too, and still lose hundreds by its end."""
+    effects, values = (*BASE, "hardening_spring"), STIFF | {"hardening_spring.k3": 3e5}
+    recordings = stem_test(200.0, ("sine:20", "staircase:20"), values=values, effects=effects)
+    known = grids([experiment(r) for r in recordings])
+    coordinates = Coordinates.of(kernel(effects), {}, 700.0)
+    theta, linear = (coordinates.theta_of(values | some) for some in ({}, {"hardening_spring.k3": 0.0}))
+    work = noise_aware_for(kernel(effects), coordinates, known, [theta], "damped")
+    right, wrong = work.start(theta), work.start(linear)
+    assert right is not None
+    assert wrong is not None
+    start = work.along(linear, wrong.paths, 0)
+    assert start is not None
+    assert work.descend(start, 12).cost < work.descended(right).cost + 150
