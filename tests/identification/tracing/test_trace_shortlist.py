@@ -154,12 +154,14 @@ def unsettled(base: Model) -> Model:
 
 def test_a_refit_never_ends_above_its_start(monkeypatch):
     base = traced("hardening_spring", k3=3e5).selection.base
-    worse = replace(base.estimate, cost=base.cost + 1000.0)
-    monkeypatch.setattr(BestPathsNoiseAware, "descend", lambda *_: worse)
     work = noise_aware_for(base.kernel, base.coordinates, base.data.fitted, [base.estimate.theta], "damped")
-    assert isinstance(work, BestPathsNoiseAware)
-    end = work.refit(base.estimate.theta, work.start(base.estimate.theta).paths, settings.STEPS)
-    assert end.cost < worse.cost
+    start = work.start(base.estimate.theta)
+    assert start is not None
+    worse = replace(start, cost=start.cost + 1000.0)
+    monkeypatch.setattr(BestPathsNoiseAware, "descend", lambda *_: worse)
+    end = work.refit(start.theta, start.paths, settings.STEPS)
+    assert end is not None
+    assert end.cost < worse.cost - 900.0
 
 
 @pytest.mark.parametrize(("share", "first"), [(0.8, True), (0.2, False)])
