@@ -14,7 +14,7 @@ TOGETHER: Mapping[str, Sequence[str]] = {
         "tests/identification/tracing/test_trace_null.py",
         "tests/identification/tracing/test_trace_screen.py",
         "tests/identification/tracing/test_trace_shortlist.py",
-        "tests/identification/tracing/test_trace_swap.py",
+        "tests/identification/tracing/test_trace_several.py",
     ),
     "tests/identification/report/test_report.py": (
         "tests/identification/report/test_report_browser.py",

@@ -10,9 +10,9 @@
         judge       compare each refit with the model on held-out recordings                      judge.py
         accept      take the simplest of those that explain these as well as the best             classes.py
         order       begin again in full order, where the best refit asks for it                   candidates.py
-        prune       drop effects that the others make needless                                    algorithm.py
+        prune       drop effects that the others make needless; the most needed comes first       several.py
         null test   ask whether as much is gained where nothing is missing                        null_bootstrap.py
-    swap            try others in the place of each of several effects                            swap.py
+    swap            try others in the place of each of several effects                            several.py
     verdict         name the effect, if hardly anything is missing with it                        verdict.py
     report          give the errors before and after on what neither fitted nor chose             tracing_procedure.py
 
@@ -43,7 +43,7 @@ from identification.tracing.models.base import base_model, polished, with_stiffn
 from identification.tracing.models.model import Model
 from identification.tracing.models.trial_data import divided
 from identification.tracing.null_bootstrap import null_probability
-from identification.tracing.swap import swapped
+from identification.tracing.several import pruned, swapped
 from identification.tracing.verdict import BASE_MODEL, Selection, concluded
 from recordings import BadInput, NegativeAnswer, Progress, Recording, silent
 from simulator import BASE, CATALOGUE, Catalogue, kernel
@@ -91,7 +91,7 @@ def select(
 def forward_selection(
     base: Model, budget: Budget, progress: Progress = silent
 ) -> tuple[Model, Model, tuple[str, ...], Rounds]:
-    """Effects added one by one: the base, the model, the effects in order of acceptance, and all rounds.
+    """Effects added one by one: the base, the model, the effects, most needed first, and all rounds.
 
     An effect may only have shown the way to a better end of the base model; then everything begins again from there.
     """
@@ -100,17 +100,21 @@ def forward_selection(
         watch = _of(f"round {len(rounds) + 1}", progress)
         if not budget.allows(f"round {len(rounds) + 1}"):
             break
-        rounds.append(candidates_of_round(model, budget, watch))
+        found = candidates_of_round(model, budget, watch)
+        if not found:
+            break
+        rounds.append(found)
         if in_wrong_order(rounds[-1]) and budget.allows("the full order"):
             full = _in_full_order(base, progress)
             if full is not None:
                 return forward_selection(full, budget, progress)
-        best = next(iter(rounds[-1]), None)
-        if best is None or not best.accepted or best.refit is None:
+        best = rounds[-1][0]
+        if not best.accepted or best.refit is None:
             break
         before, earlier = model, added
         grown = with_stiffness_growth(best.refit)
-        model, added = _pruned(grown if budget.over else polished(grown), (*added, best.effect))
+        added = (*added, best.effect)
+        model, added = (grown, added) if budget.over else pruned(polished(grown), added)
         if not added:
             better = with_stiffness_growth(polished(model))
             return forward_selection(better, budget, progress) if better.cost < base.cost else (base, base, (), rounds)
@@ -136,18 +140,6 @@ def _in_full_order(base: Model, progress: Progress) -> Model | None:
         return None
 
 
-def _pruned(model: Model, added: tuple[str, ...]) -> tuple[Model, tuple[str, ...]]:
-    """The model without what it does not need: an effect that was added before a better one, or one whose gain came of
-    fitting the others better.
-    """
-    for effect in added:
-        enough = model.cost + settings.MIN_GAIN
-        other = model.without(effect, enough)
-        if other is not None and other.cost < enough:
-            return _pruned(other, tuple(e for e in added if e != effect))
-    return model, added
-
-
 def _reconsidered(
     model: Model, added: tuple[str, ...], rounds: Rounds, budget: Budget
 ) -> tuple[Model, tuple[str, ...], tuple[Candidate, ...], tuple[str, ...]]:
@@ -159,10 +151,10 @@ def _reconsidered(
     if len(added) == 1:
         return model, added, *one_accepted(rounds[0], added[0])
     if not budget.allows("other effects in the place of each"):
-        return model, added, *several_accepted(rounds[0], added)
+        return model, added, *several_accepted(rounds, added)
     rivals = {some[0].effect: [c for c in some[1:] if c.refit is not None] for some in rounds}
     model, final, alike = swapped(model, added, rivals, catalogue=model.data.catalogue)
-    return model, final, in_the_end(rounds[0], added, final), alike
+    return model, final, in_the_end(rounds[0], added, final), alike[final[0]]
 
 
 def _parts(

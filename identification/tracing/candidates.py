@@ -16,8 +16,8 @@ from identification.tracing.models.comparison import is_white
 from identification.tracing.models.model import Model
 from identification.tracing.refine import CandidateFit, explains_most, gain_of, gain_so_far, worth_refitting
 from identification.tracing.screen import Score, screen
+from identification.tracing.several import n_free_parameters
 from identification.tracing.shortlist import shortlisted_fits
-from identification.tracing.swap import n_free_parameters
 from recordings import Progress, silent
 from simulator import BASE
 

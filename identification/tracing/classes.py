@@ -8,7 +8,7 @@ from dataclasses import replace
 from identification.tracing import settings
 from identification.tracing.judge import Candidate
 from identification.tracing.models.comparison import compare
-from identification.tracing.swap import n_free_parameters
+from identification.tracing.several import n_free_parameters
 from simulator import Catalogue
 
 
@@ -68,20 +68,20 @@ def one_accepted(candidates: Sequence[Candidate], effect: str) -> tuple[tuple[Ca
 
 
 def several_accepted(
-    candidates: Sequence[Candidate], added: tuple[str, ...]
+    rounds: Sequence[Sequence[Candidate]], added: tuple[str, ...]
 ) -> tuple[tuple[Candidate, ...], tuple[str, ...]]:
     """The candidates of the first round where several effects were added and there is no time to try others in their
-    place, and what could not be told from the first of them when it was.
+    place, and what could not be told from the first of them in the round in which it was accepted.
     """
-    others = same_class(candidates) if candidates[0].effect == added[0] else ()
-    return in_the_end(candidates, added, added), tuple(e for e in others if e not in added)
+    others = next((same_class(some) for some in rounds if some[0].effect == added[0]), ())
+    return in_the_end(rounds[0], added, added), tuple(e for e in others if e not in added)
 
 
 def in_the_end(
     candidates: Sequence[Candidate], accepted: tuple[str, ...], final: tuple[str, ...]
 ) -> tuple[Candidate, ...]:
     """The candidates of the first round as later rounds left them, the final effects first. accepted : effects that
-    were accepted in the order of the rounds.
+    were accepted in any round.
     """
     changed = [
         replace(c, accepted=False, why="another does as well or better in the end")

@@ -50,7 +50,7 @@ class TraceResult:
 
     @property
     def effects_added(self) -> tuple[str, ...]:
-        """Ids of the accepted effects in the order of acceptance."""
+        """Ids of the accepted effects, the one first without which the model loses most."""
         return self.selection.added
 
     @property

@@ -27,11 +27,11 @@ BASE_MODEL = "the rest of the fit of the base model"
 class Selection:
     """Everything that forward selection found.
 
-    base, final : models before and after; candidates : of the first round, best first; added : effects in the order of
-    acceptance, empty where none is named; same_class : effects that these recordings cannot tell from the first;
-    verdict : an effect id, ``none`` or ``unlisted``; before, after : whether the innovations of the two models are
-    noise, on the held-out recordings; report_experiments : neither fitted nor held out; not_tried : what there was no
-    time for.
+    base, final : models before and after; candidates : of the first round, best first; added : effects, the one first
+    without which the model loses most, empty where none is named; same_class : effects that these recordings cannot
+    tell from the first; verdict : an effect id, ``none`` or ``unlisted``; before, after : whether the innovations of
+    the two models are noise, on the held-out recordings; report_experiments : neither fitted nor held out; not_tried :
+    what there was no time for.
     """
 
     base: Model

@@ -254,7 +254,7 @@ class Model:
         paths = [path for path in found if path is not None]
         return paths if len(paths) == len(found) else None
 
-    def without(self, effect: str, below: float) -> Model | None:
+    def without(self, effect: str, below: float = np.inf) -> Model | None:
         """The other effects of this model, refitted on its paths while they may come below a cost. None where that has
         no solution.
         """

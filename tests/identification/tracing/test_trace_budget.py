@@ -79,10 +79,13 @@ def test_candidates_that_there_was_no_time_for_say_so_and_none_is_lost():
 
 
 def test_the_best_refit_so_far_is_judged_when_the_time_is_over():
-    base, spent = traced("hardening_spring", k3=3e5).selection.base, budget_of(settings.CANDIDATES)
-    found = candidates_of_round(base, spent)
+    """It is over while the best is refitted, so nothing else is."""
+    base, over = traced("hardening_spring", k3=3e5).selection.base, list[str]()
+    spent = Budget(100.0, clock=lambda: 1e6 if over else 0.0)
+    best = "refits on the base model's paths: hardening_spring"
+    found = candidates_of_round(base, spent, lambda stage, *_: over.extend([stage] * stage.startswith(best)))
     assert spent.not_tried
-    assert [c.effect for c in found if c.refit is not None] == ["hardening_spring"]
+    assert found[0].effect == "hardening_spring"
     assert found[0].accepted
 
 

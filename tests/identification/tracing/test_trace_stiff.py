@@ -14,11 +14,20 @@ from identification.estimators.coordinates import Coordinates
 from identification.estimators.noise_aware.best_paths import noise_aware_for
 from identification.estimators.noise_aware.search import RIGHT
 from recordings import Recording
-from simulator import BASE, CATALOGUE, kernel
+from simulator import BASE, CATALOGUE, Catalogue, kernel
 
 SPOT = {"a": 0.6, "b": 0.0, "x0": 0.02, "w": 0.003}
 """Friction rises by 60 % in a bell of 3 mm at 20 mm."""
 EFFECT = "position_dependent_friction"
+BOTH = {"hardening_spring": {"k3": 3e5}, "friction_drift": {"r": 5e-4}}
+"""A spring that hardens while friction drifts."""
+
+
+def with_spring_and_drift() -> list[Recording]:
+    """The recordings of a stem test of a stiff valve with both, at 100 Hz."""
+    effects = tuple(e for e in CATALOGUE.ids if e in (*BASE, *BOTH))
+    values = {f"{effect}.{name}": value for effect, values in BOTH.items() for name, value in values.items()}
+    return stem_test(100.0, ("staircase:20", "sine:20", "multisine:20"), values=values, effects=effects)
 
 
 def with_tight_spot(rate: float) -> list[Recording]:
@@ -52,14 +61,22 @@ def test_a_recording_that_begins_near_break_away_rests_there():
 
 
 @pytest.mark.slow
+def test_of_all_effects_of_a_catalogue_the_one_is_named_without_which_most_is_lost():
+    *fitted, held = with_spring_and_drift()
+    catalogue = Catalogue(tuple(CATALOGUE[effect] for effect in (*BASE, *BOTH)))
+    found = trace(fitted, holdout=[held], catalogue=catalogue)
+    left = {effect: found.selection.final.without(effect) for effect in BOTH}
+    assert set(found.effects_added) == set(BOTH)
+    assert found.verdict == found.effects_added[0] == max(BOTH, key=lambda effect: left[effect].cost)
+
+
+@pytest.mark.slow
 def test_two_effects_are_named_where_the_first_leaves_hardly_more_than_noise():
     """The drift gains some hundreds beside the spring, far less than other ends of the model may in damped order."""
-    truth = {"hardening_spring.k3": 3e5, "friction_drift.r": 5e-4}
-    effects = tuple(e for e in CATALOGUE.ids if e in (*BASE, "hardening_spring", "friction_drift"))
-    first, second, held = stem_test(100.0, ("staircase:20", "sine:20", "multisine:20"), values=truth, effects=effects)
-    found = trace([first, second], holdout=[held])
+    *fitted, held = with_spring_and_drift()
+    found = trace(fitted, holdout=[held])
     assert found.selection.base.data.damped is not None
-    assert {*found.effects_added} == {"hardening_spring", "friction_drift"}
+    assert set(found.effects_added) == set(BOTH)
     assert found.values["friction_drift.r"] == pytest.approx(5e-4, rel=0.3)
     assert found.values["hardening_spring.k3"] == pytest.approx(3e5, rel=0.1)
 

@@ -1,13 +1,16 @@
-"""Of several effects together: whether another stands for one of them as well.
+"""Of several effects together: which are needed, whether another stands for one of them as well, and which comes first.
 
-While one effect is still missing, another that bends more may explain more than the right one. So once nothing is left
-to add, each effect is swapped for those that were judged beside it.
+While one effect is still missing, another that bends more may explain more than the right one, and is accepted first.
+Once the right one is beside it, the model loses little without it or nothing: it is dropped or comes last. And once
+nothing is left to add, each effect is swapped for those that were judged beside it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import Protocol
+
+import numpy as np
 
 from identification.tracing import settings
 from identification.tracing.models.comparison import compare
@@ -27,17 +30,32 @@ class Rival(Protocol):
         """Parameter values by full name, SI units."""
 
 
+def pruned(model: Model, added: Sequence[str]) -> tuple[Model, tuple[str, ...]]:
+    """The model without what it does not need (an effect that was added before a better one, or one whose gain came of
+    fitting the others better), and its effects: those first without which it loses most.
+    """
+    if not added:
+        return model, ()
+    others = {effect: model.without(effect) for effect in added}
+    costs = {effect: np.inf if other is None else other.cost for effect, other in others.items()}
+    *needed, last = sorted(added, key=lambda effect: -costs[effect])
+    rest = others[last]
+    if rest is not None and rest.cost < model.cost + settings.MIN_GAIN:
+        return pruned(rest, needed)
+    return model, (*needed, last)
+
+
 def swapped(
     model: Model,
     added: tuple[str, ...],
     rivals: Mapping[str, Sequence[Rival]],
     catalogue: Catalogue = CATALOGUE,
-) -> tuple[Model, tuple[str, ...], tuple[str, ...]]:
+) -> tuple[Model, tuple[str, ...], dict[str, tuple[str, ...]]]:
     """The model and its effects with every effect swapped for the simplest that costs at most `MIN_GAIN` more than the
-    best, of those that do not explain what is held out less, and the effects that cannot be told from the first of
-    them. rivals : by effect.
+    best, of those that do not explain what is held out less, and the effects that cannot be told from each of them.
+    rivals : by effect.
     """
-    classes, margin = [], settings.MIN_GAIN
+    classes, margin = dict[str, tuple[str, ...]](), settings.MIN_GAIN
     for effect in added:
         others = {r.effect: r.values for r in rivals.get(effect, ()) if r.effect not in added}
         models = {effect: model}
@@ -50,8 +68,8 @@ def swapped(
         alike = [e for e, m in models.items() if m.cost < least + margin]
         chosen = min(alike, key=lambda e: n_free_parameters(e, catalogue))
         model, added = models[chosen], tuple(chosen if e == effect else e for e in added)
-        classes.append(tuple(e for e in alike if e != chosen))
-    return model, added, classes[0]
+        classes[chosen] = tuple(e for e in alike if e != chosen)
+    return model, added, classes
 
 
 def _explains_less(model: Model, other: Model) -> bool:

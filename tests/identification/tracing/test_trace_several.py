@@ -1,4 +1,4 @@
-"""Of several effects each is swapped for the simplest that explains as much beside the others."""
+"""Of several effects: what is needed, most first, and the simplest that explains as much in the place of each."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from traced_valves import traced
 from identification.tracing.classes import one_accepted, same_class, several_accepted
 from identification.tracing.judge import Candidate
 from identification.tracing.models.comparison import Comparison
-from identification.tracing.swap import swapped
+from identification.tracing.several import pruned, swapped
 
 T = np.linspace(0.0, 10.0, 1001)
 """Times of the held-out recording [s]."""
@@ -29,17 +29,20 @@ def left(size: float, first: float = 0.0) -> SimpleNamespace:
     return SimpleNamespace(linearised=(line,), tuning=np.inf)
 
 
-@dataclass
+@dataclass(eq=False)
 class Fitted:
-    """Stands for a model: its cost, and the models in which one effect is swapped for another."""
+    """Stands for a model: its cost, and the models in which an effect is swapped for another, or left out."""
 
     cost: float
-    others: Mapping[tuple[str, str], Fitted | None] = field(default_factory=dict)
+    others: Mapping[str | tuple[str, str], Fitted | None] = field(default_factory=dict)
     held_out: SimpleNamespace | None = field(default_factory=lambda: left(1.0))
     data: SimpleNamespace = field(default_factory=lambda: SimpleNamespace(held_out=(SimpleNamespace(t=T),)))
 
     def swapped(self, effect: str, other: str, _: Mapping[str, float], below: float) -> Fitted | None:
         return self.others[effect, other]
+
+    def without(self, effect: str) -> Fitted | None:
+        return self.others[effect]
 
 
 def rivals(*effects: str) -> list[SimpleNamespace]:
@@ -47,6 +50,31 @@ def rivals(*effects: str) -> list[SimpleNamespace]:
 
 
 ADDED = ("flow_force", "friction_drift")
+
+
+@pytest.mark.parametrize(
+    ("spring", "drift", "order"),
+    [
+        (Fitted(400.0), Fitted(500.0), ("friction_drift", "flow_force")),
+        (Fitted(500.0), Fitted(400.0), ADDED),
+        (Fitted(500.0), None, ("friction_drift", "flow_force")),
+    ],
+    ids=["the second", "the first", "there is no model without it"],
+)
+def test_the_effect_without_which_most_is_lost_comes_first(spring, drift, order):
+    """It is the verdict: what imitated it was accepted first, and is hardly needed any more."""
+    both = Fitted(0.0, {"flow_force": spring, "friction_drift": drift})
+    assert pruned(both, ADDED) == (both, order)
+
+
+def test_what_is_needed_least_is_dropped_one_by_one_while_nothing_is_lost():
+    base = Fitted(4000.0)
+    drift = Fitted(30.0, {"friction_drift": base})
+    both = Fitted(20.0, {"flow_force": drift, "friction_drift": Fitted(70.0)})
+    three = Fitted(0.0, {"flow_force": Fitted(50.0), "friction_drift": Fitted(900.0), "dwell_stiction": both})
+    assert pruned(three, (*ADDED, "dwell_stiction")) == (drift, ("friction_drift",))
+    assert pruned(Fitted(0.0, {"flow_force": base}), ("flow_force",))[1] == ("flow_force",)
+    assert pruned(Fitted(3950.0, {"flow_force": base}), ("flow_force",)) == (base, ())
 
 
 @pytest.mark.parametrize(
@@ -63,7 +91,7 @@ def test_the_simplest_of_those_that_explain_alike_stays(cost, added, alike):
     tried = {"flow_force": rivals("hardening_spring", "friction_drift"), "friction_drift": rivals("dwell_stiction")}
     model, names, same = swapped(bump, ADDED, tried)
     assert names == added
-    assert same == alike
+    assert same == {added[0]: alike, added[1]: ()}
     assert model is (spring if "hardening_spring" in added else bump)
 
 
@@ -117,12 +145,12 @@ def test_a_class_is_the_same_whichever_of_its_effects_stands_first():
 
 
 def test_without_time_to_exchange_effects_the_class_of_the_first_is_that_of_its_round():
-    first, alike, other = (
-        judged(effect, gain, 1.0)
-        for effect, gain in (("contact_stiffness", 650.0), ("flow_force", 640.0), ("friction_drift", 300.0))
-    )
-    some, others = several_accepted((first, alike, other), ("contact_stiffness", "friction_drift"))
+    gains = {"contact_stiffness": 650.0, "flow_force": 640.0, "friction_drift": 300.0, "dwell_stiction": 290.0}
+    first, alike, other, late = (judged(effect, gain, 1.0) for effect, gain in gains.items())
+    rounds = [(first, alike, other), (other, late)]
+    some, others = several_accepted(rounds, ("contact_stiffness", "friction_drift"))
     assert [c.effect for c in some] == ["contact_stiffness", "friction_drift", "flow_force"]
     assert others == ("flow_force",)
-    assert several_accepted((first, alike, other), ("contact_stiffness", "flow_force"))[1] == ()
-    assert several_accepted((first, alike, other), ("friction_drift", "dwell_stiction"))[1] == ()
+    assert several_accepted(rounds, ("contact_stiffness", "flow_force"))[1] == ()
+    assert several_accepted(rounds, ("friction_drift", "contact_stiffness"))[1] == ("dwell_stiction",)
+    assert several_accepted(rounds, ("dead_time", "friction_drift"))[1] == ()
