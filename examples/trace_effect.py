@@ -24,7 +24,7 @@ def main(folder: Path) -> None:
             course, effects=["hardening_spring"], given={"hardening_spring.k3": CUBIC}, rate=250, seed=3,
             position_noise=5e-6, force_noise=1.0,
         )
-        for course in ("staircase:7", "sine:7", "multisine:6")
+        for course in ("staircase:14", "sine:14", "multisine:12")
     )  # fmt: skip
 
     found = br.trace([first, second], holdout=judging, progress=print_stage)
