@@ -103,7 +103,7 @@ def test_advice_is_given_only_where_the_experiment_would_help(poor):
     truth = random_valve(POOR)[0]["lugre.vs"]
     errors = [abs(one.fit.values["lugre.vs"] - truth) / one.uncertainty.spread["lugre.vs"] for one in coarse]
     weak = [one.uncertainty.status["lugre.vs"] == "weak" for one in coarse]
-    assert sum(told or error < 3 for told, error in zip(weak, errors, strict=True)) > len(coarse) / 2
+    assert sum(told or error < 3 for told, error in zip(weak, errors, strict=True)) >= len(coarse) - 1
     advised = {
         name: sum(any(sentence.startswith(f"{name}: ") for sentence in one.advice) for one in coarse)
         for name in ("mass.m", "lugre.vs")
