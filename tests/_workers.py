@@ -12,6 +12,7 @@ TOGETHER: Mapping[str, Sequence[str]] = {
         "tests/identification/report/test_report_trace.py",
         "tests/identification/tracing/test_trace_budget.py",
         "tests/identification/tracing/test_trace_null.py",
+        "tests/identification/tracing/test_trace_orders.py",
         "tests/identification/tracing/test_trace_screen.py",
         "tests/identification/tracing/test_trace_shortlist.py",
         "tests/identification/tracing/test_trace_several.py",

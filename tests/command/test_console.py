@@ -137,6 +137,7 @@ def test_the_process_ends_with_the_same_code(tmp_path, arguments, code):
     assert len(err.splitlines()) == (1 if code else 0)
 
 
+@pytest.mark.slow
 def test_ctrl_c_ends_a_fit_with_130_and_one_line(tmp_path):
     process = started("demo", "--out", "here", folder=tmp_path)
     assert process.stdout is not None

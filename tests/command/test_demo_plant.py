@@ -13,6 +13,7 @@ QUICK = Parameters.with_changes({"conductance": 2e-5, "gain": 10.0, "spring_rate
 COIL = {"position_periodic_force": {"a": 35.0, "b": 0.0, "pitch": 0.006}}
 
 
+@pytest.mark.slow
 def test_it_moves_as_the_actuator_does_by_another_scheme():
     inputs = np.zeros((2400, len(INPUTS)))
     inputs[:, :5] = 0.5, 2.6e6, 2.6e6, 20.0, 300e3

@@ -30,6 +30,7 @@ def folder(tmp_path):
     return tmp_path
 
 
+@pytest.mark.slow
 def test_a_fit_prints_its_table_and_writes_the_model(console, tmp_path):
     out = tmp_path / "model.json"
     ending = console("fit", "bundled:step", "bundled:sine", "--holdout", "bundled:mixed", "--out", out)
@@ -57,6 +58,7 @@ def test_pressure_needs_an_area_and_an_option_gives_it(console, folder):
     assert model.plant["diaphragm_area_m2"] == 0.029
 
 
+@pytest.mark.slow
 def test_given_parameters_are_held_and_profiles_printed(console, tmp_path):
     out = tmp_path / "model.json"
     words = ("--given", "mass.m=2", "--given", "lugre.sigma1=2000", "--profile", "lugre.fc", "--no-crosscheck")
@@ -163,6 +165,7 @@ def test_a_report_is_written_beside_the_model(console, tmp_path):
     assert page.read_text(encoding="utf-8").lstrip().lower().startswith("<!doctype html>")
 
 
+@pytest.mark.slow
 def test_repeats_of_one_test_say_their_spread_beside_the_intervals(console, tmp_path):
     step = bundled("step")
     for day in (1, 2):

@@ -27,6 +27,7 @@ def without_unix(program: str, folder: Path) -> subprocess.CompletedProcess[str]
     return subprocess.run([sys.executable, "-c", text], cwd=folder, capture_output=True, text=True, check=False)
 
 
+@pytest.mark.slow
 def test_import_show_and_export_run_without_the_modules_of_unix(tmp_path):
     rows = "".join(f"{k / 100},{k % 7},{k % 5}\n" for k in range(50))
     (tmp_path / "rig.csv").write_text("time (s),position (mm),force (N)\n" + rows)

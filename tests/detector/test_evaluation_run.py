@@ -31,6 +31,7 @@ def small(tmp_path_factory):
     return outcome, out, reports
 
 
+@pytest.mark.slow
 def test_what_can_be_seen_is_seen_and_the_rest_is_listed_with_its_ratio(small):
     outcome, _, _ = small
     seen = {name: detected(outcome, "play-1", name, "bank")[0] for name in SCENARIOS}
@@ -39,12 +40,14 @@ def test_what_can_be_seen_is_seen_and_the_rest_is_listed_with_its_ratio(small):
     assert outcome.hours["play-1"] == pytest.approx(1 - 300 / 3600 + 2 * 1200 / 3600 + 2 * 600 / 3600)
 
 
+@pytest.mark.slow
 def test_progress_is_told_for_every_stage(small):
     stages = {label for label, _, _ in small[2]}
     assert {"play: fault-free runs", "play: calibration", "play: scenarios"} <= stages
     assert all(0 <= done <= total for _, done, total in small[2])
 
 
+@pytest.mark.slow
 def test_a_second_run_takes_up_what_is_there_and_gives_the_same(small):
     outcome, out, _ = small
     reports = []
@@ -53,6 +56,7 @@ def test_a_second_run_takes_up_what_is_there_and_gives_the_same(small):
     assert not any("calibration" in label for label, _, _ in reports)
 
 
+@pytest.mark.slow
 def test_an_interrupted_run_goes_on(small):
     outcome, out, _ = small
     plan = replace(smoke(WATCHED, (*SCENARIOS, "f2-abrupt-big")))
@@ -68,6 +72,7 @@ def test_an_interrupted_run_goes_on(small):
     assert done.trials["play-1"]["f18-abrupt-big"] == outcome.trials["play-1"]["f18-abrupt-big"]
 
 
+@pytest.mark.slow
 def test_files_hold_the_tables_and_the_page_needs_no_network(small):
     outcome, out, _ = small
     files = {path.name: path for path in write(outcome, out)}
@@ -85,6 +90,7 @@ def test_files_hold_the_tables_and_the_page_needs_no_network(small):
     assert "f14-abrupt-big | 0.0000" in text
 
 
+@pytest.mark.slow
 def test_a_run_that_ended_early_is_named_in_words(small):
     outcome = small[0]
     usual = tables(outcome)[1].note
@@ -95,6 +101,7 @@ def test_a_run_that_ended_early_is_named_in_words(small):
     assert said == " f18-abrupt-big in play-1: the simulation stops being finite, judged to 1300 of 1500 s."
 
 
+@pytest.mark.slow
 def test_the_page_draws_every_scenario_and_keeps_its_axes_in_line(small, browser):
     write(small[0], small[1])
     browser.console(), browser.requests()
@@ -114,6 +121,7 @@ def test_the_page_draws_every_scenario_and_keeps_its_axes_in_line(small, browser
     assert [address for address in browser.requests() if not address.startswith("file:")] == []
 
 
+@pytest.mark.slow
 def test_tables_are_rectangular(small):
     for table in tables(small[0]):
         assert all(len(row) == len(table.heads) for row in table.rows)

@@ -68,6 +68,7 @@ print(len(compiled), *(value.hex() for value in found.tolist()))
 """
 
 
+@pytest.mark.slow
 def test_the_second_process_compiles_nothing_and_gets_the_same_numbers(tmp_path):
     environment = {**os.environ, "BRISTLE_CACHE": str(tmp_path / "cache")}
 

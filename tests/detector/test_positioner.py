@@ -136,6 +136,7 @@ def test_at_a_start_a_small_difference_is_found_out_at_once_and_a_large_one_is_t
     assert told(8.0 * OFFSET) > 3.0 * OFFSET
 
 
+@pytest.mark.slow
 def test_with_nothing_but_set_point_and_position_the_watch_finds_a_positioner_that_has_changed(healthy):
     watch = learn(healthy)
     assert watch.positioner is not None

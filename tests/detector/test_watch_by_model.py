@@ -27,6 +27,7 @@ def known(std: float = 0.02, **changes: object) -> ValveModel:
     return MODEL.model_copy(update=told | changes)
 
 
+@pytest.mark.slow
 def test_it_watches_from_the_first_sample_and_is_quiet_until_the_valve_changes():
     watch = learn_model(known(), TENTH, {"position", "pressure", "setpoint"})
     assert watch.signals == ("position", "pressure")

@@ -70,6 +70,7 @@ def test_where_the_stem_slides_steadily_the_forces_are_those_of_the_model(health
     assert np.nanmedian(worn) == pytest.approx(0.6 * _VALUES["lugre.fs"], rel=0.1)  # it creeps at break-away
 
 
+@pytest.mark.slow
 def test_more_friction_is_found_and_named_and_a_healthy_valve_is_quiet(healthy):
     watch = learn(healthy, MODEL)
     assert not any(one.alarm for one in watch.run(watch.initial(), stepped(200.0, seed=3))[1])
@@ -88,6 +89,7 @@ def fitted() -> ValveModel:
     return MODEL.model_copy(update={"parameters": parameters} | told)
 
 
+@pytest.mark.slow
 def test_from_the_model_alone_steps_are_no_fault_and_friction_grown_by_half_is():
     watch = learn_model(fitted(), 1.0 / RATE, {"position", "force"})
     for worn, seen in ((1.0, False), (1.5, True)):

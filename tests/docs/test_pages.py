@@ -34,7 +34,8 @@ NOT_RUN = {
 """Why the blocks of a page that are marked `no-test` do not run, one reason for each. Their options are tested."""
 
 DEAR = {
-    "README.md", "docs/how-to/compare.md", "docs/how-to/fit.md", "docs/how-to/trace.md", "docs/how-to/watch.md",
+    "README.md", "docs/how-to/compare.md", "docs/how-to/fit.md", "docs/how-to/next-test.md", "docs/how-to/record.md",
+    "docs/how-to/serve.md", "docs/how-to/service.md", "docs/how-to/trace.md", "docs/how-to/watch.md",
     "docs/tutorial.md",
 }  # fmt: skip
 """Pages whose fits, traces and simulations take many seconds; other tests make shorter ones by default."""

@@ -66,6 +66,7 @@ def test_a_model_with_an_effect_of_ones_own_is_learned_and_watched(healthy, mode
     assert br.watch(pushed, learned).alarms
 
 
+@pytest.mark.slow
 def test_a_model_file_is_read_with_the_catalogue(healthy, model, learned, tmp_path):
     model.write(tmp_path / "model.json")
     again = br.learn(healthy, tmp_path / "model.json", false_alarms=RARE, catalogue=OURS)
@@ -74,6 +75,7 @@ def test_a_model_file_is_read_with_the_catalogue(healthy, model, learned, tmp_pa
         br.learn(healthy, tmp_path / "model.json", false_alarms=RARE)
 
 
+@pytest.mark.slow
 def test_an_effect_that_the_catalogue_lacks_is_named(healthy, model, learned):
     with pytest.raises(br.BadInput, match="model: there is no effect 'magnet'; give the catalogue") as said:
         br.learn(healthy, model, false_alarms=RARE)

@@ -181,6 +181,7 @@ def page():
     return found
 
 
+@pytest.mark.slow
 def test_the_example_of_the_page_passes(pytester, inner, page):
     (pytester.path / "test_controller.py").write_text(page)
     inner().assert_outcomes(passed=3)

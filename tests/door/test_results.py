@@ -99,6 +99,7 @@ def test_a_fit_is_that_of_the_library(recording, fitted):
     assert identify([recording], check=False).model == fitted.model
 
 
+@pytest.mark.slow
 def test_one_recording_or_several_by_value_or_by_name(tmp_path):
     step = br.read("bundled:step")
     br.write(tmp_path / "step.h5", step)

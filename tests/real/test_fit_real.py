@@ -111,6 +111,7 @@ SEALS = ("O-ring", "O-ring257", "NAPN", "PK")
 SEALS_TESTED = [SEALS[0], *(pytest.param(seal, marks=pytest.mark.slow) for seal in SEALS[1:])]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seal", SEALS_TESTED)
 def test_cylinder_friction_is_the_half_width_and_rises_with_pressure(tmp_path: Path, seal: str) -> None:
     fitted = []
@@ -123,6 +124,7 @@ def test_cylinder_friction_is_the_half_width_and_rises_with_pressure(tmp_path: P
     assert fitted == sorted(fitted), f"{seal}: {fitted}"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seal", SEALS_TESTED)
 def test_coulomb_friction_alone_is_the_half_width_too(tmp_path: Path, seal: str) -> None:
     """Without Stribeck effect and viscous friction the level is one parameter, as in a textbook."""
@@ -135,6 +137,7 @@ def test_coulomb_friction_alone_is_the_half_width_too(tmp_path: Path, seal: str)
     assert fitted == sorted(fitted), f"{seal}: {fitted}"
 
 
+@pytest.mark.slow
 def test_spring_rate_of_the_valve_signature() -> None:
     """The loop without the rows at the stops, where the pressure goes on and the stem does not."""
     table = np.genfromtxt(DATA / "damadics/fig5_valve_signature.csv", delimiter=",", skip_header=1, usecols=(0, 1))

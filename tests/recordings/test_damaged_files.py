@@ -56,6 +56,7 @@ def test_flipped_bytes(
     is_recording_or_bad_input(path)
 
 
+@pytest.mark.slow
 @given(st.integers(0, 2), places, st.binary(max_size=40))
 @settings(max_examples=40, deadline=None)
 def test_cut_files_with_anything_behind(
@@ -83,6 +84,7 @@ VALUES = st.one_of(
 )
 
 
+@pytest.mark.slow
 @given(st.lists(st.tuples(st.sampled_from(ITEMS), st.sampled_from(NAMES), VALUES), min_size=1, max_size=4))
 @settings(max_examples=40, deadline=None)
 def test_changed_and_deleted_attributes(
@@ -99,6 +101,7 @@ def test_changed_and_deleted_attributes(
     is_recording_or_bad_input(path)
 
 
+@pytest.mark.slow
 @given(
     st.sampled_from([*ITEMS[1:], "events/time"]), st.sampled_from(["delete", "text", "group", "2-D", "short", "ref"])
 )

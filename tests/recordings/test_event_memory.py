@@ -30,6 +30,7 @@ with RecordingWriter(sys.argv[1], specs, created=datetime.now(UTC)) as writer:
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="malloc is asked as glibc has it")
 def test_events_take_no_memory_for_ever(tmp_path: Path) -> None:
     command = [sys.executable, "-c", SCRIPT, str(tmp_path / "run.h5")]

@@ -112,6 +112,7 @@ def test_a_fault_names_the_sample(tmp_path: Path) -> None:
         check(tmp_path / "rig.mat", **BY_NAME)
 
 
+@pytest.mark.slow
 @given(st.lists(st.tuples(st.floats(0, 1, exclude_max=True), st.integers(0, 255)), max_size=10), st.booleans())
 @settings(max_examples=60, deadline=None)
 def test_damaged_matlab_files_make_a_recording_or_bad_input(

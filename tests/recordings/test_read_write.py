@@ -81,6 +81,7 @@ def _signal_or_extra(name: str, values: Any, symbol: str, about: tuple[Any, Any,
         return Signal(f"my {name}", values, symbol, "extra", *about)
 
 
+@pytest.mark.slow
 @given(recordings())
 @settings(max_examples=40, deadline=None)
 def test_any_recording_comes_back_as_it_was_written(tmp_path_factory: pytest.TempPathFactory, made: Recording) -> None:
@@ -221,6 +222,7 @@ print(peak() - before, len(made))
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="the peak of memory is read from /proc")
 def test_memory_is_in_proportion_to_the_signals_asked_for(tmp_path: Path) -> None:
     n_samples, path = 10_000_000, tmp_path / "long.h5"

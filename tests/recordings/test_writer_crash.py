@@ -80,6 +80,7 @@ def test_a_killed_process_loses_nothing_acknowledged(tmp_path: Path, group: int)
         assert not journal_of(path).exists()
 
 
+@pytest.mark.slow
 def test_ctrl_c_leaves_a_finished_file(tmp_path: Path) -> None:
     rng = np.random.default_rng(3)
     nursery, reports = doomed(tmp_path, range(8))

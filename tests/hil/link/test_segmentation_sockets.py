@@ -140,6 +140,7 @@ async def harmed_replies(
     return Verdicts(connections[-1].n_requests, faults.harmed, good, wrong)
 
 
+@pytest.mark.slow
 def test_three_faults_at_once_and_any_cut_give_no_wrong_value_over_tls(authority):
     found = asyncio.run(harmed_replies(over_tls, authority, 0.25, 100, lambda n_replies: n_replies >= 400))
     assert found.wrong == 0

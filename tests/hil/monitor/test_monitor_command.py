@@ -21,6 +21,7 @@ from recordings import BadInput, Recording, SignalSpec, read, write
 from simulator import ValveModel
 
 
+@pytest.mark.slow
 def test_a_replay_tells_its_alarm_by_events_and_exit_code(model, healthy, tmp_path, capsys):
     broken, events = broken_file(healthy, tmp_path / "broken.h5"), tmp_path / "events.jsonl"
     known = ["--model", str(model), "--calibrate", str(healthy)]
@@ -36,6 +37,7 @@ def test_a_replay_tells_its_alarm_by_events_and_exit_code(model, healthy, tmp_pa
     assert first["residual"] > first["threshold"]
 
 
+@pytest.mark.slow
 def test_what_was_learned_is_saved_and_resumed_and_belongs_to_its_model(model, healthy, tmp_path, capsys):
     state = tmp_path / "state.json"
     command = ["replay", str(healthy), "--model", str(model), "--state", str(state)]
@@ -106,6 +108,7 @@ def test_events_on_a_full_disk_do_not_end_the_watching(model, healthy, tmp_path,
     assert "alarms raised: " in errors
 
 
+@pytest.mark.slow
 def test_what_fails_is_said_when_it_happens_and_not_at_the_end_alone(model, healthy, tmp_path, capsys):
     broken = broken_file(healthy, tmp_path / "broken.h5")
     known = ["--model", str(model), "--calibrate", str(healthy), "--events", "/dev/full"]
@@ -278,6 +281,7 @@ def test_an_option_that_would_do_nothing_is_refused(words, option, capsys):
     assert f"{option}: it does nothing here" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_replay_writes_a_report_that_says_what_to_do(model, healthy, tmp_path):
     broken, page = broken_file(healthy, tmp_path / "broken.h5"), tmp_path / "report.html"
     words = ["replay", str(broken), "--model", str(model), "--calibrate", str(healthy)]

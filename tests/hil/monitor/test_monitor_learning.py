@@ -45,6 +45,7 @@ def learning(model, path, samples=None) -> Monitor:
     return asyncio.run(story())
 
 
+@pytest.mark.slow
 def test_the_model_alone_judges_from_the_first_second_and_the_rate_grows(fitted, healthy):
     early, later = (learning(fitted, healthy, n).status[0] for n in (100, 1000))
     for status in (early, later):
@@ -54,6 +55,7 @@ def test_the_model_alone_judges_from_the_first_second_and_the_rate_grows(fitted,
     assert later.strokes > early.strokes
 
 
+@pytest.mark.slow
 def test_a_fault_while_it_learns_is_said_and_goes_with_what_was_learned(fitted, healthy, tmp_path):
     broken = broken_file(healthy, tmp_path / "broken.h5", after_s=10.0)
     status = learning(fitted, broken, 1900).status[0]
@@ -69,6 +71,7 @@ def test_without_standard_deviations_only_link_and_values_are_judged_and_it_says
     assert "no standard deviations" in status.judged
 
 
+@pytest.mark.slow
 def test_what_ends_while_it_learns_says_what_was_judged(fitted, healthy, capsys):
     length = read(healthy).time[-1]
     assert run(["replay", str(healthy), "--model", str(fitted), "--learn", f"{10 * length:.0f}"]) == 1

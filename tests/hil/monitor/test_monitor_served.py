@@ -40,6 +40,7 @@ def told_as_recorded(events: list[dict], folder: Path) -> list[dict]:
     return live
 
 
+@pytest.mark.slow
 def test_over_tcp_a_friction_fault_is_found_and_a_replay_of_the_recording_decides_the_same(
     model, healthy, tmp_path, capsys
 ):

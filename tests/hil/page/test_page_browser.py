@@ -103,6 +103,7 @@ def test_everything_comes_from_its_own_process(opened, page):
     assert any("Content Security Policy" in said for said in opened.console())
 
 
+@pytest.mark.slow
 def test_by_keyboard_from_the_overview_to_a_valve_and_back(opened):
     def press(key: str, code: int) -> None:
         for kind in ("keyDown", "keyUp"):
@@ -138,6 +139,7 @@ def test_wide_and_narrow_nothing_overlaps_or_is_cut_off(width, path, opened, pag
     assert opened.printed().startswith(b"%PDF")
 
 
+@pytest.mark.slow
 def test_a_valve_is_drawn_as_it_moves_and_an_alarm_comes_by_itself(opened, page, shown):
     shown.put(valve("FV-102"))
     opened.wait("document.body.innerText.includes('FV-102')")
@@ -192,6 +194,7 @@ def test_a_valve_that_there_is_not_is_said(opened, page):
     assert opened.run("return document.querySelector('h1').textContent;") == "<script>alert(1)</script>"
 
 
+@pytest.mark.slow
 def test_when_the_data_of_a_valve_stop_it_says_so_and_when_a_task_stops(opened, shown):
     usual = shown.valves["LC74_20"]
     said = "[...document.querySelectorAll('li')].find(li => li.innerText.includes('LC74_20')).innerText"

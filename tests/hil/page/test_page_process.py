@@ -9,6 +9,7 @@ import urllib.request
 from io import RawIOBase
 from pathlib import Path
 
+import pytest
 from page_rig import PATIENCE_S, Shown, valve
 
 from hil.page import Page, PageSettings
@@ -52,6 +53,7 @@ def listening(process: int) -> set[str]:
     return {row[1] for row in rows if row[3] == LISTENING and row[9] in own}
 
 
+@pytest.mark.slow
 def test_it_listens_on_its_address_alone_makes_nobody_wait_is_begun_anew_and_ends_with_the_monitor(monkeypatch):
     monkeypatch.setenv("BOKEH_RESOURCES", "cdn")
     monkeypatch.setenv("BOKEH_ALLOW_WS_ORIGIN", "*")

@@ -239,6 +239,7 @@ class Yielding(Script):
         return await super().__anext__()
 
 
+@pytest.mark.slow
 def test_a_source_that_ends_while_a_batch_is_on_its_way_loses_none_of_it(tmp_path):
     for n_samples in range(2, 42):
         path = tmp_path / f"{n_samples}.h5"

@@ -56,6 +56,7 @@ print(source.seen[1] - source.seen[0])
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="memory is read from /proc")
 @pytest.mark.parametrize(
     ("n_samples", "most_megabytes"),

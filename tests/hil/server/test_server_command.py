@@ -99,6 +99,7 @@ def test_a_map_with_overlapping_addresses_is_refused(tmp_path, capsys):
     assert "'setpoint' overlaps 'drive'" in refused(capsys, "--map", str(tmp_path / "m.toml"))
 
 
+@pytest.mark.slow
 def test_it_makes_certificates_and_serves_with_them(tmp_path):
     folder = tmp_path / "ca"
     made = subprocess.run([*COMMAND, "--make-test-ca", str(folder)], capture_output=True, text=True, check=True)

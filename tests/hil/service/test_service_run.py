@@ -65,6 +65,7 @@ def valve(service: Service, tag: str = "V1"):
     return next(one for one in service.status().valves if one.tag == tag)
 
 
+@pytest.mark.slow
 def test_a_lost_link_is_check_function_until_it_is_back_and_never_a_fault(tmp_path):
     async def story() -> None:
         device = Swinging()
@@ -158,6 +159,7 @@ def test_a_slow_disk_gets_the_time_it_takes_at_the_end_and_nothing_that_was_read
     assert "nothing went on" not in caplog.text
 
 
+@pytest.mark.slow
 def test_a_disk_that_takes_nothing_does_not_hold_up_the_end_and_what_was_acknowledged_stays(
     tmp_path, monkeypatch, caplog
 ):
@@ -240,6 +242,7 @@ class Gathering:
         pass
 
 
+@pytest.mark.slow
 def test_a_fault_is_told_everywhere_and_what_was_learned_is_resumed(model, healthy, tmp_path, caplog):
     caplog.set_level(logging.INFO, "bristle.monitor")
     broken = broken_file(healthy, tmp_path / "broken.h5")
@@ -425,6 +428,7 @@ def test_killed_and_begun_anew_nothing_acknowledged_is_lost_and_only_the_metrics
     assert list((tmp_path / "state").glob("*.unusable"))
 
 
+@pytest.mark.slow
 def test_systemd_is_told_by_the_process_itself_that_it_is_ready_alive_and_stopping(tmp_path):
     """As systemd does it: a datagram socket in the environment, and a watchdog that wants a sign of life."""
 

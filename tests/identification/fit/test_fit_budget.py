@@ -46,6 +46,7 @@ def test_a_fit_ends_with_the_step_at_hand(looks, recordings):
     assert early.rms > 1.5  # far from noise
 
 
+@pytest.mark.slow
 def test_a_fit_out_of_time_gives_values_and_no_standard_deviations():
     found = identify(stem_test(100.0, ("staircase:40", "sine:60")), budget=1.0, bootstrap=5)
     assert found.fit.outcome is Outcome.OUT_OF_TIME

@@ -99,6 +99,7 @@ def drive() -> Recording:
     return made(t, force, position + noise)
 
 
+@pytest.mark.slow
 def test_a_drive_without_a_spring_is_fitted_from_its_force(drive):
     """An integrator is fitted in windows of 10 ms, which say little of what lives in milliseconds: mass, bristles."""
     found = identify([drive], given={"spring.K": 0.0})

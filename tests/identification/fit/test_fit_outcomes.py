@@ -88,6 +88,7 @@ def test_every_outcome_has_a_sentence_of_its_own():
     assert not Outcome.DIVERGED.usable
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sign", [pytest.param("force", marks=pytest.mark.long), "position"])
 def test_an_opposite_sign_is_not_explained(short, sign):
     found = identify([changed(short, **{sign: -short[sign].values})])
@@ -118,6 +119,7 @@ def test_a_position_that_is_mostly_missing_is_refused(plain):
         fit([experiment(changed(plain, position=position))])
 
 
+@pytest.mark.slow
 def test_numbers_that_overflow_end_in_words(plain):
     """Beyond 1e30 they are no samples. Below, whatever comes out, it is an outcome and not an exception."""
     with pytest.raises(BadInput, match="a sample is a finite number"):

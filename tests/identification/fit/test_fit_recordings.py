@@ -30,6 +30,7 @@ def plain() -> Recording:
     return recorded(SEED)
 
 
+@pytest.mark.slow
 def test_several_recordings_share_their_parameters_and_narrow_them(plain):
     other = recorded(SEED, "staircase:10,sine:10")
     alone = uncertainty_of(fit([experiment(plain)]))

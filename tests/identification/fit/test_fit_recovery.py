@@ -35,6 +35,7 @@ def test_a_random_valve_is_recovered_at_the_noise_floor(seed):
     assert prepared.causality == "force"
 
 
+@pytest.mark.slow
 def test_a_fit_that_gets_lost_starts_again_with_loose_paths():
     _, found, known = fitted(26, "sine:20", 250.0)  # ends at 12 times the noise, and settles there, otherwise
     assert found.outcome is Outcome.CONVERGED

@@ -46,6 +46,7 @@ def test_a_start_at_the_true_values_explains_the_recording(sensor):
     assert start.outliers < 5e-3
 
 
+@pytest.mark.slow
 def test_a_refit_leaves_paths_of_other_parameters_that_slip_late():
     """Those of a model without the delay are nearer to the measurements than new ones, until both come to rest."""
     effects, values = (*BASE, "dead_time"), STIFF | {"dead_time.tau": 0.06}
@@ -63,6 +64,7 @@ def test_a_refit_leaves_paths_of_other_parameters_that_slip_late():
     assert end.loss < new.loss + 0.2
 
 
+@pytest.mark.slow
 def test_a_descent_chooses_paths_at_every_step_so_that_slips_are_not_lost():
     """Moved along with the parameters they gain what a step promises, too, and still lose hundreds by its end."""
     effects, values = (*BASE, "hardening_spring"), STIFF | {"hardening_spring.k3": 3e5}

@@ -175,6 +175,7 @@ def test_the_noise_of_both_channels_is_estimated_from_the_recording():
         assert e.noise_position == pytest.approx(2e-4 * STROKE, rel=0.1)
 
 
+@pytest.mark.slow
 def test_a_noisy_force_is_estimated_along_with_the_motion():
     assert found().estimator == "noise-aware"
     assert found().outcome is Outcome.CONVERGED
@@ -184,6 +185,7 @@ def test_a_noisy_force_is_estimated_along_with_the_motion():
     assert breakaway_error(values) < 0.1
 
 
+@pytest.mark.slow
 def test_its_free_run_is_on_the_smoothed_force_and_near_the_noise():
     known = uncertainty_of(found())
     assert all(known.spread[name] > 0 for name in known.names)
@@ -199,6 +201,7 @@ def test_an_exact_force_is_taken_for_exact():
     assert fit([experiment(recorded(2))]).estimator == "output-error"
 
 
+@pytest.mark.slow
 def test_what_no_valve_does_is_said_not_to_have_converged():
     sensors = Sensors(250.0, position_noise=2e-4 * STROKE, force_noise=FORCE_NOISE)
     plain = simulate(TRUTH, Excitation.parse("sine:5"), sensors, stroke=STROKE, seed=3)[0]

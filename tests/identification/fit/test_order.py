@@ -157,6 +157,7 @@ def test_what_the_sampling_does_not_tell_is_unresolved_and_has_no_interval(cours
     assert found.model.parameters["spring.K"].std is not None
 
 
+@pytest.mark.slow
 def test_an_order_that_is_asked_for_is_taken():
     [short] = stem_test(500.0, ("sine:8",), values={"lugre.sigma0": 1e5, "lugre.sigma1": 300.0}, force_noise=0.0)
     assert fit([experiment(short)]).order == "full"

@@ -14,7 +14,7 @@ from recordings import BadParameter
     [
         (0.0, "auto", "full", "output-error"),
         (3e-4, "auto", "damped", "noise-aware"),
-        (3e-4, "noise-aware", "full", "noise-aware"),
+        pytest.param(3e-4, "noise-aware", "full", "noise-aware", marks=pytest.mark.slow),
     ],
     ids=["exact force", "noisy force", "noise-aware"],
 )

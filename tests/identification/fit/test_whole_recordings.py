@@ -56,6 +56,7 @@ def test_steps_along_new_paths_lead_back_to_the_valve():
     assert any(roots)
 
 
+@pytest.mark.slow
 def test_where_much_is_left_that_no_step_finds_few_are_taken():
     work, theta = valve()
     quiet = replace(work, grids=[replace(grid, noise_y=grid.noise_y / 1.6) for grid in work.grids])
@@ -72,6 +73,7 @@ def test_where_much_is_left_that_no_step_finds_few_are_taken():
     assert few[-1].unexplained < 1.2 * end.unexplained < start.unexplained
 
 
+@pytest.mark.slow
 def test_what_explains_the_data_goes_on_to_the_root_whatever_share_a_step_promises():
     work, theta = valve()
     start = work.start(theta)
@@ -129,6 +131,7 @@ def test_a_step_that_costs_less_and_explains_less_is_none_for_the_better(monkeyp
     assert work._best_on_the_way(white[0], FOLLOWED)[0] is white[8]
 
 
+@pytest.mark.slow
 def test_a_model_that_lacks_much_is_descended(monkeypatch):
     work, theta = valve()
     end = replace(work.start(theta), loss=10.0)
@@ -139,6 +142,7 @@ def test_a_model_that_lacks_much_is_descended(monkeypatch):
     assert not calls
 
 
+@pytest.mark.slow
 def test_a_fit_goes_on_in_sub_steps_that_the_mass_of_its_end_asks_for():
     work, theta = valve()
     coarse = work.with_freedom(replace(work.freedom, h_max=2.0 * work.freedom.h_max))
@@ -174,6 +178,7 @@ def test_an_end_that_has_not_settled_explains_nothing():
     assert WholeFit(work, replace(start, settled=True)).explains
 
 
+@pytest.mark.slow
 def test_a_rest_of_the_paths_never_costs_more():
     work, theta = valve()
     off = 0.02 * np.random.default_rng(3).normal(size=(6, len(theta)))

@@ -295,6 +295,7 @@ def test_simulated_valves_have_the_dead_band_that_they_say(valve):
     assert min(told_by_place(known.loop, known.place)) > 20
 
 
+@pytest.mark.slow
 def test_a_positioner_brings_a_sticky_stem_closer_to_its_set_point_than_its_dead_band():
     known = simulated_loop(6001, "stiction", "flow", "positioned")
     lag = np.abs(known.loop.op - 50 - known.place)

@@ -166,6 +166,7 @@ def test_bad_limits_are_refused(tmp_path, capsys, options, said):
     assert err.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_a_model_without_spring_or_stroke_is_refused():
     with pytest.raises(BadInput, match="no spring"):
         next_test({"valve": model_of(3, spring__K=0.0)}, BOUNDS)

@@ -74,6 +74,7 @@ def test_a_failed_partial_stroke_asks_for_repair(stepped, tmp_path):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.browser
 def test_pages_print_on_a4_with_nothing_cut(compared, stepped, browser, tmp_path):
     loop = br.assess(_recorded(simulated_loop(6001, "stiction", "flow", "kano").loop), loop="flow")

@@ -91,6 +91,7 @@ def test_a_drag_zooms_signal_residual_and_input_together(rig_fit, opened, browse
     assert 0.1 < (after[0][1] - after[0][0]) / (before[0][1] - before[0][0]) < 0.35
 
 
+@pytest.mark.slow
 def test_dark_pages_get_light_letters_and_narrow_pages_do_not_overflow(rig_fit, opened, browser):
     seen = {}
     for scheme, width in (("light", 1280), ("dark", 360)):
@@ -114,6 +115,7 @@ def test_tables_show_every_column_at_every_width(width, valve_fit, opened, brows
     assert max(browser.run(f"return {badges};")) < width
 
 
+@pytest.mark.slow
 def test_thinning_a_long_recording_keeps_its_extremes_and_its_gap(drive_fit, opened, browser):
     run = long_run(drive_fit.trajectories[0])
     opened(replace(drive_fit, trajectories=(run,)))
@@ -126,6 +128,7 @@ def test_thinning_a_long_recording_keeps_its_extremes_and_its_gap(drive_fit, ope
     assert drawn[2] == 1
 
 
+@pytest.mark.slow
 def test_printing_a_dark_page_prints_every_recording(valve_fit, opened, browser):
     opened(valve_fit, scheme="dark")
     closed = browser.run("return document.querySelectorAll('details:not([open])').length;")
@@ -135,6 +138,7 @@ def test_printing_a_dark_page_prints_every_recording(valve_fit, opened, browser)
     assert not browser.run("return document.documentElement.classList.contains('night');")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FITS)
 def test_every_fit_prints_on_a4_with_nothing_cut(name, written, browser, request):
     assert browser.lost_on_a4(written(request.getfixturevalue(name))) == []

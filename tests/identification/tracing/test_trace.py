@@ -62,7 +62,7 @@ def test_what_only_held_out_recordings_show_is_said_so():
 
 
 def test_where_no_name_is_given_the_answer_says_what_comes_nearest():
-    found = traced("hardening_spring", k3=3e6)
+    found = traced("hardening_spring", k3=3e5)
     said = replace(found, selection=replace(found.selection, verdict="unlisted", added=(), same_class=())).sentences()
     assert said[0] == "Something is missing, and it is none of the effects known here."
     assert said[1].startswith("hardening_spring comes nearest (the spring stiffens along the stroke")
@@ -85,9 +85,9 @@ def test_sparse_regression_chooses_the_stiffening_spring_too():
 
 
 def test_a_stiffening_spring_is_named_and_measured():
-    found = traced("hardening_spring", k3=3e6)
+    found = traced("hardening_spring", k3=3e5)
     assert found.verdict == "hardening_spring"
-    assert found.model.values["hardening_spring.k3"] == pytest.approx(3e6, rel=0.05)
+    assert found.model.values["hardening_spring.k3"] == pytest.approx(3e5, rel=0.05)
     before, after = (found.error[side]["holdout"]["rmse_m"] for side in ("before", "after"))
     assert after < 0.5 * before
     assert "hardening_spring" in found.model.effects
@@ -137,7 +137,7 @@ def test_what_a_base_model_imitates_is_named(effect: str, values: dict[str, floa
 
 
 def test_the_files_follow_the_contract(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
-    found = traced("hardening_spring", k3=3e6)
+    found = traced("hardening_spring", k3=3e5)
     found.write(tmp_path / "trace.json")
     found.model.write(tmp_path / "model.json")
     content = json.loads((tmp_path / "trace.json").read_text())
@@ -175,7 +175,7 @@ def test_the_files_follow_the_contract(tmp_path: Path, capsys: pytest.CaptureFix
 def test_the_report_is_one_page_with_the_story(tmp_path: Path):
     from identification.report import write_trace_report
 
-    write_trace_report(tmp_path / "trace.html", traced("hardening_spring", k3=3e6))
+    write_trace_report(tmp_path / "trace.html", traced("hardening_spring", k3=3e5))
     text = (tmp_path / "trace.html").read_text()
     assert "The model lacked one effect, hardening spring" in text
     assert "hardening_spring" in text

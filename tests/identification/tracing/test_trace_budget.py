@@ -67,6 +67,7 @@ def test_with_no_time_left_the_base_model_is_the_answer():
     assert spent.not_tried == ["round 1"]
 
 
+@pytest.mark.slow
 def test_candidates_that_there_was_no_time_for_say_so_and_none_is_lost():
     base, spent = traced("hardening_spring", k3=3e5).selection.base, budget_of(3)
     found = candidates_of_round(base, spent)
@@ -78,6 +79,7 @@ def test_candidates_that_there_was_no_time_for_say_so_and_none_is_lost():
     assert {c.effect for c in found} == {c.effect for c in candidates_of_round(base, Budget())}
 
 
+@pytest.mark.slow
 def test_the_best_refit_so_far_is_judged_when_the_time_is_over():
     """It is over while the best is refitted, so nothing else is."""
     base, over = traced("hardening_spring", k3=3e5).selection.base, list[str]()
@@ -116,6 +118,7 @@ def test_less_than_a_second_is_no_budget():
         Budget(float("nan"))
 
 
+@pytest.mark.slow
 def test_progress_says_the_round_the_candidate_and_the_best_gain_so_far():
     first, second, held = (imposed(r) for r in recorded("hardening_spring", {"hardening_spring.k3": 3e6})[:3])
     tried = ("hardening_spring", "quadratic_drag", "position_dependent_friction", "position_periodic_force")

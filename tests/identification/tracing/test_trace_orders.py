@@ -78,6 +78,7 @@ def test_where_the_full_order_has_no_fit_the_damped_one_goes_on(monkeypatch: pyt
     assert rounds == [(soft,)]
 
 
+@pytest.mark.slow
 def test_held_out_recordings_may_move_parameters_within_their_error():
     true = model_of(STIFF)
     weak = np.linalg.eigh(true.estimate.covariance)

@@ -32,6 +32,7 @@ def rig(seed: int, rate: float, position_noise: float, force_noise: float) -> li
     ]
 
 
+@pytest.mark.slow
 def test_a_complete_rig_lacks_nothing_and_its_valve_comes_out_right():
     *fitted, held_out = rig(42, *SAMPLING[2])
     found, truth = trace(fitted, holdout=[held_out]), random_valve(42)[0]

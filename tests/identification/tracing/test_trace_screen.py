@@ -43,7 +43,7 @@ class OwnShape(Effect):
 
 
 def test_an_effect_of_ones_own_has_the_score_of_its_physics_and_the_work_is_reported():
-    base = traced("hardening_spring", k3=3e6).selection.base
+    base = traced("hardening_spring", k3=3e5).selection.base
     both = ("hardening_spring", "own_spring")
     own = replace(base, data=replace(base.data, catalogue=CATALOGUE.extended(OwnSpring()), candidates=both))
     stages: list[tuple[str, int, int]] = []
@@ -54,7 +54,7 @@ def test_an_effect_of_ones_own_has_the_score_of_its_physics_and_the_work_is_repo
 
 
 def test_parameters_are_tried_where_the_guess_says_and_else_at_their_scales():
-    base = traced("hardening_spring", k3=3e6).selection.base
+    base = traced("hardening_spring", k3=3e5).selection.base
     data = replace(base.data, catalogue=CATALOGUE.extended(OwnShape()))
     found = guesses(replace(base, data=data), looks(base), "own_shape")
     full, damped = (replace(data, damped=freedom) for freedom in (None, settings.PATH_FREEDOM))
@@ -68,7 +68,7 @@ def test_parameters_are_tried_where_the_guess_says_and_else_at_their_scales():
 
 
 def test_a_score_keeps_the_next_shape_that_promises_as_much(monkeypatch: pytest.MonkeyPatch):
-    base = traced("hardening_spring", k3=3e6).selection.base
+    base = traced("hardening_spring", k3=3e5).selection.base
     gains = {0.02: 100.0, 0.01: 60.0, 0.03: 80.0, 0.04: 20.0}
 
     def scored(_model, effect, shape, _size):

@@ -110,7 +110,7 @@ def test_what_only_fits_better_is_not_taken(held_out, stays):
 
 
 def test_an_effect_found_beside_the_first_one_stands_first_where_it_alone_is_left():
-    first = traced("hardening_spring", k3=3e6).selection.candidates[0]
+    first = traced("hardening_spring", k3=3e5).selection.candidates[0]
     alike = replace(first, effect="flow_force", accepted=False)
     worse = replace(first, effect="quadratic_drag", accepted=False, gain=0.5 * first.gain)
     assert one_accepted((first, alike, worse), first.effect) == ((first, alike, worse), ("flow_force",))

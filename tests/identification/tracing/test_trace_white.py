@@ -47,6 +47,7 @@ def test_the_true_model_is_complete():
     assert abs(fitted_whiteness(model).complete - settings.COMPLETE_LOSS) < 0.1
 
 
+@pytest.mark.slow
 def test_a_model_of_other_friction_is_not():
     model = model_of(STIFF | {"lugre.fc": 1.15 * STIFF["lugre.fc"], "lugre.fs": 1.15 * STIFF["lugre.fs"]})
     fitted, held_out = fitted_whiteness(model), held_out_whiteness(model)

@@ -28,6 +28,7 @@ def found(trials: int) -> Identification:
     return result
 
 
+@pytest.mark.slow
 def test_the_scatter_of_replicates_is_that_of_the_linearised_model_where_the_force_is_exact():
     plain, scattered = found(0), found(TRIALS)
     ratios = [scattered.uncertainty.spread[n] / plain.uncertainty.spread[n] for n in plain.uncertainty.names]
@@ -37,6 +38,7 @@ def test_the_scatter_of_replicates_is_that_of_the_linearised_model_where_the_for
     assert plain.model.quality["bootstrap"] is None
 
 
+@pytest.mark.slow
 def test_intervals_of_replicates_hold_the_fit_and_differ_from_the_plain_ones():
     plain, scattered = found(0), found(TRIALS)
     assert scattered.uncertainty.spread != plain.uncertainty.spread

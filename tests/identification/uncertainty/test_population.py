@@ -59,6 +59,7 @@ def test_pooled_intervals_cover_the_truth_and_are_narrower_where_valves_are_alik
     assert np.mean(widths) < narrower
 
 
+@pytest.mark.slow
 def test_the_next_valve_is_where_the_pooled_prior_has_it():
     random, covered = np.random.default_rng(504), []
     for _ in range(200):

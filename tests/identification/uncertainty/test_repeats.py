@@ -95,6 +95,7 @@ def test_the_report_and_the_table_of_a_notebook_have_a_column(changing, tmp_path
     assert "± repeats" in changing._repr_html_()
 
 
+@pytest.mark.slow
 def test_friction_that_differs_much_leaves_no_interval_but_the_spread_and_the_means():
     found = br.fit([recorded_on(1), recorded_on(2, 1.05)], given=GIVEN, crosscheck=False, repeats=True)
     spread = found.repeats.spreads["lugre.fc"]

@@ -111,7 +111,7 @@ def test_advice_is_given_only_where_the_experiment_would_help(poor):
     assert advised["lugre.vs"] < len(coarse) / 2 < advised["mass.m"]
 
 
-@pytest.mark.parametrize(("noise", "told"), [(0.5 * QUIET, True), (COARSE, False)])
+@pytest.mark.parametrize(("noise", "told"), [pytest.param(0.5 * QUIET, True, marks=pytest.mark.slow), (COARSE, False)])
 def test_what_advice_promises_comes_true(noise, told):
     """The advised steps and slow ramps recorded beside the stroke, as advice would have them or not."""
     runs = [recorded(POOR, course, 50.0, noise) for course in ("ramp:20", "staircase:10,ramp:20")]
@@ -119,6 +119,7 @@ def test_what_advice_promises_comes_true(noise, told):
     assert (known.status["lugre.vs"] == "identified") is told
 
 
+@pytest.mark.slow
 def test_a_model_that_swings_by_itself_tells_nothing():
     """Coarse positions let a fit end with a stem that hunts: what a free run does then, its start decides, and its
     derivatives grow thirtyfold in a second. No parameter is known by that."""
@@ -136,6 +137,7 @@ def test_the_correlation_matrix_is_one(rich, poor):
         assert np.all(np.abs(c) <= 1 + 1e-9)
 
 
+@pytest.mark.slow
 def test_a_parameter_at_zero_is_at_its_bound():
     values, stroke = random_valve(2)
     values["lugre.sigma2"] = 0.0
@@ -176,6 +178,7 @@ def test_what_the_model_lacks_widens_the_standard_deviations():
     assert max(abs(z[name]) * known.inflation for name in sure) > 4
 
 
+@pytest.mark.slow
 def test_more_data_narrows_as_its_square_root():
     once = "mixed:20"
     (_, one, short), (_, four, long) = fitted(2, once), fitted(2, ",".join([once] * 4))

@@ -224,6 +224,7 @@ class TestCompiler:
         with pytest.raises(BuildFailed, match=said):
             shared_library(compiler(), SOURCE)
 
+    @pytest.mark.slow
     def test_a_compiler_that_cannot_start_is_not_needed(self, cache, tmp_path, monkeypatch, caplog):
         (tmp_path / "cc").write_bytes(b"\x7fELF nonsense")
         (tmp_path / "cc").chmod(0o755)
@@ -269,6 +270,7 @@ def start():
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_processes_that_build_the_same_at_the_same_time_both_get_it(cache, way):
     processes = [start() for _ in range(2)]
     results = [process.communicate() for process in processes]

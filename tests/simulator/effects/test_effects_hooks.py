@@ -101,6 +101,7 @@ def lag(x, h):
     return np.array(out)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("effects", "sensors"), [((Backlash(), SensorLag()), (play, lag)), ((SensorLag(), Backlash()), (lag, play))],
     ids=["backlash first", "lag first"],
