@@ -38,7 +38,7 @@ DEAR = {
     "docs/how-to/serve.md", "docs/how-to/service.md", "docs/how-to/trace.md", "docs/how-to/watch.md",
     "docs/tutorial.md",
 }  # fmt: skip
-"""Pages whose fits, traces and simulations take many seconds; other tests make shorter ones by default."""
+"""Pages whose fits, traces, simulations and services take many seconds; other tests make shorter ones by default."""
 
 TEXTS = {"console", "python", "c", "toml", "csv", "json", "yaml", "text"}
 LANGUAGES = TEXTS | {"{toctree}", "{eval-rst}", "{image}", "{literalinclude}"}
