@@ -166,12 +166,15 @@ def test_bad_limits_are_refused(tmp_path, capsys, options, said):
     assert err.count("\n") == 1
 
 
-@pytest.mark.slow
 def test_a_model_without_spring_or_stroke_is_refused():
     with pytest.raises(BadInput, match="no spring"):
         next_test({"valve": model_of(3, spring__K=0.0)}, BOUNDS)
     with pytest.raises(BadInput, match="stroke is not known"):
         next_test({"valve": model_of(3).model_copy(update={"plant": {}})}, BOUNDS)
+
+
+@pytest.mark.slow
+def test_pressure_is_not_asked_of_a_model_without_an_area():
     with pytest.raises(BadParameter, match="area"):
         next_test({"valve": model_of(3).model_copy(update={"plant": {"stroke_m": 0.02}})}, BOUNDS, drive="pressure")
 
